@@ -55,7 +55,7 @@ static inline pd_status strip_at(pd_ctx *ctx, const strip_case *strip, pd_sim *s
     pd_status status = pd_quasi_static_solve_at(ctx, &s->static_solver, t);
     if (status < 0) return status;
     const pd_setup_precrack *cut = &sim->setup.metal_body.precrack[0];
-    status = pdi_crack_find_tip(ctx, &s->body, cut->corners, cut->corner, s->stiffness_factor, way, tip);
+    status = pd_crack_find_tip(ctx, &s->body, cut->corners, cut->corner, s->stiffness_factor, way, tip);
     if (status < 0 || tip[0] > STRIP_END) return status;
     memcpy(crack.tip, tip, sizeof crack.tip);
     crack.direction[0] = 1.0;

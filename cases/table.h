@@ -46,23 +46,23 @@ static pd_status report_text(pd_ctx *ctx, pd_file *file, const char *format, ...
     int size = vsnprintf(text, sizeof text, format, args);
     va_end(args);
     if (size < 0 || (size_t)size >= sizeof text)
-        return pdi_fail(ctx, PD_ERR_SIZE, "report", "a paragraph of the report has more than 4095 bytes");
+        return pd_fail(ctx, PD_ERR_SIZE, "report", "a paragraph of the report has more than 4095 bytes");
     return pdi_file_write_text(ctx, file, text);
 }
 
 static pd_status report_row(pd_ctx *ctx, pd_file *file, const table_row *row)
 {
-    for (int c = 0; c < row->cells; c++) PDI_TRY(report_text(ctx, file, "| %s ", row->cell[c]));
+    for (int c = 0; c < row->cells; c++) PD_TRY(report_text(ctx, file, "| %s ", row->cell[c]));
     return report_text(ctx, file, "|\n");
 }
 
 /* The first row is the head. */
 static pd_status report_table(pd_ctx *ctx, pd_file *file, const table_row *row, int rows)
 {
-    PDI_TRY(report_row(ctx, file, &row[0]));
-    for (int c = 0; c < row[0].cells; c++) PDI_TRY(report_text(ctx, file, "|---"));
-    PDI_TRY(report_text(ctx, file, "|\n"));
-    for (int l = 1; l < rows; l++) PDI_TRY(report_row(ctx, file, &row[l]));
+    PD_TRY(report_row(ctx, file, &row[0]));
+    for (int c = 0; c < row[0].cells; c++) PD_TRY(report_text(ctx, file, "|---"));
+    PD_TRY(report_text(ctx, file, "|\n"));
+    for (int l = 1; l < rows; l++) PD_TRY(report_row(ctx, file, &row[l]));
     return report_text(ctx, file, "\n");
 }
 

@@ -143,7 +143,7 @@ static inline void vessel_step(vessel *v, double dt)
     if (v->status < 0) return;
     v->status = pd_reactive_step(v->ctx, &v->reactive, dt, &v->result);
     if (v->status > 0) /* the case asks for this step */
-        v->status = pdi_fail(v->ctx, PD_ERR_DIVERGED, "vessel", "a step of %g s was refused", dt);
+        v->status = pd_fail(v->ctx, PD_ERR_DIVERGED, "vessel", "a step of %g s was refused", dt);
     v->steps++;
 }
 

@@ -55,8 +55,8 @@ static pd_status write_goals(bench *b, int first)
     pd_status status = PD_OK;
     memset(&file, 0, sizeof file);
     snprintf(name, sizeof name, "goals_%s_%dd.md", b->of->name, PD_DIM);
-    PDI_TRY(pd_file_join(b->ctx, b->out, name, path));
-    PDI_TRY(pdi_file_create(b->ctx, path, &file));
+    PD_TRY(pd_file_join(b->ctx, b->out, name, path));
+    PD_TRY(pdi_file_create(b->ctx, path, &file));
     for (int k = first; k < b->goals && status == PD_OK; k++) {
         const bench_goal *g = &b->goal[k];
         status = report_text(b->ctx, &file, "| %s | [%s, %dD](#%s-%dd) | %s | %s %g | %.3g |\n",
@@ -75,8 +75,8 @@ static pd_status run_section(bench *b)
     int first = b->goals;
     memset(&b->file, 0, sizeof b->file);
     snprintf(name, sizeof name, "%s_%dd.md", b->of->name, PD_DIM);
-    PDI_TRY(pd_file_join(b->ctx, b->out, name, path));
-    PDI_TRY(pdi_file_create(b->ctx, path, &b->file));
+    PD_TRY(pd_file_join(b->ctx, b->out, name, path));
+    PD_TRY(pdi_file_create(b->ctx, path, &b->file));
     b->status = report_text(b->ctx, &b->file, "### %s, %dD: %s\n\n%s\n\n*Run.* `build/bench%dd %s`\n\n", b->of->name,
                             PD_DIM, b->of->title, b->of->what, PD_DIM, b->of->name);
     pd_status status = b->of->run(b);
@@ -118,7 +118,7 @@ static int act(int argc, char **argv, options *o)
     b->quiet = o->quiet;
     b->n = o->n;
     b->m = o->m;
-    b->threads = pdi_par_available_threads(&ctx, INT64_MAX);
+    b->threads = pd_par_available_threads(&ctx, INT64_MAX);
     b->share = 1.0;
     pd_status done = b->out ? pd_file_make_directory(&ctx, b->out) : PD_OK;
     for (int k = 0; k < BENCH_CASE_COUNT && done >= 0; k++)

@@ -146,8 +146,8 @@ static pd_status figure(pd_ctx *ctx, const char *folder, pd_file *file, const st
 {
     char path[PD_PATH_SIZE], name[96];
     snprintf(name, sizeof name, "%s_%dd_%s.png", c->name, PD_DIM, share ? "share" : "map");
-    PDI_TRY(pd_file_join(ctx, folder, name, path));
-    PDI_TRY(draw(ctx, c, m, share, path));
+    PD_TRY(pd_file_join(ctx, folder, name, path));
+    PD_TRY(draw(ctx, c, m, share, path));
     return report_text(ctx, file, "![%s, %dD](%s)\n\n", c->name, PD_DIM, name);
 }
 
@@ -188,21 +188,21 @@ static pd_status section(pd_ctx *ctx, const char *folder, pd_file *file, const s
     static table_row rows[STAB_RATIOS * STAB_ROOM + 1];
     double least, most;
     int good = judge(c, m, &least, &most), count = 1;
-    PDI_TRY(report_text(ctx, file, "### %s, %dD: %s\n\n%s\n\n*Run.* `build/stability%dd %s`\n\n", c->name, PD_DIM,
+    PD_TRY(report_text(ctx, file, "### %s, %dD: %s\n\n%s\n\n*Run.* `build/stability%dd %s`\n\n", c->name, PD_DIM,
                         c->title, c->what, PD_DIM, c->name));
     if (c->implicit)
-        PDI_TRY(report_text(ctx, file, "- a step leaves at most %.2e of a disturbance: %s\n\n", most,
+        PD_TRY(report_text(ctx, file, "- a step leaves at most %.2e of a disturbance: %s\n\n", most,
                             good ? "no limit" : "**it grows**"));
     else
-        PDI_TRY(report_text(ctx, file, "- step over its limit: %.3f to %.3f; %s\n\n", least, most,
+        PD_TRY(report_text(ctx, file, "- step over its limit: %.3f to %.3f; %s\n\n", least, most,
                             least >= 0.9 && good ? "within 10 % from below"
                             : good               ? "shorter than asked for (0.9), as explained"
                                                  : "**not as it should be**"));
     head(c, &rows[0]);
     for (int r = 0; r < m->ratios; r++)
         for (int k = 0; k < m->count; k++) line(c, ratios[r], m->x[k], &m->point[r][k], &rows[count++]);
-    PDI_TRY(report_table(ctx, file, rows, count));
-    PDI_TRY(figure(ctx, folder, file, c, m, 0));
+    PD_TRY(report_table(ctx, file, rows, count));
+    PD_TRY(figure(ctx, folder, file, c, m, 0));
     return c->implicit ? PD_OK : figure(ctx, folder, file, c, m, 1);
 }
 
@@ -212,8 +212,8 @@ static pd_status write_section(pd_ctx *ctx, const char *folder, const stab_case 
     pd_file file;
     memset(&file, 0, sizeof file);
     snprintf(name, sizeof name, "%s_%dd.md", c->name, PD_DIM);
-    PDI_TRY(pd_file_join(ctx, folder, name, path));
-    PDI_TRY(pdi_file_create(ctx, path, &file));
+    PD_TRY(pd_file_join(ctx, folder, name, path));
+    PD_TRY(pdi_file_create(ctx, path, &file));
     pd_status status = section(ctx, folder, &file, c, m);
     if (status == PD_OK) return pdi_file_commit(ctx, &file);
     pdi_file_abandon(&file);

@@ -127,19 +127,19 @@ static pd_status run_case(const options *o, pd_ctx *ctx, const val_case *c, tall
 static int run(const options *o, pd_ctx *ctx)
 {
     tally t;
-    int threads = pdi_par_available_threads(ctx, INT64_MAX);
+    int threads = pd_par_available_threads(ctx, INT64_MAX);
     pd_status status = o->out ? pd_file_make_directory(ctx, o->out) : PD_OK;
     int parts = 0;
     memset(&t, 0, sizeof t);
     for (int k = 0; k < VAL_CASE_COUNT; k++) parts += val_cases[k]->parts;
-    if (status == PD_OK) status = PDI_NEW(ctx, "validate", parts, results);
+    if (status == PD_OK) status = PD_NEW(ctx, "validate", parts, results);
     for (int k = 0; k < VAL_CASE_COUNT && status == PD_OK; k++)
         if (!o->named || o->wanted[k]) status = run_case(o, ctx, val_cases[k], &t);
     if (status == PD_OK && o->out) status = val_write_summary(ctx, o->out, results, t.results);
     if (status != PD_OK) fprintf(stderr, "%s: %s\n", o->program, ctx->message);
     else if (!o->quiet) printf("\n");
     for (int k = 0; k < t.results && status == PD_OK; k++) val_print_result(&results[k], threads);
-    PDI_DELETE(ctx, parts, results);
+    PD_DELETE(ctx, parts, results);
     if (status != PD_OK) return 1;
     return t.failed || (o->check && (t.missed || t.unjudged));
 }

@@ -200,17 +200,17 @@ static void triad_run(void *user)
     int64_t n = t->n;
     double *PD_RESTRICT a = t->a;
     const double *PD_RESTRICT b = t->b, *PD_RESTRICT c = t->c;
-    int nt = pdi_par_threads(t->ctx, n);
+    int nt = pd_par_threads(t->ctx, n);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int64_t i = 0; i < n; i++) a[i] = b[i] + 3.0 * c[i];
 }
 
 static void triad_free(pd_ctx *ctx, triad *t)
 {
-    PDI_DELETE(ctx, t->n, t->a);
-    PDI_DELETE(ctx, t->n, t->b);
-    PDI_DELETE(ctx, t->n, t->c);
+    PD_DELETE(ctx, t->n, t->a);
+    PD_DELETE(ctx, t->n, t->b);
+    PD_DELETE(ctx, t->n, t->c);
 }
 
 static pd_status triad_build(pd_ctx *ctx, int64_t n, triad *t)
@@ -218,9 +218,9 @@ static pd_status triad_build(pd_ctx *ctx, int64_t n, triad *t)
     memset(t, 0, sizeof *t);
     t->ctx = ctx;
     t->n = n;
-    PDI_TRY(PDI_NEW(ctx, "triad", n, t->a));
-    PDI_TRY(PDI_NEW(ctx, "triad", n, t->b));
-    PDI_TRY(PDI_NEW(ctx, "triad", n, t->c));
+    PD_TRY(PD_NEW(ctx, "triad", n, t->a));
+    PD_TRY(PD_NEW(ctx, "triad", n, t->b));
+    PD_TRY(PD_NEW(ctx, "triad", n, t->c));
     for (int64_t i = 0; i < n; i++) {
         t->b[i] = (double)(i & 63);
         t->c[i] = 1.0;

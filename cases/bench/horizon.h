@@ -143,11 +143,11 @@ static pd_status horizon_family(bench *b, study *s, const horizon_problem *of, i
         snprintf(knob, sizeof knob, "n = %d", k.level.n);
         pd_status status = study_measure(b, s, f, f == HORIZON_VOLUMES ? horizon_volumes : horizon_once, &k, knob);
         if (status == PD_ERR_DIVERGED) {
-            pdi_append(lost, size, "%s%s with %s, %s: %s", lost[0] ? "; " : "Left out: ", of->title, s->family[f], knob,
+            pd_append(lost, size, "%s%s with %s, %s: %s", lost[0] ? "; " : "Left out: ", of->title, s->family[f], knob,
                        b->ctx->message);
             continue;
         }
-        PDI_TRY(status);
+        PD_TRY(status);
         if (s->point[s->points - 1].cpu > HORIZON_LONG) break;
     }
     return PD_OK;
@@ -237,7 +237,7 @@ static pd_status horizon_run(bench *b)
             if ((f == HORIZON_FOURTH && !of->fourth) || (f == HORIZON_VOLUMES && !of->volumes)) continue;
             if (b->quick && f > 1) continue;
             if (PD_DIM == 1 && f == HORIZON_ISOTROPIC) continue; /* the family of m = 1 */
-            PDI_TRY(horizon_family(b, s, of, f, lost, sizeof lost));
+            PD_TRY(horizon_family(b, s, of, f, lost, sizeof lost));
         }
         study_close(b, s);
     }

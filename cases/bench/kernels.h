@@ -105,10 +105,10 @@ static void kernels_add(kernels *k, const char *name, void (*run)(void *user), d
 static void kernels_free(kernels *k)
 {
     int64_t total = k->lab.grid.total;
-    PDI_DELETE(k->ctx, total, k->f);
-    PDI_DELETE(k->ctx, total, k->g);
-    PDI_DELETE(k->ctx, (PD_DIM + 1) * total, k->vector);
-    PDI_DELETE(k->ctx, (PD_DIM + 1) * total, k->other);
+    PD_DELETE(k->ctx, total, k->f);
+    PD_DELETE(k->ctx, total, k->g);
+    PD_DELETE(k->ctx, (PD_DIM + 1) * total, k->vector);
+    PD_DELETE(k->ctx, (PD_DIM + 1) * total, k->other);
     pdi_array_registry_free(k->ctx, pdi_jacobian_list_work, &k->jacobian);
     pdi_jacobian_free(k->ctx, &k->jacobian);
     if (k->holds) pdi_transport_release(k->ctx, &k->lab.transport, PD_OK);
@@ -153,10 +153,10 @@ static pd_status kernels_multigrid(kernels *k)
     pdi_compact_operator_multigrid_desc(grid, &desc); /* periodic all round */
     desc.symmetric = 1;
     pdi_compact_operator_init(grid, 0, &k->compact);
-    PDI_TRY(pdi_array_registry_build(k->ctx, pdi_compact_operator_list, &k->compact));
-    PDI_TRY(pdi_array_registry_build(k->ctx, pdi_compact_operator_face_list, &k->compact));
+    PD_TRY(pdi_array_registry_build(k->ctx, pdi_compact_operator_list, &k->compact));
+    PD_TRY(pdi_array_registry_build(k->ctx, pdi_compact_operator_face_list, &k->compact));
     pdi_compact_operator_assemble(k->ctx, 1.0, NULL, &resting, 1.0, &faces, &k->compact);
-    PDI_TRY(multigrid_build(k->ctx, &desc, &k->pressure));
+    PD_TRY(multigrid_build(k->ctx, &desc, &k->pressure));
     return pdi_multigrid_setup(k->ctx, &k->pressure, k->compact.active, (const float *const *)k->compact.conductance,
                                NULL, k->compact.dirichlet, k->compact.mass);
 }
@@ -171,20 +171,20 @@ static pd_status kernels_build(bench *b, kernels *k, int n, double m)
     lab->flow_desc.rho = lab->flow_desc.report_speed = lab->flow_desc.report_length = 1.0;
     lab->flow_desc.mu = 1e-2;
     lab->transport_desc.diffusivity = 1e-4;
-    PDI_TRY(lab_build(b->ctx, lab, VAL_FLOW | VAL_TRANSPORT));
+    PD_TRY(lab_build(b->ctx, lab, VAL_FLOW | VAL_TRANSPORT));
     int64_t total = lab->grid.total;
-    PDI_TRY(PDI_NEW(b->ctx, "bench", total, k->f));
-    PDI_TRY(PDI_NEW(b->ctx, "bench", total, k->g));
-    PDI_TRY(PDI_NEW(b->ctx, "bench", (PD_DIM + 1) * total, k->vector));
-    PDI_TRY(PDI_NEW(b->ctx, "bench", (PD_DIM + 1) * total, k->other));
-    PDI_TRY(triad_build(b->ctx, total, &k->triad));
+    PD_TRY(PD_NEW(b->ctx, "bench", total, k->f));
+    PD_TRY(PD_NEW(b->ctx, "bench", total, k->g));
+    PD_TRY(PD_NEW(b->ctx, "bench", (PD_DIM + 1) * total, k->vector));
+    PD_TRY(PD_NEW(b->ctx, "bench", (PD_DIM + 1) * total, k->other));
+    PD_TRY(triad_build(b->ctx, total, &k->triad));
     kernels_fields(k);
-    PDI_TRY(pdi_jacobian_build(b->ctx, &lab->flow, &k->jacobian));
-    PDI_TRY(pdi_array_registry_build(b->ctx, pdi_jacobian_list_work, &k->jacobian));
+    PD_TRY(pdi_jacobian_build(b->ctx, &lab->flow, &k->jacobian));
+    PD_TRY(pdi_array_registry_build(b->ctx, pdi_jacobian_list_work, &k->jacobian));
     pdi_jacobian_set_state(b->ctx, &k->jacobian);
-    PDI_TRY(pdi_transport_hold(b->ctx, &lab->transport));
+    PD_TRY(pdi_transport_hold(b->ctx, &lab->transport));
     k->holds = 1;
-    PDI_TRY(kernels_multigrid(k));
+    PD_TRY(kernels_multigrid(k));
     double nodes = (double)lab->grid.fluid_count;
     kernels_add(k, "triad", kernels_triad, (double)total);
     kernels_add(k, "laplacian", kernels_laplacian, nodes);
@@ -278,7 +278,7 @@ static pd_status kernels_horizon(bench *b, kernels *k, double m)
     double rate[KERNELS][2];
     int n = kernels_size(b, m);
     memset(rate, 0, sizeof rate);
-    PDI_TRY(kernels_build(b, k, n, m));
+    PD_TRY(kernels_build(b, k, n, m));
     kernels_time(b, k, "kernels", n, m, rate);
     kernels_head(b, "kernel");
     for (int j = 0; j < k->jobs; j++) kernels_line(b, k->job[j].name, rate[j], rate[0]);
@@ -335,9 +335,9 @@ static void matrix_apply(void *user)
     const int32_t *PD_RESTRICT col = a->col;
     const double *PD_RESTRICT value = a->value, *PD_RESTRICT x = a->x;
     double *PD_RESTRICT y = a->y;
-    int nt = pdi_par_threads(a->ctx, a->entries);
+    int nt = pd_par_threads(a->ctx, a->entries);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < a->rows; i++) {
         double sum = 0.0;
         for (int64_t k = row[i]; k < row[i + 1]; k++) sum += value[k] * x[col[k]];
@@ -347,11 +347,11 @@ static void matrix_apply(void *user)
 
 static void matrix_free(pd_ctx *ctx, matrix *a)
 {
-    PDI_DELETE(ctx, a->rows + 1, a->row);
-    PDI_DELETE(ctx, a->entries, a->col);
-    PDI_DELETE(ctx, a->entries, a->value);
-    PDI_DELETE(ctx, a->rows, a->x);
-    PDI_DELETE(ctx, a->rows, a->y);
+    PD_DELETE(ctx, a->rows + 1, a->row);
+    PD_DELETE(ctx, a->entries, a->col);
+    PD_DELETE(ctx, a->entries, a->value);
+    PD_DELETE(ctx, a->rows, a->x);
+    PD_DELETE(ctx, a->rows, a->y);
 }
 
 /* Rows in the order of the nodes; number [total]: the row of a node. Far ends behind a side are those that the images
@@ -364,13 +364,13 @@ static pd_status matrix_build(kernels *k, int32_t *number, matrix *a)
     a->rows = 0;
     for (int32_t i = 0; i < grid->total; i++) number[i] = grid->kind[i] == PD_FLUID ? a->rows++ : -1;
     for (int32_t i = 0; i < grid->total; i++)
-        if (grid->kind[i] == PD_IMAGE) number[i] = number[pdi_grid_find_source(grid, i, NULL)];
+        if (grid->kind[i] == PD_IMAGE) number[i] = number[pd_grid_find_source(grid, i, NULL)];
     a->entries = (int64_t)a->rows * (st->count + 1);
-    PDI_TRY(PDI_NEW(k->ctx, "matrix", a->rows + 1, a->row));
-    PDI_TRY(PDI_NEW(k->ctx, "matrix", a->entries, a->col));
-    PDI_TRY(PDI_NEW(k->ctx, "matrix", a->entries, a->value));
-    PDI_TRY(PDI_NEW(k->ctx, "matrix", a->rows, a->x));
-    PDI_TRY(PDI_NEW(k->ctx, "matrix", a->rows, a->y));
+    PD_TRY(PD_NEW(k->ctx, "matrix", a->rows + 1, a->row));
+    PD_TRY(PD_NEW(k->ctx, "matrix", a->entries, a->col));
+    PD_TRY(PD_NEW(k->ctx, "matrix", a->entries, a->value));
+    PD_TRY(PD_NEW(k->ctx, "matrix", a->rows, a->x));
+    PD_TRY(PD_NEW(k->ctx, "matrix", a->rows, a->y));
     int64_t at = 0;
     for (int32_t i = 0; i < grid->total; i++) {
         if (grid->kind[i] != PD_FLUID) continue;
@@ -418,11 +418,11 @@ static pd_status csr_compare(bench *b, kernels *k, matrix *a, rows_path *rows, i
     char title[96];
     double rate[KERNELS][2];
     memset(rate, 0, sizeof rate);
-    PDI_TRY(matrix_build(k, number, a));
+    PD_TRY(matrix_build(k, number, a));
     rows->ctx = k->ctx;
     rows->f = k->f;
     rows->g = k->vector;
-    PDI_TRY(pd_bonds_build(k->ctx, &k->lab.stencil, &k->lab.grid, 1, &rows->bonds));
+    PD_TRY(pd_bonds_build(k->ctx, &k->lab.stencil, &k->lab.grid, 1, &rows->bonds));
     k->jobs = 2; /* triad and swept Laplacian */
     kernels_add(k, "rows", rows_apply, job[1].nodes);
     kernels_add(k, "csr", matrix_apply, job[1].nodes);
@@ -436,7 +436,7 @@ static pd_status csr_compare(bench *b, kernels *k, matrix *a, rows_path *rows, i
     double off = csr_differs(k, number, a);
     bench_result(b, "part=agreement n=%d m=%g err_max=%.3g", n, m, off);
     if (!(off < 1e-9))
-        return pdi_fail(b->ctx, PD_ERR_INTERNAL, "bench", "the three Laplacians differ by %.3g", off);
+        return pd_fail(b->ctx, PD_ERR_INTERNAL, "bench", "the three Laplacians differ by %.3g", off);
     if (PD_DIM == 2 && !b->quick && !b->n)
         bench_judge(b, "Laplacian, 1024^2, m = 3, one thread: rate over that of CSR", 1, 15.0, rate[1][0] / rate[3][0]);
     return PD_OK;
@@ -453,9 +453,9 @@ static pd_status csr_run(bench *b)
     memset(&a, 0, sizeof a);
     memset(&rows, 0, sizeof rows);
     pd_status status = kernels_build(b, &k, n, m);
-    if (status == PD_OK) status = PDI_NEW(b->ctx, "bench", k.lab.grid.total, number);
+    if (status == PD_OK) status = PD_NEW(b->ctx, "bench", k.lab.grid.total, number);
     if (status == PD_OK) status = csr_compare(b, &k, &a, &rows, number, n, m);
-    PDI_DELETE(b->ctx, k.lab.grid.total, number);
+    PD_DELETE(b->ctx, k.lab.grid.total, number);
     matrix_free(b->ctx, &a);
     pd_bonds_free(b->ctx, &rows.bonds);
     kernels_free(&k);
@@ -484,7 +484,7 @@ static pd_status triad_sizes_run(bench *b)
         bench_job job;
         table_row *row = bench_row(b);
         memset(&job, 0, sizeof job);
-        PDI_TRY(triad_build(b->ctx, n, &t));
+        PD_TRY(triad_build(b->ctx, n, &t));
         job.name = "triad";
         job.run = triad_run;
         job.user = &t;

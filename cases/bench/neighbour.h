@@ -42,10 +42,10 @@ static pd_status neighbour_run_once(bench *b, int threads, double *wall)
     pd_status status = runs_open(b, "mg_pin_2d.scene", overrides, 2, &setup, &model);
     if (status >= 0) status = scene_steps(b, &model, &seen);
     *wall += wall_seconds() - start;
-    pdi_step_diagnostics_free(&ctx, &seen);
+    pd_step_diagnostics_free(&ctx, &seen);
     runs_close(b, &setup, &model);
     b->ctx = outer;
-    return status < 0 ? pdi_fail(outer, status, "bench", "%s", ctx.message) : PD_OK;
+    return status < 0 ? pd_fail(outer, status, "bench", "%s", ctx.message) : PD_OK;
 }
 
 /* Both numbers of threads take turns. */
@@ -84,7 +84,7 @@ static pd_status neighbour_run(bench *b)
     table_cell(head, "one thread [s]");
     table_cell(head, "%d threads [s]", b->threads);
     table_cell(head, "ratio");
-    for (int busy = 0; busy <= b->threads; busy += busy ? b->threads - 1 : 1) PDI_TRY(neighbour_level(b, busy));
+    for (int busy = 0; busy <= b->threads; busy += busy ? b->threads - 1 : 1) PD_TRY(neighbour_level(b, busy));
     bench_table(b, "Wall time of the first minute of the pin (`mg_pin_2d`)");
     return PD_OK;
 }

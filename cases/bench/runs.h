@@ -10,14 +10,14 @@ static pd_status runs_open(bench *b, const char *scene, const char *const *overr
     char path[PD_PATH_SIZE];
     memset(setup, 0, sizeof *setup);
     memset(model, 0, sizeof *model);
-    PDI_TRY(pd_file_join(b->ctx, b->scenes, scene, path));
-    PDI_TRY(pd_scene_read(b->ctx, path, overrides, count, setup));
-    return pdi_model_build(b->ctx, setup, model);
+    PD_TRY(pd_file_join(b->ctx, b->scenes, scene, path));
+    PD_TRY(pd_scene_read(b->ctx, path, overrides, count, setup));
+    return pd_model_build(b->ctx, setup, model);
 }
 
 static void runs_close(bench *b, pd_setup *setup, pd_model *model)
 {
-    pdi_model_free(b->ctx, model);
+    pd_model_free(b->ctx, model);
     pd_setup_free(b->ctx, setup);
 }
 
@@ -94,7 +94,7 @@ static int scene_observe(void *user, const pd_time_loop *couple)
 {
     scene_watch *w = (scene_watch *)user;
     (void)couple;
-    pdi_step_diagnostics_update(w->ctx, w->model, w->seen);
+    pd_step_diagnostics_update(w->ctx, w->model, w->seen);
     return 0;
 }
 
@@ -104,7 +104,7 @@ static pd_status scene_steps(bench *b, pd_model *model, pd_step_diagnostics *see
     watch.ctx = b->ctx;
     watch.model = model;
     watch.seen = seen;
-    PDI_TRY(pdi_step_diagnostics_build(b->ctx, model, seen));
+    PD_TRY(pd_step_diagnostics_build(b->ctx, model, seen));
     return pd_time_loop_run(b->ctx, &model->time_loop, model->setup->end_time, model->setup->output_interval,
                             scene_observe, &watch);
 }
@@ -125,8 +125,8 @@ static void scene_note(bench *b, const scene_run *s, const pd_model *model, cons
                        scene_times t)
 {
     const pd_time_loop *c = &model->time_loop;
-    pdi_model_statistics effort;
-    pdi_model_get_statistics(model, &effort);
+    pd_model_statistics effort;
+    pd_model_get_statistics(model, &effort);
     double nodes = (double)(model->grid.fluid_count + model->grid.solid_count);
     double bytes = (double)b->ctx->peak / nodes, evals = (double)effort.flow_evaluations, steps = (double)c->steps;
     double speedup = t.one / t.wall, serial = t.one > 0.0 ? scene_serial(speedup, b->threads) : 0.0;
@@ -185,7 +185,7 @@ static pd_status scene_once(bench *b, const scene_run *s, const double *one, dou
     t.cpu = cpu_seconds() - t.cpu;
     t.one = one ? *one : 0.0;
     if (status >= 0 && one) scene_note(b, s, &model, &seen, t);
-    pdi_step_diagnostics_free(b->ctx, &seen);
+    pd_step_diagnostics_free(b->ctx, &seen);
     runs_close(b, &setup, &model);
     return status;
 }
@@ -204,7 +204,7 @@ static pd_status scene_passes(bench *b, const scene_run *s)
         b->ctx = &ctx;
         status = scene_once(b, s, pass ? &one : NULL, pass ? &wall : &one);
         b->ctx = outer;
-        if (status < 0) return pdi_fail(outer, status, s->scene, "%s", ctx.message);
+        if (status < 0) return pd_fail(outer, status, s->scene, "%s", ctx.message);
     }
     return status;
 }
@@ -217,7 +217,7 @@ static pd_status scenes_run(bench *b)
     table_row *head = bench_row(b);
     for (int k = 0; k < (int)(sizeof words / sizeof words[0]); k++) table_cell(head, "%s", words[k]);
     for (int k = scene_first(b); k < (int)(sizeof scene_runs / sizeof scene_runs[0]); k++)
-        PDI_TRY(scene_passes(b, &scene_runs[k]));
+        PD_TRY(scene_passes(b, &scene_runs[k]));
     bench_table(b, "From the first flow solve to the end");
     bench_note(b, "Speed-up: wall time on one thread over that on those of the row. The serial share follows from it "
                   "by Amdahl's law, and holds what threads wait for too: loops too short for them, and memory that "
@@ -247,11 +247,11 @@ static pd_status counts_pin_solves(bench *b, pd_model *model, int solves, int64_
     const pd_quasi_steady *flow = &model->quasi;
     int64_t start, total = 0;
     *again = 0;
-    PDI_TRY(pd_time_loop_start(b->ctx, c));
+    PD_TRY(pd_time_loop_start(b->ctx, c));
     *first = start = flow->evaluations;
     for (int found = 0; found < solves && c->steps < 1000;) {
         int64_t before = flow->evaluations, known = flow->solves;
-        PDI_TRY(pd_time_loop_step(b->ctx, c, model->setup->end_time));
+        PD_TRY(pd_time_loop_step(b->ctx, c, model->setup->end_time));
         if (flow->solves == known) continue;
         *again = flow->evaluations - before > *again ? flow->evaluations - before : *again;
         found++;
@@ -321,7 +321,7 @@ static pd_status counts_pin(bench *b)
     for (int pass = 0; pass < 2; pass++)
         for (int k = 0; k < 3; k++) {
             if (b->quick && (k != 1 || !pass)) continue;
-            PDI_TRY(counts_pin_level(b, h[k], pass ? "1e-8" : NULL, b->quick ? 2 : COUNT_SOLVES, found));
+            PD_TRY(counts_pin_level(b, h[k], pass ? "1e-8" : NULL, b->quick ? 2 : COUNT_SOLVES, found));
             if (!pass) continue;
             most = fmax(most, found[0]);
             least = fmin(least, found[0]);
@@ -353,7 +353,7 @@ static pd_status counts_transport_step(bench *b, val_lab *lab, const counts_step
     lab->transport_desc.diffusivity = mean * 2.0 * FLOW_HALF / s->peclet;
     lab->transport_desc.inlet = 1.0;
     lab->transport_desc.advection = s->advection;
-    PDI_TRY(lab_build(b->ctx, lab, VAL_FLOW | VAL_TRANSPORT));
+    PD_TRY(lab_build(b->ctx, lab, VAL_FLOW | VAL_TRANSPORT));
     for (int32_t i = 0; i < lab->grid.total; i++) {
         double x[PD_DIM], u[PD_DIM];
         pd_grid_position(&lab->grid, i, x);
@@ -404,7 +404,7 @@ static pd_status counts_transport(bench *b)
             table_row *row = bench_row(b);
             table_cell(row, "%d", s.n);
             table_cell(row, "%g", s.m);
-            PDI_TRY(counts_transport_row(b, row, s));
+            PD_TRY(counts_transport_row(b, row, s));
         }
     bench_table(b, "Krylov iterations of one implicit step of transport in a channel, Peclet number 3000");
     if (b->quick) return PD_OK;
@@ -415,7 +415,7 @@ static pd_status counts_transport(bench *b)
             table_row *row = bench_row(b);
             table_cell(row, "%g", s.peclet);
             table_cell(row, "%g", s.m);
-            PDI_TRY(counts_transport_row(b, row, s));
+            PD_TRY(counts_transport_row(b, row, s));
         }
     bench_table(b, "The same with 64 nodes across, against the Peclet number and the horizon");
     return PD_OK;
@@ -427,7 +427,7 @@ static pd_status counts_implicit_steps(bench *b, val_lab *lab, int n, int steps)
     lab_box(lab, 1.0 / n, 3.0, 0.0, 1.0);
     for (int side = 0; side < 2 * PD_DIM; side++) lab->grid_desc.side[side] = PD_SIDE_PERIODIC;
     enclosed_fluid(lab, TAYLOR_NU);
-    PDI_TRY(lab_build(b->ctx, lab, VAL_FLOW | VAL_STEADY | VAL_IMPLICIT));
+    PD_TRY(lab_build(b->ctx, lab, VAL_FLOW | VAL_STEADY | VAL_IMPLICIT));
     for (int32_t i = 0; i < lab->grid.total; i++) {
         double x[PD_DIM], u[PD_DIM];
         pd_grid_position(&lab->grid, i, x);
@@ -436,7 +436,7 @@ static pd_status counts_implicit_steps(bench *b, val_lab *lab, int n, int steps)
     }
     for (int k = 0; k < steps; k++)
         if (pd_implicit_step(b->ctx, &lab->implicit, 0.01) != PD_OK)
-            return pdi_fail(b->ctx, PD_ERR_DIVERGED, "bench", "an implicit step with %d nodes does not converge", n);
+            return pd_fail(b->ctx, PD_ERR_DIVERGED, "bench", "an implicit step with %d nodes does not converge", n);
     return PD_OK;
 }
 
@@ -463,8 +463,8 @@ static pd_status counts_implicit(bench *b)
 
 static pd_status counts_run(bench *b)
 {
-    PDI_TRY(counts_pin(b));
-    PDI_TRY(counts_transport(b));
+    PD_TRY(counts_pin(b));
+    PD_TRY(counts_transport(b));
     return counts_implicit(b);
 }
 
@@ -493,7 +493,7 @@ static pd_status scaling_level(bench *b, scaling *s, kernels *k, int n)
     double rate[KERNELS][2];
     int l = s->levels++;
     memset(rate, 0, sizeof rate);
-    PDI_TRY(kernels_build(b, k, n, b->m > 0.0 ? b->m : 3.0));
+    PD_TRY(kernels_build(b, k, n, b->m > 0.0 ? b->m : 3.0));
     for (int j = 0; j < SCALING_KERNELS; j++) k->job[j] = k->job[which[j]];
     k->jobs = SCALING_KERNELS;
     kernels_time(b, k, "scaling", n, k->lab.stencil.m, rate);

@@ -19,11 +19,11 @@ static void solid_end(solid_lab *s)
 {
     pd_correspondence_free(s->ctx, &s->elastic);
     pd_body_free(s->ctx, &s->body);
-    PDI_DELETE(s->ctx, (int64_t)s->room * PD_DIM, s->position);
-    PDI_DELETE(s->ctx, s->room, s->volume);
-    PDI_DELETE(s->ctx, (int64_t)s->room * PD_DIM, s->u);
-    PDI_DELETE(s->ctx, (int64_t)s->room * PD_DIM, s->load);
-    PDI_DELETE(s->ctx, (int64_t)s->room * PD_DIM, s->held);
+    PD_DELETE(s->ctx, (int64_t)s->room * PD_DIM, s->position);
+    PD_DELETE(s->ctx, s->room, s->volume);
+    PD_DELETE(s->ctx, (int64_t)s->room * PD_DIM, s->u);
+    PD_DELETE(s->ctx, (int64_t)s->room * PD_DIM, s->load);
+    PD_DELETE(s->ctx, (int64_t)s->room * PD_DIM, s->held);
 }
 
 static double solid_distance(const double *x)
@@ -66,11 +66,11 @@ static pd_status solid_build(bench *b, solid_lab *s, int n, double half, double 
     s->ctx = b->ctx;
     s->room = 1;
     for (int d = 0; d < PD_DIM; d++) s->room *= n;
-    PDI_TRY(PDI_NEW(b->ctx, "bench", (int64_t)s->room * PD_DIM, s->position));
-    PDI_TRY(PDI_NEW(b->ctx, "bench", s->room, s->volume));
-    PDI_TRY(PDI_NEW(b->ctx, "bench", (int64_t)s->room * PD_DIM, s->u));
-    PDI_TRY(PDI_NEW(b->ctx, "bench", (int64_t)s->room * PD_DIM, s->load));
-    PDI_TRY(PDI_NEW(b->ctx, "bench", (int64_t)s->room * PD_DIM, s->held));
+    PD_TRY(PD_NEW(b->ctx, "bench", (int64_t)s->room * PD_DIM, s->position));
+    PD_TRY(PD_NEW(b->ctx, "bench", s->room, s->volume));
+    PD_TRY(PD_NEW(b->ctx, "bench", (int64_t)s->room * PD_DIM, s->u));
+    PD_TRY(PD_NEW(b->ctx, "bench", (int64_t)s->room * PD_DIM, s->load));
+    PD_TRY(PD_NEW(b->ctx, "bench", (int64_t)s->room * PD_DIM, s->held));
     solid_points(s, n, half, h, ring);
     s->desc.position = s->position;
     s->desc.volume = s->volume;
@@ -79,8 +79,8 @@ static pd_status solid_build(bench *b, solid_lab *s, int n, double half, double 
     desc.young = 1.0;
     desc.poisson = 0.3;
     s->build = bench_clock(b->threads);
-    PDI_TRY(pd_body_build(b->ctx, &s->desc, &s->body));
-    PDI_TRY(pd_correspondence_build(b->ctx, &s->body, &desc, &s->elastic));
+    PD_TRY(pd_body_build(b->ctx, &s->desc, &s->body));
+    PD_TRY(pd_correspondence_build(b->ctx, &s->body, &desc, &s->elastic));
     s->build = bench_clock(b->threads) - s->build;
     return PD_OK;
 }
@@ -121,14 +121,14 @@ static pd_status solid_cube(bench *b, solid_lab *s, int n, double m)
     bench_job job = {"elastic", solid_force, s, 0.0, 0.0};
     size_t before = b->ctx->in_use;
     table_row *row;
-    PDI_TRY(solid_build(b, s, n, 1.0, m, 0));
+    PD_TRY(solid_build(b, s, n, 1.0, m, 0));
     int64_t arrays = (int64_t)s->room * (int64_t)((3 * PD_DIM + 1) * sizeof(double) + PD_DIM);
     double count = (double)s->body.count, bytes = ((double)(b->ctx->in_use - before) - (double)arrays) / count;
     job.nodes = (double)s->body.bonds;
     bench_time(b, &job, 1, 1);
     solid_shear(s);
     size_t peak = b->ctx->peak = b->ctx->in_use;
-    PDI_TRY(solid_solve(b, s, 1e-8));
+    PD_TRY(solid_solve(b, s, 1e-8));
     double more = (double)(b->ctx->peak - peak) / count;
     row = bench_row(b);
     table_cell(row, "%d", (int)s->body.count);
@@ -167,10 +167,10 @@ static pd_status solid_ring(bench *b, solid_lab *s, int across, double m)
 {
     double error = 0.0, size = 0.0;
     table_row *row;
-    PDI_TRY(solid_build(b, s, 4 * across, 2.0, m, 1));
+    PD_TRY(solid_build(b, s, 4 * across, 2.0, m, 1));
     for (int64_t k = 0; k < (int64_t)s->body.count * PD_DIM; k++)
         if (solid_distance(s->position + k / PD_DIM * PD_DIM) < 1.5) s->load[k] = s->elastic.surface_vector[k];
-    PDI_TRY(solid_solve(b, s, 1e-8));
+    PD_TRY(solid_solve(b, s, 1e-8));
     for (int32_t i = 0; i < s->body.count; i++) {
         const double *x = s->position + (int64_t)i * PD_DIM;
         double r = solid_distance(x), exact = solid_lame(r);
@@ -248,17 +248,17 @@ static void glass_free(glass_lab *g)
     pd_verlet_free(g->ctx, &g->motion);
     pd_microelastic_free(g->ctx, &g->springs);
     pd_body_free(g->ctx, &g->body);
-    PDI_DELETE(g->ctx, (int64_t)g->count * 2, g->position);
-    PDI_DELETE(g->ctx, g->count, g->volume);
-    PDI_DELETE(g->ctx, (int64_t)g->count * 2, g->load);
-    PDI_DELETE(g->ctx, (int64_t)g->count * 2, g->force);
+    PD_DELETE(g->ctx, (int64_t)g->count * 2, g->position);
+    PD_DELETE(g->ctx, g->count, g->volume);
+    PD_DELETE(g->ctx, (int64_t)g->count * 2, g->load);
+    PD_DELETE(g->ctx, (int64_t)g->count * 2, g->force);
 }
 
 /* The bonds across y = 0 left of the middle. */
 static void glass_notch(pd_body *body)
 {
     for (int32_t i = 0; i < body->count; i++)
-        for (pd_bond_iterator b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
+        for (pd_bond_iterator b = pd_body_bonds_begin(body, i); pd_body_bonds_next(&b);) {
             const double *p = body->position + 2 * (size_t)i, *q = body->position + 2 * (size_t)b.neighbour;
             if ((p[1] < 0.0) == (q[1] < 0.0) || p[0] - p[1] * (q[0] - p[0]) / (q[1] - p[1]) > 0.0) continue;
             pd_body_break(body, i, b.neighbour);
@@ -279,10 +279,10 @@ static pd_status glass_build(bench *b, glass_lab *g, int n)
     memset(&motion, 0, sizeof motion);
     g->ctx = b->ctx;
     g->count = n * ny;
-    PDI_TRY(PDI_NEW(b->ctx, "bench", (int64_t)g->count * 2, g->position));
-    PDI_TRY(PDI_NEW(b->ctx, "bench", g->count, g->volume));
-    PDI_TRY(PDI_NEW(b->ctx, "bench", (int64_t)g->count * 2, g->load));
-    PDI_TRY(PDI_NEW(b->ctx, "bench", (int64_t)g->count * 2, g->force));
+    PD_TRY(PD_NEW(b->ctx, "bench", (int64_t)g->count * 2, g->position));
+    PD_TRY(PD_NEW(b->ctx, "bench", g->count, g->volume));
+    PD_TRY(PD_NEW(b->ctx, "bench", (int64_t)g->count * 2, g->load));
+    PD_TRY(PD_NEW(b->ctx, "bench", (int64_t)g->count * 2, g->force));
     for (int32_t i = 0; i < g->count; i++) {
         g->position[2 * i] = (i % n - 0.5 * (n - 1)) * h;
         g->position[2 * i + 1] = (i / n - 0.5 * (ny - 1)) * h;
@@ -294,12 +294,12 @@ static pd_status glass_build(bench *b, glass_lab *g, int n)
     points.volume = g->volume;
     points.horizon = 3.0 * h;
     points.spacing = h;
-    PDI_TRY(pd_body_build(b->ctx, &points, &g->body));
+    PD_TRY(pd_body_build(b->ctx, &points, &g->body));
     glass_notch(&g->body);
     glass.young = 72e9;
     glass.fracture = 3.8;
     glass.plane = PD_PLANE_STRESS;
-    PDI_TRY(pd_microelastic_build(b->ctx, &g->body, &glass, &g->springs));
+    PD_TRY(pd_microelastic_build(b->ctx, &g->body, &glass, &g->springs));
     motion.density = 2440.0;
     motion.load = g->load;
     pd_material_interface solid = pd_microelastic_material(&g->springs);
@@ -329,11 +329,11 @@ static pd_status glass_plate(bench *b, glass_lab *g, int n, int steps)
     bench_job job = {"springs", glass_force, g, 0.0, 0.0};
     size_t before = b->ctx->in_use;
     double build = bench_clock(b->threads);
-    PDI_TRY(glass_build(b, g, n));
+    PD_TRY(glass_build(b, g, n));
     build = bench_clock(b->threads) - build;
     double bytes = ((double)(b->ctx->in_use - before) - 7.0 * sizeof(double) * g->count) / g->count;
     double run = bench_clock(b->threads);
-    PDI_TRY(pd_physics_run(b->ctx, pd_verlet_process(&g->motion), (steps - 1e-6) * g->motion.max_step));
+    PD_TRY(pd_physics_run(b->ctx, pd_verlet_process(&g->motion), (steps - 1e-6) * g->motion.max_step));
     run = bench_clock(b->threads) - run;
     job.nodes = (double)g->body.bonds;
     bench_time(b, &job, 1, 1);

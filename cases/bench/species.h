@@ -39,7 +39,7 @@ static pd_status species_once(bench *b, int buffer, species_found *f)
              buffer ? SPECIES_BUFFER : "\n");
     f->cpu = cpu_seconds();
     pd_status status = pd_scene_parse(&ctx, "pin", text, NULL, 0, &setup);
-    if (status >= 0) status = pdi_model_build(&ctx, &setup, &model);
+    if (status >= 0) status = pd_model_build(&ctx, &setup, &model);
     if (status >= 0)
         status = pd_time_loop_run(&ctx, &model.time_loop, setup.end_time, setup.output_interval, NULL, NULL);
     f->cpu = cpu_seconds() - f->cpu;
@@ -50,7 +50,7 @@ static pd_status species_once(bench *b, int buffer, species_found *f)
     if (status >= 0) f->loss = pd_time_loop_volume_loss(&model.time_loop);
     if (status >= 0) f->ledger = pd_time_loop_imbalance(&model.time_loop);
     runs_close(b, &setup, &model);
-    return status < 0 ? pdi_fail(b->ctx, status, "species", "%s", ctx.message) : PD_OK;
+    return status < 0 ? pd_fail(b->ctx, status, "species", "%s", ctx.message) : PD_OK;
 }
 
 static pd_status species_run(bench *b)
@@ -62,7 +62,7 @@ static pd_status species_run(bench *b)
     for (int k = 0; k < (int)(sizeof words / sizeof words[0]); k++) table_cell(row, "%s", words[k]);
     memset(f, 0, sizeof f);
     for (int k = 0; k < 2; k++) {
-        PDI_TRY(species_once(b, k, &f[k]));
+        PD_TRY(species_once(b, k, &f[k]));
         double own = k ? (f[1].bytes - f[0].bytes) / f[1].nodes / (f[1].species - 1) : 0.0;
         row = bench_row(b);
         table_cell(row, "%d", f[k].species);

@@ -28,7 +28,7 @@ static pd_status study_measure(bench *b, study *s, int family, study_run_fn run,
 {
     double spent = 0.0;
     study_point *p = &s->point[s->points];
-    if (s->points == STUDY_POINTS) return pdi_fail(b->ctx, PD_ERR_SIZE, "bench", "more runs than a study holds");
+    if (s->points == STUDY_POINTS) return pd_fail(b->ctx, PD_ERR_SIZE, "bench", "more runs than a study holds");
     p->cpu = p->wall = HUGE_VAL;
     p->family = family;
     snprintf(p->knob, sizeof p->knob, "%s", knob);
@@ -152,7 +152,7 @@ static pd_status study_pulse_steps(bench *b, val_lab *lab, const pulse_knobs *k,
     if (!(k->rtol > 0.0)) {
         int steps = (int)(2.0 * STUDY_TRAVEL * k->n);
         p->steps = steps;
-        for (int s = 0; s < steps; s++) PDI_TRY(pd_transport_implicit(b->ctx, &lab->transport, end / steps, &result));
+        for (int s = 0; s < steps; s++) PD_TRY(pd_transport_implicit(b->ctx, &lab->transport, end / steps, &result));
         return PD_OK;
     }
     memset(&desc, 0, sizeof desc);
@@ -179,7 +179,7 @@ static pd_status study_pulse_solve(bench *b, val_lab *lab, const pulse_knobs *k,
     lab->flow_desc.inlet = pulse_velocity;
     lab->transport_desc.diffusivity = PULSE_SPEED * STUDY_SIGMA / STUDY_PECLET;
     lab->transport_desc.advection = k->advection;
-    PDI_TRY(lab_build(b->ctx, lab, VAL_FLOW | VAL_TRANSPORT));
+    PD_TRY(lab_build(b->ctx, lab, VAL_FLOW | VAL_TRANSPORT));
     for (int32_t i = 0; i < lab->grid.total; i++) {
         double x[PD_DIM];
         lab->flow.u[i] = PULSE_SPEED;
@@ -187,7 +187,7 @@ static pd_status study_pulse_solve(bench *b, val_lab *lab, const pulse_knobs *k,
         if (lab->grid.kind[i] == PD_FLUID) lab->transport.c[i] = pulse_field(lab, x, 0.0);
     }
     pdi_flow_update_derived_fields(b->ctx, &lab->flow);
-    PDI_TRY(study_pulse_steps(b, lab, k, end, p));
+    PD_TRY(study_pulse_steps(b, lab, k, end, p));
     transport_errors(lab, lab->transport.c, pulse_field, end, &p->err, &largest);
     return PD_OK;
 }
@@ -221,7 +221,7 @@ static pd_status study_pulse(bench *b, study *s)
             pulse_knobs k = family[f].knobs;
             k.n = n;
             snprintf(knob, sizeof knob, "%d nodes a width", n);
-            PDI_TRY(study_measure(b, s, f, study_pulse_once, &k, knob));
+            PD_TRY(study_measure(b, s, f, study_pulse_once, &k, knob));
         }
     }
     study_close(b, s);
@@ -276,7 +276,7 @@ static pd_status study_pencil(bench *b, study *s)
             k.level.m = family[f].m;
             k.fraction = family[f].fraction;
             snprintf(knob, sizeof knob, "h = %g um", 8.0 / n);
-            PDI_TRY(study_measure(b, s, f, study_pencil_once, &k, knob));
+            PD_TRY(study_measure(b, s, f, study_pencil_once, &k, knob));
         }
     }
     study_close(b, s);
@@ -286,8 +286,8 @@ static pd_status study_pencil(bench *b, study *s)
 static pd_status study_run(bench *b)
 {
     static study s;
-    PDI_TRY(study_pulse(b, &s));
-    PDI_TRY(study_pencil(b, &s));
+    PD_TRY(study_pulse(b, &s));
+    PD_TRY(study_pencil(b, &s));
     bench_note(b, "Bonds longer than a spacing are upwinded too, which spreads a front by more than a cell: long "
                   "horizons pay for their work with accuracy here. The error of the pencil is that of metal that "
                   "leaves cell by cell; it falls with h, not with the steps.");
@@ -351,7 +351,7 @@ static pd_status study_channel(bench *b, study *s)
             k.m = family[f].m;
             k.tolerance = family[f].tolerance;
             snprintf(knob, sizeof knob, "%d nodes across", n);
-            PDI_TRY(study_measure(b, s, f, study_channel_once, &k, knob));
+            PD_TRY(study_measure(b, s, f, study_channel_once, &k, knob));
         }
     }
     study_close(b, s);
@@ -398,7 +398,7 @@ static pd_status study_pin_loss(bench *b, const pin_knobs *k, double *loss, stud
 static pd_status study_pin_once(bench *b, const void *knobs, study_point *p)
 {
     double loss;
-    PDI_TRY(study_pin_loss(b, (const pin_knobs *)knobs, &loss, p));
+    PD_TRY(study_pin_loss(b, (const pin_knobs *)knobs, &loss, p));
     p->err = fabs(loss / study_pin_reference - 1.0);
     return PD_OK;
 }
@@ -417,7 +417,7 @@ static pd_status study_pin(bench *b, study *s)
     static const char *const h[] = {"20", "10"};
     study_point reference;
     study_open(s, "pin", "Mg pin in 2D: volume loss after 4 h", "difference from the finest run [-]");
-    PDI_TRY(study_pin_loss(b, b->quick ? &coarse : &best, &study_pin_reference, &reference));
+    PD_TRY(study_pin_loss(b, b->quick ? &coarse : &best, &study_pin_reference, &reference));
     bench_result(b, "part=pin_reference volume_loss=%.6g steps=%.0f evals=%.0f", study_pin_reference, reference.steps,
                  reference.evals);
     s->families = b->quick ? 1 : (int)(sizeof family / sizeof family[0]);
@@ -428,7 +428,7 @@ static pd_status study_pin(bench *b, study *s)
             pin_knobs k = family[f].knobs;
             k.h = h[l];
             snprintf(knob, sizeof knob, "h = %s um", h[l]);
-            PDI_TRY(study_measure(b, s, f, study_pin_once, &k, knob));
+            PD_TRY(study_measure(b, s, f, study_pin_once, &k, knob));
         }
     }
     study_close(b, s);
@@ -439,7 +439,7 @@ static pd_status study_pin(bench *b, study *s)
 static pd_status study_run(bench *b)
 {
     static study s;
-    PDI_TRY(study_channel(b, &s));
+    PD_TRY(study_channel(b, &s));
     return study_pin(b, &s);
 }
 

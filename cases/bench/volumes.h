@@ -29,22 +29,22 @@ static int64_t volumes_at(const volumes *v, int i, int j)
 
 static void volumes_free(pd_ctx *ctx, volumes *v)
 {
-    PDI_DELETE(ctx, v->size, v->c);
-    PDI_DELETE(ctx, v->size, v->start);
-    PDI_DELETE(ctx, v->size, v->before);
-    PDI_DELETE(ctx, v->size, v->rate);
-    for (int d = 0; d < 2; d++) PDI_DELETE(ctx, v->size, v->u[d]);
+    PD_DELETE(ctx, v->size, v->c);
+    PD_DELETE(ctx, v->size, v->start);
+    PD_DELETE(ctx, v->size, v->before);
+    PD_DELETE(ctx, v->size, v->rate);
+    for (int d = 0; d < 2; d++) PD_DELETE(ctx, v->size, v->u[d]);
 }
 
 static pd_status volumes_build(pd_ctx *ctx, volumes *v, rotation_stream_fn stream)
 {
     v->stride = v->n[0] + 2 * VOLUMES_GHOST;
     v->size = (int64_t)v->stride * (v->n[1] + 2 * VOLUMES_GHOST);
-    PDI_TRY(PDI_NEW(ctx, "bench", v->size, v->c));
-    PDI_TRY(PDI_NEW(ctx, "bench", v->size, v->start));
-    PDI_TRY(PDI_NEW(ctx, "bench", v->size, v->before));
-    PDI_TRY(PDI_NEW(ctx, "bench", v->size, v->rate));
-    for (int d = 0; d < 2; d++) PDI_TRY(PDI_NEW(ctx, "bench", v->size, v->u[d]));
+    PD_TRY(PD_NEW(ctx, "bench", v->size, v->c));
+    PD_TRY(PD_NEW(ctx, "bench", v->size, v->start));
+    PD_TRY(PD_NEW(ctx, "bench", v->size, v->before));
+    PD_TRY(PD_NEW(ctx, "bench", v->size, v->rate));
+    for (int d = 0; d < 2; d++) PD_TRY(PD_NEW(ctx, "bench", v->size, v->u[d]));
     for (int j = 0; j <= v->n[1]; j++)
         for (int i = 0; i <= v->n[0]; i++)
             for (int d = 0; d < 2 && stream; d++) {
@@ -153,7 +153,7 @@ static double volumes_off(const volumes *v)
 
 static pd_status volumes_round(pd_ctx *ctx, volumes *v, rotation_field_fn field, rotation_stream_fn stream, double *err)
 {
-    PDI_TRY(volumes_build(ctx, v, stream));
+    PD_TRY(volumes_build(ctx, v, stream));
     for (int j = 0; j < v->n[1]; j++)
         for (int i = 0; i < v->n[0]; i++) {
             double x[2] = {(i + 0.5) * v->h, (j + 0.5) * v->h};
@@ -199,7 +199,7 @@ static pd_status volumes_outlet(pd_ctx *ctx, volumes *v, double peclet, double *
     double s[VAL_POINTS], f[VAL_POINTS], t = 0.0;
     const turn_table *table = turn_of(peclet);
     int count = 0;
-    PDI_TRY(volumes_build(ctx, v, turn_velocity));
+    PD_TRY(volumes_build(ctx, v, turn_velocity));
     double dt = volumes_limit(v);
     for (int j = 0; j < v->n[1]; j++)
         for (int i = 0; i < v->n[0]; i++) v->c[volumes_at(v, i, j)] = TURN_WALL;
@@ -233,7 +233,7 @@ static pd_status volumes_turn(pd_ctx *ctx, int n, double peclet, double *err)
 static pd_status volumes_spread(pd_ctx *ctx, volumes *v, double *err)
 {
     double square = 0.0, sum = 0.0;
-    PDI_TRY(volumes_build(ctx, v, NULL));
+    PD_TRY(volumes_build(ctx, v, NULL));
     int steps = (int)ceil(GAUSS_TIME / volumes_limit(v));
     for (int pass = 0; pass < 2; pass++) {
         for (int j = 0; j < v->n[1]; j++)
@@ -329,11 +329,11 @@ static pd_status cavity_march(pd_ctx *ctx, volumes_cavity *k, const cavity_table
 {
     double s[VAL_POINTS], f[VAL_POINTS], stiff = 2.0;
     double dt = 0.8 * fmin(fmin(2.0 * k->nu, 0.25 * k->h * k->h / k->nu), k->h / (1.0 + sqrt(1.0 + 2.0 * stiff)));
-    PDI_TRY(PDI_NEW(ctx, "bench", k->size, k->u));
-    PDI_TRY(PDI_NEW(ctx, "bench", k->size, k->v));
-    PDI_TRY(PDI_NEW(ctx, "bench", k->size, k->p));
-    PDI_TRY(PDI_NEW(ctx, "bench", k->size, k->du));
-    PDI_TRY(PDI_NEW(ctx, "bench", k->size, k->dv));
+    PD_TRY(PD_NEW(ctx, "bench", k->size, k->u));
+    PD_TRY(PD_NEW(ctx, "bench", k->size, k->v));
+    PD_TRY(PD_NEW(ctx, "bench", k->size, k->p));
+    PD_TRY(PD_NEW(ctx, "bench", k->size, k->du));
+    PD_TRY(PD_NEW(ctx, "bench", k->size, k->dv));
     for (int64_t step = 0; cavity_step(k, dt, stiff) > 1e-5 && step * dt < 1e3; step++) continue;
     s[0] = f[0] = 0.0;
     for (int j = 0; j < k->n; j++) {
@@ -356,11 +356,11 @@ static pd_status volumes_lid(pd_ctx *ctx, int n, const cavity_table *table, doub
     k.size = (int64_t)(n + 3) * (n + 3);
     *err = 0.0;
     pd_status status = cavity_march(ctx, &k, table, err);
-    PDI_DELETE(ctx, k.size, k.u);
-    PDI_DELETE(ctx, k.size, k.v);
-    PDI_DELETE(ctx, k.size, k.p);
-    PDI_DELETE(ctx, k.size, k.du);
-    PDI_DELETE(ctx, k.size, k.dv);
+    PD_DELETE(ctx, k.size, k.u);
+    PD_DELETE(ctx, k.size, k.v);
+    PD_DELETE(ctx, k.size, k.p);
+    PD_DELETE(ctx, k.size, k.du);
+    PD_DELETE(ctx, k.size, k.dv);
     return status;
 }
 

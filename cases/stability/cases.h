@@ -42,7 +42,7 @@ static int32_t stab_middle(const pd_grid *grid)
 
 static void stab_offset(const pd_grid *grid, int32_t node, int *n)
 {
-    pdi_grid_index(grid, node, n);
+    pd_grid_index(grid, node, n);
     for (int d = 0; d < PD_DIM; d++) n[d] -= grid->n[d] / 2;
 }
 
@@ -97,22 +97,22 @@ static pd_status stab_transport(pd_ctx *ctx, val_lab *lab, double m, double x, s
     lab->flow_desc.rho = lab->flow_desc.mu = lab->flow_desc.report_speed = lab->flow_desc.report_length = 1.0;
     lab->transport_desc.diffusivity = 1.0;
     lab->transport_desc.advection = PD_ADVECTION_UPWIND;
-    PDI_TRY(lab_build(ctx, lab, VAL_FLOW | VAL_TRANSPORT));
+    PD_TRY(lab_build(ctx, lab, VAL_FLOW | VAL_TRANSPORT));
     stab_stream(&lab->flow, x);
     pdi_flow_update_derived_fields(ctx, &lab->flow);
     pd_transport *t = &lab->transport;
     int32_t middle = stab_middle(&lab->grid);
-    PDI_TRY(pd_transport_update(ctx, t));
+    PD_TRY(pd_transport_update(ctx, t));
     t->c[middle] = 1.0;
     double limit = pd_transport_limit(ctx, t);
-    PDI_TRY(pd_transport_explicit(ctx, t, limit));
+    PD_TRY(pd_transport_explicit(ctx, t, limit));
     t->c[middle] -= 1.0;
     for (int32_t i = 0; i < lab->grid.total; i++) {
         if (lab->grid.kind[i] != PD_FLUID) continue;
         if (i == middle) centre = t->c[i] / limit;
         else least = fmin(least, t->c[i] / limit);
     }
-    if (!symbol_build(&s, 1)) return pdi_fail(ctx, PD_ERR_MEMORY, "stability", "out of memory");
+    if (!symbol_build(&s, 1)) return pd_fail(ctx, PD_ERR_MEMORY, "stability", "out of memory");
     stab_collect(&lab->grid, 1, t->c, 0, 1.0 / limit, &s);
     point->step = limit;
     point->stable = symbol_limit(&s, 1, limit);
@@ -135,7 +135,7 @@ static pd_status stab_unsteady_rates(pd_ctx *ctx, const val_lab *lab, double siz
     for (int32_t i = 0; i < total; i++) un->density[i] = 1.0;
     if (b < PD_DIM) un->flow->u[(int64_t)b * total + middle] += size;
     else un->density[middle] += size;
-    PDI_TRY(pd_weakly_compressible_step(ctx, un, 1e-12));
+    PD_TRY(pd_weakly_compressible_step(ctx, un, 1e-12));
     memcpy(rate, un->time_derivative, (size_t)(PD_DIM + 1) * (size_t)total * sizeof *rate);
     return PD_OK;
 }
@@ -153,10 +153,10 @@ static pd_status stab_unsteady(pd_ctx *ctx, val_lab *lab, double m, double x, st
     lab->flow_desc.mu = x;
     desc.eos = PD_EOS_LINEAR;
     desc.sound_speed = 1.0;
-    PDI_TRY(lab_build(ctx, lab, VAL_FLOW));
-    PDI_TRY(lab_fields(ctx, lab, 2, PD_DIM + 1));
+    PD_TRY(lab_build(ctx, lab, VAL_FLOW));
+    PD_TRY(lab_fields(ctx, lab, 2, PD_DIM + 1));
     pd_status status = pd_weakly_compressible_build(ctx, &lab->flow, &desc, &stab_un);
-    if (!symbol_build(&s, PD_DIM + 1)) status = pdi_fail(ctx, PD_ERR_MEMORY, "stability", "out of memory");
+    if (!symbol_build(&s, PD_DIM + 1)) status = pd_fail(ctx, PD_ERR_MEMORY, "stability", "out of memory");
     for (int b = 0; b <= PD_DIM && status == PD_OK; b++) {
         const double size = 1e-4;
         status = stab_unsteady_rates(ctx, lab, size, b, lab->field[0]);
@@ -213,9 +213,9 @@ static pd_status stab_gas_emptied(pd_ctx *ctx, pd_gas *gas, double mach, int awa
             gas->state[(PD_DIM + 1) * total + i] += 0.5 * rho * v[d] * v[d];
         }
     }
-    PDI_TRY(pd_gas_limit(ctx, gas, limit));
+    PD_TRY(pd_gas_limit(ctx, gas, limit));
     *limit = 1.0 / gas->time_derivative[middle]; /* that of the node itself */
-    PDI_TRY(pd_gas_step(ctx, gas, 1e-14));
+    PD_TRY(pd_gas_step(ctx, gas, 1e-14));
     high = 64.0 * *limit;
     for (int step = 0; step < 60; step++) {
         double dt = 0.5 * (low + high), u[PD_GAS_FIELDS], energy;
@@ -242,13 +242,13 @@ static pd_status stab_gas(pd_ctx *ctx, val_lab *lab, double m, double x, stab_po
     lab->gas_desc.spatial_order = PD_GAS_FIRST;
     lab->gas_desc.initial = stab_gas_state;
     lab->gas_desc.initial_user = &mach;
-    PDI_TRY(lab_build(ctx, lab, VAL_GAS));
-    PDI_TRY(lab_fields(ctx, lab, 3, PD_GAS_FIELDS));
+    PD_TRY(lab_build(ctx, lab, VAL_GAS));
+    PD_TRY(lab_fields(ctx, lab, 3, PD_GAS_FIELDS));
     int32_t middle = stab_middle(&lab->grid);
     int64_t total = lab->grid.total;
-    PDI_TRY(pd_gas_limit(ctx, gas, &point->step));
+    PD_TRY(pd_gas_limit(ctx, gas, &point->step));
     memcpy(lab->field[2], gas->state, lab->field_size * sizeof *gas->state);
-    if (!symbol_build(&s, PD_GAS_FIELDS)) return pdi_fail(ctx, PD_ERR_MEMORY, "stability", "out of memory");
+    if (!symbol_build(&s, PD_GAS_FIELDS)) return pd_fail(ctx, PD_ERR_MEMORY, "stability", "out of memory");
     pd_status status = PD_OK;
     for (int b = 0; b < PD_GAS_FIELDS && status == PD_OK; b++) {
         const double size = 1e-5;
@@ -298,14 +298,14 @@ static pd_status stab_two_stage(pd_ctx *ctx, val_lab *lab, double m, double x, s
     stab_box(lab, m, 1);
     lab->flow_desc.rho = lab->flow_desc.mu = lab->flow_desc.report_speed = lab->flow_desc.report_length = 1.0;
     lab->transport_desc.diffusivity = 1.0;
-    PDI_TRY(lab_build(ctx, lab, VAL_FLOW | VAL_TRANSPORT));
+    PD_TRY(lab_build(ctx, lab, VAL_FLOW | VAL_TRANSPORT));
     stab_stream(&lab->flow, 100.0);
     pdi_flow_update_derived_fields(ctx, &lab->flow);
-    PDI_TRY(pd_transport_update(ctx, &lab->transport));
+    PD_TRY(pd_transport_update(ctx, &lab->transport));
     stab_noise(lab->transport.c, &lab->grid, 2.0, 1.0);
     double mean = pd_transport_stock(ctx, &lab->transport) / (double)lab->grid.fluid_count;
     double before = stab_spread(&lab->grid, lab->transport.c, mean);
-    PDI_TRY(pd_two_stage_build(ctx, &lab->transport, &desc, &two_stage));
+    PD_TRY(pd_two_stage_build(ctx, &lab->transport, &desc, &two_stage));
     point->step = x * pd_transport_limit(ctx, &lab->transport);
     pd_status status = pd_two_stage_step(ctx, &two_stage, point->step, &result);
     point->growth = stab_spread(&lab->grid, lab->transport.c, mean) / before;
@@ -330,12 +330,12 @@ static pd_status stab_implicit(pd_ctx *ctx, val_lab *lab, double m, double x, st
     lab->flow_desc.rho = lab->flow_desc.report_speed = 1.0;
     lab->flow_desc.report_length = 10.0;
     lab->flow_desc.mu = 0.1;
-    PDI_TRY(lab_build(ctx, lab, VAL_FLOW | VAL_STEADY | VAL_IMPLICIT));
+    PD_TRY(lab_build(ctx, lab, VAL_FLOW | VAL_STEADY | VAL_IMPLICIT));
     for (int d = 0; d < PD_DIM; d++)
         stab_noise(lab->flow.u + (int64_t)d * lab->grid.total, &lab->grid, 0.0, 1.0 / (d + 1));
     double before = stab_energy(&lab->flow);
     point->step = x / (2.0 * lab->stencil.lap_sum * lab->flow.nu);
-    PDI_TRY(pd_implicit_step(ctx, &lab->implicit, point->step));
+    PD_TRY(pd_implicit_step(ctx, &lab->implicit, point->step));
     point->growth = stab_energy(&lab->flow) / before;
     point->unit = 1.0;
     return PD_OK;

@@ -79,8 +79,8 @@ static pd_status annulus_flow_run(val_job *job)
     double kappa = annulus_of(job)->kappa, most = 0.0;
     val_squares sum = {0.0, 0.0};
     annulus_lab(job, 1.0, 1.0 / job->level.n, &kappa);
-    PDI_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_STEADY));
-    PDI_TRY(flow_solve(job));
+    PD_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_STEADY));
+    PD_TRY(flow_solve(job));
     val_curve *exact = job->profile ? val_add_curve(job, "closed form", PD_SERIES_STYLE_LINE) : NULL;
     val_curve *found = job->profile ? val_add_curve(job, "computed", PD_SERIES_STYLE_MARKERS) : NULL;
     for (int32_t i = 0; i < lab->grid.total; i++) {
@@ -88,7 +88,7 @@ static pd_status annulus_flow_run(val_job *job)
         int at[PD_DIM];
         if (lab->grid.kind[i] != PD_FLUID) continue;
         pd_grid_position(&lab->grid, i, x);
-        pdi_grid_index(&lab->grid, i, at);
+        pd_grid_index(&lab->grid, i, at);
         double u = annulus_speed(kappa, x[1]);
         val_squares_add(&sum, x[1], lab->flow.u[i], u);
         val_squares_add(&sum, x[1], lab->flow.u[lab->grid.total + i], 0.0);
@@ -124,9 +124,9 @@ static pd_status annulus_sherwood_run(val_job *job)
     lab->transport_desc.held = annulus_held;
     lab->transport_desc.user = &wire;
     lab->transport_desc.inlet = lab->transport_desc.initial = 1.0;
-    PDI_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_TRANSPORT));
+    PD_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_TRANSPORT));
     exchange_stream(job->ctx, lab);
-    PDI_TRY(pd_transport_steady(job->ctx, &lab->transport, &result));
+    PD_TRY(pd_transport_steady(job->ctx, &lab->transport, &result));
     job->out->err[1] = result.change;
     int last = lab->grid.n[0] * 9 / 10;
     job->out->err[0] = fabs(annulus_column(lab, inner, last) / annulus_of(job)->sherwood - 1.0);

@@ -12,11 +12,11 @@ static pd_status chemistry_ph(pd_ctx *ctx, const char *text, const char *reagent
     static pd_electrolyte e;
     pd_electrolyte_state s;
     double per[PD_SPECIES_MAX];
-    PDI_TRY(pd_electrolyte_parse(ctx, "case", text, NULL, 0, &e));
+    PD_TRY(pd_electrolyte_parse(ctx, "case", text, NULL, 0, &e));
     memset(per, 0, sizeof per);
-    if (reagent) PDI_TRY(pd_electrolyte_reagent(ctx, &e, reagent, per));
+    if (reagent) PD_TRY(pd_electrolyte_reagent(ctx, &e, reagent, per));
     for (int i = 0; i < e.count; i++) c[i] = e.initial[i] + added * per[i];
-    PDI_TRY(pd_electrolyte_solve(ctx, &e, c, &s));
+    PD_TRY(pd_electrolyte_solve(ctx, &e, c, &s));
     *ph = s.ph;
     return PD_OK;
 }
@@ -50,7 +50,7 @@ static pd_status chemistry_brucite_run(val_job *job)
                  "[reaction brucite] Mg(OH)2(s) + 2 H+ = Mg2+ + 2 H2O  log10_K = %g\n%s",
                  b->salt, b->salt, davies ? "davies" : "ideal", b->p_kw < 14.0 ? 310.15 : 298.15, -b->p_kw, b->log_k,
                  complex);
-        PDI_TRY(chemistry_ph(job->ctx, text, NULL, 0.0, c, &ph));
+        PD_TRY(chemistry_ph(job->ctx, text, NULL, 0.0, c, &ph));
         job->out->err[davies] = fabs(ph - (davies ? b->davies : b->ideal));
         if (davies) job->out->err[2] = fabs(c[0] / b->mg - 1.0);
     }
@@ -90,7 +90,7 @@ static pd_status chemistry_titration_run(val_job *job)
         val_curve *wanted = val_add_curve(job, name, PD_SERIES_STYLE_MARKERS);
         for (int i = 0; i < CHEMISTRY_POINTS; i++) {
             double c[PD_SPECIES_MAX], ph, added = chemistry_titration[i][0];
-            PDI_TRY(chemistry_ph(job->ctx, texts[k], "Na+ + OH-", added, c, &ph));
+            PD_TRY(chemistry_ph(job->ctx, texts[k], "Na+ + OH-", added, c, &ph));
             job->out->err[k] = fmax(job->out->err[k], fabs(ph - chemistry_titration[i][1 + k]));
             val_add_point(found, added, ph);
             val_add_point(wanted, added, chemistry_titration[i][1 + k]);

@@ -92,7 +92,7 @@ static pd_status clock_explicit_run(val_job *job) { return clock_transport(job, 
 static pd_status clock_flow_run(val_job *job)
 {
     val_lab *lab = job->lab;
-    PDI_TRY(clock_build(job, VAL_FLOW | VAL_STEADY | VAL_IMPLICIT));
+    PD_TRY(clock_build(job, VAL_FLOW | VAL_STEADY | VAL_IMPLICIT));
     clock_field(job, 0, lab->flow.u, 0.0, 1.0, 0.0);
     for (int step = 0; step < (int)job->level.p; step++) {
         pd_status status = pd_implicit_step(job->ctx, &lab->implicit, 1.0 / job->level.p);
@@ -111,7 +111,7 @@ static pd_status clock_unsteady_run(val_job *job)
     memset(&un, 0, sizeof un);
     memset(&desc, 0, sizeof desc);
     desc.sound_speed = CLOCK_SOUND;
-    PDI_TRY(clock_build(job, VAL_FLOW));
+    PD_TRY(clock_build(job, VAL_FLOW));
     clock_field(job, 0, lab->flow.u, 0.0, CLOCK_FAINT, 0.0);
     pd_status status = pd_weakly_compressible_build(job->ctx, &lab->flow, &desc, &un);
     for (int step = 0; step < (int)job->level.p && status == PD_OK; step++)
@@ -141,7 +141,7 @@ static pd_status clock_gas_run(val_job *job)
     lab->gas_desc.gamma = 1.4;
     lab->gas_desc.spatial_order = PD_GAS_FIRST;
     lab->gas_desc.initial = clock_gas_start;
-    PDI_TRY(clock_build(job, VAL_GAS));
+    PD_TRY(clock_build(job, VAL_GAS));
     for (int step = 0; step < (int)job->level.p; step++) {
         pd_status status = pd_gas_step(job->ctx, &lab->gas, end / job->level.p);
         if (status != PD_OK) return status < 0 ? status : PD_ERR_STATE;
@@ -176,8 +176,8 @@ static pd_status clock_dissolve_run(val_job *job)
     lab->dissolve_desc.rate_user = &law;
     lab->couple_desc.max_step = 1.0 / job->level.p;
     lab->couple_desc.fraction = 1.0;
-    PDI_TRY(lab_build(job->ctx, lab, VAL_TRANSPORT | VAL_DISSOLVE | VAL_COUPLE));
-    PDI_TRY(pd_time_loop_run(job->ctx, &lab->couple, 1.0, 0.0, NULL, NULL));
+    PD_TRY(lab_build(job->ctx, lab, VAL_TRANSPORT | VAL_DISSOLVE | VAL_COUPLE));
+    PD_TRY(pd_time_loop_run(job->ctx, &lab->couple, 1.0, 0.0, NULL, NULL));
     for (int32_t i = 0; i < lab->grid.total; i++)
         if (lab->grid.kind[i] == PD_FLUID)
             job->out->err[0] = fmax(job->out->err[0], fabs(lab->transport.c[i] + expm1(-1.0)));

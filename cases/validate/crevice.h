@@ -179,13 +179,13 @@ static pd_status crevice_run(val_job *job)
     val_lab *lab = job->lab;
     double deepest[2] = {0.0, 0.0}, place[2] = {0.0, 0.0}, mean[2] = {0.0, 0.0};
     if (!crevice_reference(&reference)) return PD_ERR_STATE;
-    PDI_TRY(crevice_build(job));
+    PD_TRY(crevice_build(job));
     for (int32_t i = 0; i < lab->grid.total; i++) {
         double x[PD_DIM];
         pd_grid_position(&lab->grid, i, x);
         if (lab->grid.kind[i] == PD_FLUID) lab->transport.c[i] = crevice_initial(x[0]);
     }
-    PDI_TRY(pd_time_loop_run(job->ctx, &lab->couple, CREVICE_TIME, 0.0, NULL, NULL));
+    PD_TRY(pd_time_loop_run(job->ctx, &lab->couple, CREVICE_TIME, 0.0, NULL, NULL));
     for (int which = 0; which < 2; which++) {
         int cells = which ? lab->grid.n[0] : CREVICE_CELLS;
         for (int i = 0; i < cells; i++) {

@@ -86,15 +86,15 @@ static pd_status cylinder_solve(val_job *job, int along, int across)
     lab->flow_desc.inlet = cylinder_profile;
     lab->flow_desc.developed_sides = 1; /* side x- */
     lab->steady_desc.tolerance = 1e-6;
-    PDI_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_STEADY));
-    PDI_TRY(flow_solve(job));
+    PD_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_STEADY));
+    PD_TRY(flow_solve(job));
     pd_force_surface(job->ctx, &lab->flow, 0, lo, hi, force, NULL, NULL);
     job->out->h = lab->grid.h[0];
     job->out->err[0] = fabs(scale * force[0] / CYLINDER_DRAG - 1.0);
     job->out->err[1] = fabs((cylinder_pressure(lab, -1) - cylinder_pressure(lab, 1)) / CYLINDER_DROP - 1.0);
     job->out->err[2] = fabs(scale * force[1] - CYLINDER_LIFT);
     if (PD_DIM == 3) return PD_OK; /* the cylinder ends on the walls: no box lies around it in the fluid */
-    PDI_TRY(pd_force_momentum_balance(job->ctx, &lab->flow, box[0], box[1], around));
+    PD_TRY(pd_force_momentum_balance(job->ctx, &lab->flow, box[0], box[1], around));
     job->out->err[3] = fabs(scale * around[0] / CYLINDER_DRAG - 1.0);
     job->out->err[4] = fabs(scale * around[1] - CYLINDER_LIFT);
     return PD_OK;
@@ -121,7 +121,7 @@ static pd_status cylinder_solve(val_job *job, int along, int across)
 static pd_status cylinder_run(val_job *job)
 {
     if (job->level.n % 10 != 0)
-        return pdi_fail(job->ctx, PD_ERR_ARGUMENT, "validate", "the cylinder takes a multiple of 10 cells for D");
+        return pd_fail(job->ctx, PD_ERR_ARGUMENT, "validate", "the cylinder takes a multiple of 10 cells for D");
     return cylinder_solve(job, 22 * job->level.n, 41 * job->level.n / 10);
 }
 

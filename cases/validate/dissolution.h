@@ -84,12 +84,12 @@ static pd_status rate_front(val_job *job, const int *direction, double *error)
     lab->dissolve_desc.solid = 1e5;
     lab->dissolve_desc.rate = dissolution_law;
     lab->dissolve_desc.rate_user = &law;
-    PDI_TRY(lab_build(job->ctx, lab, VAL_TRANSPORT | VAL_DISSOLVE | VAL_COUPLE));
+    PD_TRY(lab_build(job->ctx, lab, VAL_TRANSPORT | VAL_DISSOLVE | VAL_COUPLE));
     for (int d = 0; d < PD_DIM; d++)
         if (edge || !direction[d]) area *= lab->grid.n[d];
     if (edge) area *= 2.0 * sqrt((double)ones) / edge;
     double before = rate_content(lab);
-    PDI_TRY(pd_time_loop_run(job->ctx, &lab->couple, RATE_DEPTH / RATE_SPEED, 0.0, NULL, NULL));
+    PD_TRY(pd_time_loop_run(job->ctx, &lab->couple, RATE_DEPTH / RATE_SPEED, 0.0, NULL, NULL));
     *error = fabs((before - rate_content(lab)) / area * lab->grid.h[0] / RATE_DEPTH - 1.0);
     job->out->h = lab->grid.h[0];
     job->out->steps += (long)lab->couple.steps;
@@ -101,7 +101,7 @@ static pd_status rate_run(val_job *job)
     static const int directions[4][3] = {{1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {1, 1, 1}};
     for (int k = 0; k < (PD_DIM == 1 ? 1 : PD_DIM == 2 ? 3 : 4); k++) {
         if (k) lab_free(job->ctx, job->lab);
-        PDI_TRY(rate_front(job, directions[k], &job->out->err[k]));
+        PD_TRY(rate_front(job, directions[k], &job->out->err[k]));
     }
     return PD_OK;
 }
@@ -187,9 +187,9 @@ static pd_status ledger_run(val_job *job)
     lab->dissolve_desc.solid = pd_material_concentration(&metal);
     lab->dissolve_desc.rate = dissolution_law;
     lab->dissolve_desc.rate_user = &law;
-    PDI_TRY(lab_build(job->ctx, lab,
+    PD_TRY(lab_build(job->ctx, lab,
                       VAL_TRANSPORT | VAL_DISSOLVE | VAL_COUPLE | (PD_DIM > 1 ? VAL_FLOW | VAL_STEADY : 0)));
-    PDI_TRY(pd_time_loop_run(job->ctx, &lab->couple, job->level.p, 0.0, ledger_watch, &job->out->err[0]));
+    PD_TRY(pd_time_loop_run(job->ctx, &lab->couple, job->level.p, 0.0, ledger_watch, &job->out->err[0]));
     job->out->h = lab->grid.h[0];
     job->out->err[1] = pd_time_loop_volume_loss(&lab->couple);
     job->out->residual = fmax(lab->quasi.result.momentum, lab->quasi.result.continuity);

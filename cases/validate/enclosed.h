@@ -132,14 +132,14 @@ static pd_status cavity_solve(val_job *job, const cavity_table *table)
 {
     val_lab *lab = job->lab;
     if (job->level.n < 4 || job->level.n > VAL_POINTS - 2)
-        return pdi_fail(job->ctx, PD_ERR_ARGUMENT, "validate", "the cavity takes 4 to %d cells", VAL_POINTS - 2);
+        return pd_fail(job->ctx, PD_ERR_ARGUMENT, "validate", "the cavity takes 4 to %d cells", VAL_POINTS - 2);
     lab_box(lab, 1.0 / job->level.n, job->level.m, 0.0, 1.0);
     enclosed_fluid(lab, 1.0 / table->re);
     lab->flow_desc.wall = cavity_lid;
     if (!lab->flow_desc.order) lab->flow_desc.order = PD_FLOW_ORDER_AUTO; /* as scenes have it */
     lab->steady_desc.tolerance = 1e-8;
-    PDI_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_STEADY));
-    PDI_TRY(flow_solve(job));
+    PD_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_STEADY));
+    PD_TRY(flow_solve(job));
     job->out->h = lab->grid.h[0];
     if (job->profile) {
         job->profile->title = table->title;
@@ -243,7 +243,7 @@ static pd_status taylor_run(val_job *job)
     for (int side = 0; side < 2 * PD_DIM; side++) lab->grid_desc.side[side] = PD_SIDE_PERIODIC;
     enclosed_fluid(lab, TAYLOR_NU);
     lab->implicit_desc.rtol = 1e-4;
-    PDI_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_STEADY | VAL_IMPLICIT));
+    PD_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_STEADY | VAL_IMPLICIT));
     double largest = exp(-2.0 * TAYLOR_NU * 4.0 * val_pi * val_pi * TAYLOR_END);
     for (int pass = 0; pass < 2; pass++) {
         for (int32_t node = 0; node < lab->grid.total; node++) {
@@ -257,7 +257,7 @@ static pd_status taylor_run(val_job *job)
                 else *at = u[d];
             }
         }
-        if (!pass) PDI_TRY(pd_physics_run(job->ctx, pd_implicit_process(&lab->implicit), TAYLOR_END));
+        if (!pass) PD_TRY(pd_physics_run(job->ctx, pd_implicit_process(&lab->implicit), TAYLOR_END));
     }
     job->out->err[1] = job->out->err[0] / largest;
     job->out->h = lab->grid.h[0];
@@ -346,7 +346,7 @@ static pd_status wave_build(val_job *job, const int *cells, wave *w)
     w->across[1] = w->k[0] / length;
     enclosed_fluid(lab, WAVE_NU);
     lab->implicit_desc.stage_tolerance = 1e-7;
-    PDI_TRY(lab_build(job->ctx, lab, VAL_FLOW | (PD_DIM == 2 ? VAL_STEADY | VAL_IMPLICIT : 0)));
+    PD_TRY(lab_build(job->ctx, lab, VAL_FLOW | (PD_DIM == 2 ? VAL_STEADY | VAL_IMPLICIT : 0)));
     for (int32_t i = 0; i < lab->grid.total; i++)
         for (int d = 0; d < PD_DIM && lab->grid.kind[i] == PD_FLUID; d++)
             lab->flow.u[(int64_t)d * lab->grid.total + i] = w->across[d] * sin(wave_phase(lab, w, i));
@@ -361,7 +361,7 @@ static pd_status wave_rate(val_job *job, const wave *w, double *rate)
     double end = 1.0 / (WAVE_NU * w->square);
     for (int k = 0; k < WAVE_STEPS; k++)
         if (pd_implicit_step(job->ctx, &lab->implicit, end / WAVE_STEPS) != PD_OK)
-            return pdi_fail(job->ctx, PD_ERR_DIVERGED, "validate", "step %d of the shear wave does not converge", k);
+            return pd_fail(job->ctx, PD_ERR_DIVERGED, "validate", "step %d of the shear wave does not converge", k);
     *rate = -log(wave_amplitude(lab, w, lab->flow.u));
     job->out->steps += (long)lab->implicit.steps;
     job->out->evals += (long)lab->implicit.evaluations;
@@ -372,7 +372,7 @@ static pd_status wave_rate(val_job *job, const wave *w, double *rate)
 static pd_status wave_rate(val_job *job, const wave *w, double *rate)
 {
     val_lab *lab = job->lab;
-    PDI_TRY(lab_fields(job->ctx, lab, 2, PD_DIM));
+    PD_TRY(lab_fields(job->ctx, lab, 2, PD_DIM));
     pdi_flow_assemble_residual(job->ctx, &lab->flow, lab->field[0], lab->field[1]);
     *rate = wave_amplitude(lab, w, lab->field[0]) / (WAVE_NU * w->square);
     job->out->evals++;
@@ -387,8 +387,8 @@ static pd_status isotropy_run(val_job *job)
         wave w;
         double rate = 0.0;
         if (a) lab_free(job->ctx, job->lab);
-        PDI_TRY(wave_build(job, wave_cells[a], &w));
-        PDI_TRY(wave_rate(job, &w, &rate));
+        PD_TRY(wave_build(job, wave_cells[a], &w));
+        PD_TRY(wave_rate(job, &w, &rate));
         least = fmin(least, rate);
         most = fmax(most, rate);
         job->out->err[1] = fmax(job->out->err[1], fabs(rate - 1.0));

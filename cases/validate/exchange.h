@@ -26,7 +26,7 @@ static double exchange_column(const val_lab *lab, int at)
     i[0] = at;
     for (i[1] = 0; i[1] < lab->grid.n[1]; i[1]++) {
         int32_t node = pd_grid_node(&lab->grid, i);
-        double around = pdi_grid_circumference(&lab->grid, node);
+        double around = pd_grid_circumference(&lab->grid, node);
         if (lab->grid.kind[node] != PD_FLUID) continue;
         double given = pdi_diffusion_given(&t->diffusion, node);
         flux += (t->diffusion.wall_rate[node] * t->c[node] - given) * lab->grid.h[1] * around;
@@ -104,7 +104,7 @@ static pd_status graetz_build(val_job *job, const graetz_kind *kind)
     lab->transport_desc.diffusivity = GRAETZ_D;
     lab->transport_desc.held = graetz_held;
     lab->transport_desc.inlet = lab->transport_desc.initial = 1.0;
-    PDI_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_TRANSPORT));
+    PD_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_TRANSPORT));
     exchange_stream(job->ctx, lab);
     job->out->h = h;
     return PD_OK;
@@ -119,7 +119,7 @@ static pd_status graetz_steady(val_job *job)
     for (int step = 0; step < 30 && change > 1e-6; step++) {
         change = 0.0;
         pdi_par_copy(job->ctx, t->grid->total, t->c, job->lab->field[0]);
-        PDI_TRY(pd_transport_implicit(job->ctx, t, 1e6, &result));
+        PD_TRY(pd_transport_implicit(job->ctx, t, 1e6, &result));
         for (int32_t i = 0; i < t->grid->total; i++)
             if (t->grid->kind[i] == PD_FLUID) change = fmax(change, fabs(t->c[i] - job->lab->field[0][i]));
         job->out->steps++;
@@ -157,9 +157,9 @@ static void graetz_errors(val_job *job, const graetz_kind *kind)
 
 static pd_status graetz_run(val_job *job, const graetz_kind *kind)
 {
-    PDI_TRY(graetz_build(job, kind));
-    PDI_TRY(lab_fields(job->ctx, job->lab, 1, 1));
-    PDI_TRY(graetz_steady(job));
+    PD_TRY(graetz_build(job, kind));
+    PD_TRY(lab_fields(job->ctx, job->lab, 1, 1));
+    PD_TRY(graetz_steady(job));
     if (job->profile) {
         job->profile->title = kind->walls == 2   ? "Both walls take up metal"
                               : kind->walls == 1 ? "One wall takes up metal"

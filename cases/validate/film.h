@@ -88,7 +88,7 @@ static pd_status film_solve(val_job *job, const char *mg, const char *oh, const 
              "[run] until = %.17g h  rtol = 1e-3\n", 1.0 / job->level.n, job->level.m, mg, oh, job->level.p);
     desc.no_files = 1;
     desc.figures = &f;
-    PDI_TRY(pd_scene_parse(job->ctx, "case", text, NULL, 0, &setup));
+    PD_TRY(pd_scene_parse(job->ctx, "case", text, NULL, 0, &setup));
     pd_status status = pd_run(job->ctx, &setup, &desc, &result);
     pd_setup_free(job->ctx, &setup);
     if (status >= 0) {

@@ -40,12 +40,12 @@ static void flow_channel(val_lab *lab, double h, double m, double lo, double hi,
 static pd_status flow_solve(val_job *job)
 {
     pd_steady_result result;
-    PDI_TRY(pd_steady_solve(job->ctx, &job->lab->steady, &result));
+    PD_TRY(pd_steady_solve(job->ctx, &job->lab->steady, &result));
     job->out->residual = fmax(result.momentum, result.continuity);
     job->out->evals = (long)result.evaluations;
     job->out->steps = result.newton;
     if (result.converged) return PD_OK;
-    return pdi_fail(job->ctx, PD_ERR_DIVERGED, "validate", "the flow is not steady: residual %.3g after %d steps",
+    return pd_fail(job->ctx, PD_ERR_DIVERGED, "validate", "the flow is not steady: residual %.3g after %d steps",
                     job->out->residual, result.newton);
 }
 
@@ -108,8 +108,8 @@ static pd_status poiseuille_run(val_job *job)
 {
     double mean = 0.01; /* [m/s] */
     flow_channel(job->lab, 2.0 * FLOW_HALF / job->level.n, job->level.m, 0.0, 4.0 * FLOW_HALF, &mean, 1e-8);
-    PDI_TRY(lab_build(job->ctx, job->lab, VAL_FLOW | VAL_STEADY));
-    PDI_TRY(flow_solve(job));
+    PD_TRY(lab_build(job->ctx, job->lab, VAL_FLOW | VAL_STEADY));
+    PD_TRY(flow_solve(job));
     job->out->h = job->lab->grid.h[0];
     flow_errors(job, -3.0 * FLOW_MU * mean / (FLOW_HALF * FLOW_HALF), &job->out->err[0], &job->out->err[1]);
     flow_curves(job, "Plane Poiseuille flow, 2D");
@@ -185,8 +185,8 @@ static pd_status flux_run(val_job *job)
     lab->shapes[3].type = PD_SHAPE_UNION;
     lab->shapes[3].child_count = cap > 0.0 ? 3 : 1;
     for (int k = 0; k < 3; k++) lab->shapes[3].child[k] = k;
-    PDI_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_STEADY));
-    PDI_TRY(flow_solve(job));
+    PD_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_STEADY));
+    PD_TRY(flow_solve(job));
     job->out->h = lab->grid.h[0];
     if (job->profile) {
         job->profile->title = "Flux along the channel over the flux upstream";
@@ -243,8 +243,8 @@ static pd_status hagen_run(val_job *job)
     lab->shapes[1].type = PD_SHAPE_COMPLEMENT;
     lab->shapes[1].child_count = 1;
     lab->grid_desc.wall = &lab->shapes[1];
-    PDI_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_STEADY));
-    PDI_TRY(flow_solve(job));
+    PD_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_STEADY));
+    PD_TRY(flow_solve(job));
     job->out->h = lab->grid.h[0];
     flow_errors(job, -8.0 * FLOW_MU * mean / (FLOW_HALF * FLOW_HALF), &job->out->err[0], &job->out->err[1]);
     flow_curves(job, "Hagen-Poiseuille flow, 3D");
@@ -285,8 +285,8 @@ static pd_status duct_run_order(val_job *job, int order)
     lab->flow_desc.rho = lab->flow_desc.mu = lab->flow_desc.report_length = lab->flow_desc.force[0] = 1.0;
     lab->flow_desc.report_speed = 0.07; /* the largest is 0.0737 */
     lab->steady_desc.tolerance = 1e-9;
-    PDI_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_STEADY));
-    PDI_TRY(flow_solve(job));
+    PD_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_STEADY));
+    PD_TRY(flow_solve(job));
     val_curve *exact = job->profile ? val_add_curve(job, "series", PD_SERIES_STYLE_LINE) : NULL;
     val_curve *found = job->profile ? val_add_curve(job, "computed", PD_SERIES_STYLE_MARKERS) : NULL;
     for (int32_t i = 0; i < lab->grid.total; i++) {
@@ -294,7 +294,7 @@ static pd_status duct_run_order(val_job *job, int order)
         int at[PD_DIM];
         if (lab->grid.kind[i] != PD_FLUID) continue;
         pd_grid_position(&lab->grid, i, x);
-        pdi_grid_index(&lab->grid, i, at);
+        pd_grid_index(&lab->grid, i, at);
         double u = duct_speed(x[1], x[2]);
         val_squares_add(&sum, 1.0, lab->flow.u[i], u);
         job->out->err[1] = fmax(job->out->err[1], fabs(lab->flow.u[i] - u) / 0.07367);

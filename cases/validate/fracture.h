@@ -33,7 +33,7 @@ static pd_status crack_contours(val_job *job, pd_crack_desc *crack, int count, d
     for (int n = 0; n < count; n++) {
         crack->inner = size * (0.15 + 0.1 * n);
         crack->outer = size * (0.45 + 0.1 * n);
-        PDI_TRY(pd_crack_j(job->ctx, &s->table, crack, s->u, &j));
+        PD_TRY(pd_crack_j(job->ctx, &s->table, crack, s->u, &j));
         least = fmin(least, j);
         most = fmax(most, j);
         *mean += j / count;
@@ -53,7 +53,7 @@ static pd_status crack_plate(val_job *job, double angle, int springs, double fur
     double h = 1.0 / job->level.n, lo[2] = {-1.0, -1.0}, y[2], v[2];
     int n[2] = {2 * job->level.n, 2 * job->level.n};
     solid_free(job->ctx, s);
-    PDI_TRY(solid_cells(job->ctx, s, n, lo, h, job->level.m, NULL, NULL));
+    PD_TRY(solid_cells(job->ctx, s, n, lo, h, job->level.m, NULL, NULL));
     s->metal.young = s->spring.young = 1.0;
     s->metal.poisson = 1.0 / 3.0;
     s->metal.plane = s->spring.plane = PD_PLANE_STRESS;
@@ -72,8 +72,8 @@ static pd_status crack_plate(val_job *job, double angle, int springs, double fur
         s->held[i * 2] = s->held[i * 2 + 1] = 1;
     }
     for (int d = 0; d < 2; d++) crack->tip[d] += further * h * crack->direction[d];
-    PDI_TRY(crack_cut(job, crack, 9.0));
-    PDI_TRY(springs ? solid_springs(job->ctx, s) : solid_elastic(job->ctx, s));
+    PD_TRY(crack_cut(job, crack, 9.0));
+    PD_TRY(springs ? solid_springs(job->ctx, s) : solid_elastic(job->ctx, s));
     job->out->h = h;
     return solid_rest(job->ctx, s);
 }
@@ -88,9 +88,9 @@ static pd_status crack_release(val_job *job, double angle, int springs, double c
     pd_crack_desc crack;
     *j = *spread = 0.0;
     for (int n = 0; n < 2; n++) {
-        PDI_TRY(crack_plate(job, angle, springs, (n - 0.5) * columns, &crack));
+        PD_TRY(crack_plate(job, angle, springs, (n - 0.5) * columns, &crack));
         energy[n] = s->table.energy(job->ctx, s->table.self, s->u);
-        PDI_TRY(crack_contours(job, &crack, 4, 1.0, &one, &differ));
+        PD_TRY(crack_contours(job, &crack, 4, 1.0, &one, &differ));
         *spread = fmax(*spread, differ);
         *j += 0.5 * one / 1e-6;
     }
@@ -103,7 +103,7 @@ static pd_status crack_run(val_job *job)
 {
     double *err = job->out->err, spread, j, g;
     for (int springs = 0; springs < 2; springs++) {
-        PDI_TRY(crack_release(job, 0.0, springs, 1.0, &g, &j, &spread));
+        PD_TRY(crack_release(job, 0.0, springs, 1.0, &g, &j, &spread));
         err[springs] = fabs(j - 1.0);
         err[2] = fmax(err[2], spread);
         err[3] = fmax(err[3], fabs(g - 1.0));
@@ -119,11 +119,11 @@ static pd_status crack_way_run(val_job *job)
     pd_crack_desc crack;
     double columns = job->level.p > 40.0 ? 6.0 * sqrt(2.0) : 8.0; /* rows of 45 degrees repeat with sqrt(2) cells */
     for (int springs = 0; springs < 2; springs++) {
-        PDI_TRY(crack_plate(job, angle, springs, 0.0, &crack));
-        PDI_TRY(crack_contours(job, &crack, 4, 1.0, &j, &spread));
+        PD_TRY(crack_plate(job, angle, springs, 0.0, &crack));
+        PD_TRY(crack_contours(job, &crack, 4, 1.0, &j, &spread));
         err[springs] = fabs(j / 1e-6 - 1.0);
         err[2] = fmax(err[2], spread);
-        PDI_TRY(crack_release(job, angle, springs, columns, &g, &j, &spread));
+        PD_TRY(crack_release(job, angle, springs, columns, &g, &j, &spread));
         err[3 + springs] = fabs(g - 1.0);
     }
     return PD_OK;
@@ -170,16 +170,16 @@ static pd_status specimen_strip(val_job *job, int cells, double *ratio, double *
     crack.tip[0] = 0.013 * h;
     crack.tip[1] = 0.007 * h;
     solid_free(job->ctx, s);
-    PDI_TRY(solid_cells(job->ctx, s, n, lo, h, job->level.m, NULL, NULL));
-    PDI_TRY(crack_cut(job, &crack, 1.0));
+    PD_TRY(solid_cells(job->ctx, s, n, lo, h, job->level.m, NULL, NULL));
+    PD_TRY(crack_cut(job, &crack, 1.0));
     s->metal.young = 1.0;
     s->metal.poisson = 0.3;
     s->metal.plane = PD_PLANE_STRESS;
-    PDI_TRY(solid_elastic(job->ctx, s));
+    PD_TRY(solid_elastic(job->ctx, s));
     for (int32_t i = 0; i < s->body.count; i++)
         if (fabs(s->position[i * 2 + 1]) > 1.0) s->load[i * 2 + 1] = -s->elastic.surface_vector[i * 2 + 1];
-    PDI_TRY(solid_rest(job->ctx, s));
-    PDI_TRY(crack_contours(job, &crack, 2, 0.7, ratio, spread));
+    PD_TRY(solid_rest(job->ctx, s));
+    PD_TRY(crack_contours(job, &crack, 2, 0.7, ratio, spread));
     k = elasticity_edge_notch(0.5 + crack.tip[0]);
     *ratio /= k * k;
     return PD_OK;
@@ -197,20 +197,20 @@ static pd_status specimen_compact(val_job *job, int cells, double *ratio, double
     crack.tip[0] = 0.5 + 0.013 * h;
     crack.tip[1] = 0.007 * h;
     solid_free(job->ctx, s);
-    PDI_TRY(solid_cells(job->ctx, s, n, lo, h, job->level.m, NULL, NULL));
-    PDI_TRY(crack_cut(job, &crack, 2.0));
+    PD_TRY(solid_cells(job->ctx, s, n, lo, h, job->level.m, NULL, NULL));
+    PD_TRY(crack_cut(job, &crack, 2.0));
     s->metal.young = 1.0;
     s->metal.poisson = 0.3;
     s->metal.plane = PD_PLANE_STRESS;
-    PDI_TRY(solid_elastic(job->ctx, s));
+    PD_TRY(solid_elastic(job->ctx, s));
     for (int32_t i = 0; i < s->body.count; i++) {
         double x = s->position[i * 2], y = s->position[i * 2 + 1];
         if (x * x + (fabs(y) - 0.275) * (fabs(y) - 0.275) > 0.125 * 0.125) continue;
         s->load[i * 2 + 1] = y > 0.0 ? 1.0 : -1.0;
         if (y > 0.0) pull += s->volume[i];
     }
-    PDI_TRY(solid_rest(job->ctx, s));
-    PDI_TRY(crack_contours(job, &crack, 2, 0.5, ratio, spread));
+    PD_TRY(solid_rest(job->ctx, s));
+    PD_TRY(crack_contours(job, &crack, 2, 0.5, ratio, spread));
     k = pull * elasticity_compact(crack.tip[0]);
     *ratio /= k * k;
     return PD_OK;
@@ -222,11 +222,11 @@ static pd_status specimen_run(val_job *job)
     double fine, coarse, spread;
     int n = job->level.n;
     if (job->level.p < 0.5) {
-        PDI_TRY(specimen_strip(job, n / 2, &coarse, &spread));
-        PDI_TRY(specimen_strip(job, n, &fine, &spread));
+        PD_TRY(specimen_strip(job, n / 2, &coarse, &spread));
+        PD_TRY(specimen_strip(job, n, &fine, &spread));
     } else {
-        PDI_TRY(specimen_compact(job, n / 2, &coarse, &spread));
-        PDI_TRY(specimen_compact(job, n, &fine, &spread));
+        PD_TRY(specimen_compact(job, n / 2, &coarse, &spread));
+        PD_TRY(specimen_compact(job, n, &fine, &spread));
     }
     job->out->h = 1.0 / n;
     job->out->err[0] = fabs(sqrt(fine) - 1.0);
@@ -267,7 +267,7 @@ static pd_status toughness_strip(val_job *job, double nu, int layers)
     double j, closed;
     strip_case strip = {job->level.n, layers, strip_stiffness(nu), solid};
     snprintf(solid, sizeof solid, "nu = %g  m = %g", nu, job->level.m);
-    PDI_TRY(strip_run(job->ctx, &strip, &j, &closed));
+    PD_TRY(strip_run(job->ctx, &strip, &j, &closed));
     job->out->h = STRIP_HIGH / job->level.n;
     job->out->err[0] = fabs(j - 1.0);
     return PD_OK;
@@ -331,8 +331,8 @@ static double branching_tip(const val_solid *s, int *branched, val_curve *curve)
     for (int32_t i = 0; i < s->body.count; i++) {
         const double *x = s->position + i * 2;
         int64_t gone = 0;
-        for (pd_bond_iterator b = pdi_body_bonds_begin(&s->body, i); pdi_body_bonds_next(&b);)
-            gone += pdi_body_bond_is_broken(&b);
+        for (pd_bond_iterator b = pd_body_bonds_begin(&s->body, i); pd_body_bonds_next(&b);)
+            gone += pd_body_bond_is_broken(&b);
         if ((double)gone < 0.35 * (double)(s->body.first_bond[i + 1] - s->body.first_bond[i])) continue;
         tip = fmax(tip, x[0]);
         *branched = *branched || (x[0] > 2e-3 && fabs(x[1]) > 4e-3);
@@ -352,21 +352,21 @@ static pd_status branching_run(val_job *job)
     pd_crack_desc notch;
     memset(&notch, 0, sizeof notch);
     notch.direction[0] = 1.0;
-    PDI_TRY(solid_cells(job->ctx, s, n, lo, h, job->level.m, NULL, NULL));
-    PDI_TRY(crack_cut(job, &notch, 1.0));
+    PD_TRY(solid_cells(job->ctx, s, n, lo, h, job->level.m, NULL, NULL));
+    PD_TRY(crack_cut(job, &notch, 1.0));
     s->spring.young = 72e9;
     s->spring.fracture = 3.8;
     s->spring.plane = PD_PLANE_STRESS;
-    PDI_TRY(solid_springs(job->ctx, s));
+    PD_TRY(solid_springs(job->ctx, s));
     s->motion.density = 2440.0;
     s->motion.load = s->load;
-    PDI_TRY(pd_verlet_build(job->ctx, &s->table, &s->motion, &s->verlet));
+    PD_TRY(pd_verlet_build(job->ctx, &s->table, &s->motion, &s->verlet));
     for (int32_t i = 0; i < s->body.count; i++) {
         double y = s->position[i * 2 + 1];
         if (fabs(y) > 0.02 - h) s->load[i * 2 + 1] = copysign(2e6 / h, y);
     }
     for (int frame = 1; frame <= 43; frame++) {
-        PDI_TRY(pd_physics_run(job->ctx, pd_verlet_process(&s->verlet), frame * 1e-6));
+        PD_TRY(pd_physics_run(job->ctx, pd_verlet_process(&s->verlet), frame * 1e-6));
         tip = branching_tip(s, &branched, NULL);
         if (frame > 4) fastest = fmax(fastest, (tip - was[frame % 4]) / 4e-6);
         was[frame % 4] = tip;

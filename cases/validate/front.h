@@ -57,13 +57,13 @@ static pd_status front_run(val_job *job, const int *direction, pd_kernel kernel,
     memset(lab, 0, sizeof *lab);
     front_slab(job, direction, h, &speed, mask);
     lab->dissolve_desc.kernel = kernel;
-    PDI_TRY(lab_build(job->ctx, lab, VAL_TRANSPORT | VAL_DISSOLVE | VAL_COUPLE));
+    PD_TRY(lab_build(job->ctx, lab, VAL_TRANSPORT | VAL_DISSOLVE | VAL_COUPLE));
     for (int d = 0; d < PD_DIM; d++) length += direction[d];
     for (int d = 1; d < PD_DIM; d++) layer *= lab->grid.n[d];
     double step = FRONT_SHARE / (speed * lab->dissolve.kernel.total);
-    PDI_TRY(pd_time_loop_start(job->ctx, &lab->couple));
+    PD_TRY(pd_time_loop_start(job->ctx, &lab->couple));
     while (gone < FRONT_TO * layer) {
-        PDI_TRY(pd_time_loop_step(job->ctx, &lab->couple, lab->couple.time + step));
+        PD_TRY(pd_time_loop_step(job->ctx, &lab->couple, lab->couple.time + step));
         gone += lab->dissolve.changed_count;
         if (!(begin > 0.0) && gone >= FRONT_FROM * layer) begin = lab->couple.time;
     }
@@ -83,7 +83,7 @@ static pd_status front_speed_run(val_job *job)
     for (int way = 0; way < FRONT_WAYS; way++)
         for (int kernel = 0; kernel < (way < 2 ? 3 : 1); kernel++) {
             double found;
-            PDI_TRY(front_run(job, front_way[way], (pd_kernel)kernel, 1e-6, &found));
+            PD_TRY(front_run(job, front_way[way], (pd_kernel)kernel, 1e-6, &found));
             job->out->err[way] = fmax(job->out->err[way], fabs(found / FRONT_SPEED - 1.0));
         }
     return PD_OK;
@@ -94,7 +94,7 @@ static pd_status front_rate_run(val_job *job)
 {
     for (int way = 0; way < FRONT_WAYS; way++) {
         double found;
-        PDI_TRY(front_run(job, front_way[way], PD_KERNEL_AREA, 8e-6 / job->level.n, &found));
+        PD_TRY(front_run(job, front_way[way], PD_KERNEL_AREA, 8e-6 / job->level.n, &found));
         job->out->err[way] = fabs(found / FRONT_SPEED - 1.0);
     }
     return PD_OK;

@@ -13,7 +13,7 @@ static pd_status galvanic_solve(val_job *job, const char *text, pd_scalar_output
     memset(figures, 0, sizeof *figures);
     desc.no_files = 1;
     desc.figures = figures;
-    PDI_TRY(pd_scene_parse(job->ctx, "case", text, NULL, 0, &setup));
+    PD_TRY(pd_scene_parse(job->ctx, "case", text, NULL, 0, &setup));
     pd_status status = pd_run(job->ctx, &setup, &desc, result);
     pd_setup_free(job->ctx, &setup);
     job->out->h = result->h;
@@ -125,8 +125,8 @@ static pd_status galvanic_circle_loss(val_job *job, double conductivity, double 
 static pd_status galvanic_circle_run(val_job *job)
 {
     double loss[2];
-    PDI_TRY(galvanic_circle_loss(job, 1e-3, &loss[0]));
-    PDI_TRY(galvanic_circle_loss(job, 10.0, &loss[1]));
+    PD_TRY(galvanic_circle_loss(job, 1e-3, &loss[0]));
+    PD_TRY(galvanic_circle_loss(job, 10.0, &loss[1]));
     double recession = 0.5e-3 * (1.0 - sqrt(1.0 - loss[0]));
     job->out->err[0] = fabs(recession / (GALVANIC_SPEED * GALVANIC_TIME) - 1.0);
     job->out->err[1] = fabs(loss[1] / loss[0] - 1.0);

@@ -73,8 +73,8 @@ static pd_status sod_steps(val_job *job)
     pd_gas *gas = &job->lab->gas;
     while (gas->time < SOD_END) {
         double limit, left = SOD_END - gas->time, from = gas->time;
-        PDI_TRY(pd_gas_limit(job->ctx, gas, &limit));
-        PDI_TRY(pd_physics_run(job->ctx, pd_gas_process(gas), from + fmin(0.8 * limit, left)));
+        PD_TRY(pd_gas_limit(job->ctx, gas, &limit));
+        PD_TRY(pd_physics_run(job->ctx, pd_gas_process(gas), from + fmin(0.8 * limit, left)));
         job->out->err[1] += sod_bad(job->lab);
     }
     job->out->steps = (long)gas->steps;
@@ -119,9 +119,9 @@ static pd_status sod_run(val_job *job)
     for (int side = 2; side < 2 * PD_DIM; side++) lab->grid_desc.side[side] = PD_SIDE_MIRROR;
     lab->gas_desc.gamma = SOD_GAMMA;
     lab->gas_desc.initial = sod_start;
-    PDI_TRY(lab_build(job->ctx, lab, VAL_GAS));
+    PD_TRY(lab_build(job->ctx, lab, VAL_GAS));
     job->out->h = h;
-    PDI_TRY(sod_steps(job));
+    PD_TRY(sod_steps(job));
     sod_errors(job);
     return PD_OK;
 }

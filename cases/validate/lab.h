@@ -68,27 +68,27 @@ static pd_status lab_build(pd_ctx *ctx, val_lab *lab, int parts)
     pd_flow *flow = parts & VAL_FLOW ? &lab->flow : NULL;
     pd_steady *steady = parts & VAL_STEADY ? &lab->steady : NULL;
     pd_dissolve *dissolve = parts & VAL_DISSOLVE ? &lab->dissolve : NULL;
-    PDI_TRY(pd_stencil_build(ctx, &lab->stencil_desc, &lab->stencil));
-    if (dissolve) PDI_TRY(lab_across(ctx, lab));
-    PDI_TRY(pd_grid_build(ctx, &lab->stencil, &lab->grid_desc, &lab->grid));
-    PDI_TRY(pd_bonds_build(ctx, &lab->stencil, &lab->grid, flow ? 0 : PD_BONDS_NO_FLOW, &lab->bonds));
-    if (flow) PDI_TRY(pd_flow_build(ctx, &lab->grid, &lab->bonds, &lab->flow_desc, flow));
-    if (steady) PDI_TRY(pd_steady_build(ctx, flow, &lab->steady_desc, steady));
+    PD_TRY(pd_stencil_build(ctx, &lab->stencil_desc, &lab->stencil));
+    if (dissolve) PD_TRY(lab_across(ctx, lab));
+    PD_TRY(pd_grid_build(ctx, &lab->stencil, &lab->grid_desc, &lab->grid));
+    PD_TRY(pd_bonds_build(ctx, &lab->stencil, &lab->grid, flow ? 0 : PD_BONDS_NO_FLOW, &lab->bonds));
+    if (flow) PD_TRY(pd_flow_build(ctx, &lab->grid, &lab->bonds, &lab->flow_desc, flow));
+    if (steady) PD_TRY(pd_steady_build(ctx, flow, &lab->steady_desc, steady));
     if (parts & VAL_IMPLICIT)
-        PDI_TRY(pd_implicit_build(ctx, flow, steady, &lab->implicit_desc, &lab->implicit));
-    if (parts & VAL_GAS) PDI_TRY(pd_gas_build(ctx, &lab->grid, &lab->bonds, &lab->gas_desc, &lab->gas));
+        PD_TRY(pd_implicit_build(ctx, flow, steady, &lab->implicit_desc, &lab->implicit));
+    if (parts & VAL_GAS) PD_TRY(pd_gas_build(ctx, &lab->grid, &lab->bonds, &lab->gas_desc, &lab->gas));
     if (parts & VAL_TRANSPORT)
-        PDI_TRY(pd_transport_build(ctx, &lab->grid, &lab->bonds, flow, &lab->transport_desc, &lab->transport));
+        PD_TRY(pd_transport_build(ctx, &lab->grid, &lab->bonds, flow, &lab->transport_desc, &lab->transport));
     if (dissolve)
-        PDI_TRY(
+        PD_TRY(
             pd_dissolve_build(ctx, &lab->grid, &lab->across, &lab->transport, &lab->dissolve_desc, &lab->dissolve));
     if (parts & VAL_COUPLE)
-        PDI_TRY(pd_time_loop_build(ctx, &lab->couple_desc, &lab->grid, lab->transport_desc.given ? NULL : &lab->bonds,
+        PD_TRY(pd_time_loop_build(ctx, &lab->couple_desc, &lab->grid, lab->transport_desc.given ? NULL : &lab->bonds,
                                    &lab->couple));
     if (parts & VAL_COUPLE && steady)
-        PDI_TRY(pd_time_loop_add_process(ctx, &lab->couple, pd_quasi_steady_process(flow, steady, &lab->quasi)));
+        PD_TRY(pd_time_loop_add_process(ctx, &lab->couple, pd_quasi_steady_process(flow, steady, &lab->quasi)));
     if (parts & VAL_COUPLE && dissolve)
-        PDI_TRY(pd_time_loop_add_process(ctx, &lab->couple, pd_dissolve_process(dissolve)));
+        PD_TRY(pd_time_loop_add_process(ctx, &lab->couple, pd_dissolve_process(dissolve)));
     return PD_OK;
 }
 
@@ -96,13 +96,13 @@ static pd_status lab_build(pd_ctx *ctx, val_lab *lab, int parts)
 static pd_status lab_fields(pd_ctx *ctx, val_lab *lab, int count, int components)
 {
     lab->field_size = (size_t)lab->grid.total * (size_t)components;
-    for (int k = 0; k < count; k++) PDI_TRY(PDI_NEW(ctx, "validate", lab->field_size, lab->field[k]));
+    for (int k = 0; k < count; k++) PD_TRY(PD_NEW(ctx, "validate", lab->field_size, lab->field[k]));
     return PD_OK;
 }
 
 static void lab_free(pd_ctx *ctx, val_lab *lab)
 {
-    for (int k = 0; k < 4; k++) PDI_DELETE(ctx, lab->field_size, lab->field[k]);
+    for (int k = 0; k < 4; k++) PD_DELETE(ctx, lab->field_size, lab->field[k]);
     solid_free(ctx, &lab->solid);
     pd_gas_free(ctx, &lab->gas);
     pd_implicit_free(ctx, &lab->implicit);

@@ -41,7 +41,7 @@ static pd_status measured_solve(val_job *job, const char *scene, const char *con
     memset(&desc, 0, sizeof desc);
     desc.no_files = 1;
     desc.computed_at_points = m->computed;
-    PDI_TRY(pd_scene_read(job->ctx, scene, changes, count, &m->setup));
+    PD_TRY(pd_scene_read(job->ctx, scene, changes, count, &m->setup));
     pd_status status = pd_run(job->ctx, &m->setup, &desc, &m->result);
     if (status >= 0) measured_judge(m);
     job->out->h = m->result.h;
@@ -78,7 +78,7 @@ static pd_status measured_bath(val_job *job, const pd_setup *setup, double *ph)
         c[i] = e.initial[i];
         if (strcmp(e.species[i].name, "Mg(OH)2(s)") == 0) c[i] += 30.0;
     }
-    PDI_TRY(pd_electrolyte_solve(job->ctx, &e, c, &s));
+    PD_TRY(pd_electrolyte_solve(job->ctx, &e, c, &s));
     *ph = s.ph;
     return PD_OK;
 }

@@ -19,7 +19,7 @@ static pd_status migration_salt_run(val_job *job)
 {
     const salt *a = &salt_table[(int)job->level.p - 1];
     salt_found f;
-    PDI_TRY(salt_wave(job->ctx, a, job->level.n, job->level.m, job->level.n, PD_SIDE_WALL, &f));
+    PD_TRY(salt_wave(job->ctx, a, job->level.n, job->level.m, job->level.n, PD_SIDE_WALL, &f));
     migration_keep(job, SALT_LENGTH / job->level.n, 2, &f);
     job->out->err[0] = fabs(f.d / a->ambipolar - 1.0);
     job->out->err[1] = fabs(f.share / a->share - 1.0);
@@ -42,8 +42,8 @@ static pd_status migration_bath_run(val_job *job, int z)
     salt_found f;
     for (int k = 0; k < MIGRATION_RATIOS; k++)
         if (fabs(migration_table[k][0] / job->level.p - 1.0) < 1e-9) row = migration_table[k];
-    if (!row) return pdi_fail(job->ctx, PD_ERR_ARGUMENT, "migration", "no row of this ratio");
-    PDI_TRY(salt_dissolution(job->ctx, z, job->level.p, job->level.n, job->level.m, &f));
+    if (!row) return pd_fail(job->ctx, PD_ERR_ARGUMENT, "migration", "no row of this ratio");
+    PD_TRY(salt_dissolution(job->ctx, z, job->level.p, job->level.n, job->level.m, &f));
     migration_keep(job, SALT_GAP / job->level.n, 3, &f);
     job->out->err[0] = fabs(f.enhancement / row[2 * z - 1] - 1.0);
     job->out->err[1] = fabs(1e3 * f.volts / row[2 * z] - 1.0);
@@ -57,7 +57,7 @@ static pd_status migration_two_run(val_job *job) { return migration_bath_run(job
 static pd_status migration_blocked_run(val_job *job)
 {
     salt_found f;
-    PDI_TRY(salt_blocked(job->ctx, (int)job->level.p, job->level.n, job->level.m, &f));
+    PD_TRY(salt_blocked(job->ctx, (int)job->level.p, job->level.n, job->level.m, &f));
     migration_keep(job, SALT_GAP / job->level.n, 2, &f);
     job->out->err[0] = fabs(f.enhancement / (1.0 + job->level.p) - 1.0);
     job->out->err[1] = f.psi;
@@ -70,7 +70,7 @@ static pd_status migration_blocked_run(val_job *job)
 static pd_status migration_kept_run(val_job *job)
 {
     salt_found f;
-    PDI_TRY(salt_mix(job->ctx, 100.0, 1e-4, job->level.n, job->level.m, job->level.p, &f));
+    PD_TRY(salt_mix(job->ctx, 100.0, 1e-4, job->level.n, job->level.m, job->level.p, &f));
     migration_keep(job, SALT_KEPT_LENGTH / job->level.n, 0, &f);
     job->out->err[2] = f.current;
     job->out->err[3] = fmax(0.0, -f.least);

@@ -23,8 +23,8 @@ static pd_status mineral_brucite_run(val_job *job)
 {
     const double *b = mineral_brucites[(int)job->level.p - 1];
     mineral_found ideal, davies;
-    PDI_TRY(mineral_brucite(job->ctx, b[0], PD_ACTIVITY_IDEAL, b[1], 0.0, 1e6, 1, &ideal));
-    PDI_TRY(mineral_brucite(job->ctx, b[0], PD_ACTIVITY_DAVIES, b[1], 1e-3, 100.0, 2, &davies));
+    PD_TRY(mineral_brucite(job->ctx, b[0], PD_ACTIVITY_IDEAL, b[1], 0.0, 1e6, 1, &ideal));
+    PD_TRY(mineral_brucite(job->ctx, b[0], PD_ACTIVITY_DAVIES, b[1], 1e-3, 100.0, 2, &davies));
     mineral_out(job, 1e-5, 2, &davies);
     job->out->err[0] = fmax(fabs(ideal.ph - b[2]), fabs(davies.ph - b[3]));
     job->out->err[1] = fmax(ideal.drift, davies.drift);
@@ -34,7 +34,7 @@ static pd_status mineral_brucite_run(val_job *job)
 static pd_status mineral_speed_run(val_job *job)
 {
     mineral_found f;
-    PDI_TRY(mineral_speed(job->ctx, job->level.n, &f));
+    PD_TRY(mineral_speed(job->ctx, job->level.n, &f));
     mineral_out(job, 1e-5, 1, &f);
     job->out->x = 1.0 / job->level.n;
     job->out->err[0] = f.value;
@@ -46,7 +46,7 @@ static pd_status mineral_front_run(val_job *job)
 {
     const mineral_couple *c = &mineral_couples[(int)job->level.p - 1];
     mineral_found f;
-    PDI_TRY(mineral_front(job->ctx, c, job->level.n, 0.02, 1, &f));
+    PD_TRY(mineral_front(job->ctx, c, job->level.n, 0.02, 1, &f));
     mineral_out(job, 2.0 * mineral_half(c) / job->level.n, 2, &f);
     job->out->err[0] = f.value;
     job->out->err[1] = f.product;
@@ -56,7 +56,7 @@ static pd_status mineral_front_run(val_job *job)
 static pd_status mineral_pores_run(val_job *job)
 {
     mineral_found f;
-    PDI_TRY(mineral_pores(job->ctx, job->level.n, job->level.m, 1e6, &f));
+    PD_TRY(mineral_pores(job->ctx, job->level.n, job->level.m, 1e6, &f));
     mineral_out(job, MINERAL_LENGTH / job->level.n, 1, &f);
     job->out->err[0] = f.value;
     return PD_OK;

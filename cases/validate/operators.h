@@ -70,8 +70,8 @@ static pd_status patch_run(val_job *job)
         lab->grid_desc.lo[d] = -half * lab->stencil_desc.h[d];
         lab->grid_desc.hi[d] = half * lab->stencil_desc.h[d];
     }
-    PDI_TRY(lab_build(job->ctx, lab, VAL_LATTICE));
-    PDI_TRY(lab_fields(job->ctx, lab, 4, PD_DIM));
+    PD_TRY(lab_build(job->ctx, lab, VAL_LATTICE));
+    PD_TRY(lab_fields(job->ctx, lab, 4, PD_DIM));
     job->out->h = lab->grid.h[0];
     for (int a = 0; a < PD_DIM; a++)
         for (int b = -1; b <= a; b++) patch_errors(job, a, b, job->out->err);

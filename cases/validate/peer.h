@@ -106,7 +106,7 @@ static pd_status peer_compare(val_job *job, const peer_row *row, double apart)
 {
     double *err = job->out->err;
     for (int k = 0; k < job->level.n; k++) {
-        if (k) PDI_TRY(pd_time_loop_run(job->ctx, &job->lab->couple, k * apart, 0.0, NULL, NULL));
+        if (k) PD_TRY(pd_time_loop_run(job->ctx, &job->lab->couple, k * apart, 0.0, NULL, NULL));
         peer_row found = peer_state(job->lab);
         err[0] = fmax(err[0], peer_off(found.nodes, row[k].nodes, row[0].nodes));
         err[1] = fmax(err[1], peer_off(found.solid, row[k].solid, row[0].solid));
@@ -130,7 +130,7 @@ static pd_status peer_cube_run(val_job *job)
     desc->rate_user = &speed;
     job->lab->transport_desc.given = 1;
     job->lab->couple_desc.max_step = 0.4;
-    PDI_TRY(peer_build(job, 1e-6, box, metal, 0));
+    PD_TRY(peer_build(job, 1e-6, box, metal, 0));
     return peer_compare(job, peer_cube, 10.0);
 }
 
@@ -167,7 +167,7 @@ static pd_status peer_pit_run(val_job *job)
     lab->shapes[2].child[0] = 0;
     lab->shapes[2].child[1] = 1;
     lab->shapes[2].child_count = 2;
-    PDI_TRY(peer_build(job, h, box, metal, 2));
+    PD_TRY(peer_build(job, h, box, metal, 2));
     for (int32_t i = 0; i < lab->grid.total; i++) {
         double x[PD_DIM];
         pd_grid_position(&lab->grid, i, x);

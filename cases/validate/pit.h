@@ -34,17 +34,17 @@ static pd_status pit_steady_solve(val_job *job, reaction_lab *r)
     pd_etch etch;
     memset(&d, 0, sizeof d);
     memset(&e, 0, sizeof e);
-    for (int k = 0; k < 4; k++) PDI_TRY(reaction_species(job->ctx, r, names[k], NULL, ds[k]));
+    for (int k = 0; k < 4; k++) PD_TRY(reaction_species(job->ctx, r, names[k], NULL, ds[k]));
     d.initial = d.wall = bath;
     d.held = pit_bath;
     d.user = &length;
     d.migration = 1;
-    PDI_TRY(reaction_build(job, r, job->level.n, h, &d));
+    PD_TRY(reaction_build(job, r, job->level.n, h, &d));
     e.law = pit_speed;
     e.shed = shed;
     e.reads = 3;
     e.reads_phi = 1;
-    PDI_TRY(pd_etch_build(job->ctx, &r->reactive, &e, &etch));
+    PD_TRY(pd_etch_build(job->ctx, &r->reactive, &e, &etch));
     for (int32_t i = 0; i < job->lab->grid.total; i++) {
         if (job->lab->grid.kind[i] != PD_FLUID) continue;
         pd_grid_position(&job->lab->grid, i, x);
@@ -91,10 +91,10 @@ static pd_status pit_deepen_by(val_job *job, double depth, double solid, double 
     snprintf(text, sizeof text, "%s" PIT_SCENE "[run] until = %g s  rtol = %g\n", grid, depth, depth + solid, box,
              PD_DIM == 1 ? "" : "[side y-] flow = mirror\n[side y+] flow = mirror\n", seconds, rtol);
     desc.no_files = 1;
-    PDI_TRY(pd_scene_parse(job->ctx, "case", text, NULL, 0, &setup));
+    PD_TRY(pd_scene_parse(job->ctx, "case", text, NULL, 0, &setup));
     pd_status status = pd_run(job->ctx, &setup, &desc, &result);
     pd_setup_free(job->ctx, &setup);
-    PDI_TRY(status);
+    PD_TRY(status);
     depth *= 1e-6;
     coarse = pit_deepen(&march, PIT_HELD, depth, seconds, 120, &v);
     fine = 2.0 * pit_deepen(&march, PIT_HELD, depth, seconds, 240, &v) - coarse; /* of first order in time */

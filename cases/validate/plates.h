@@ -19,7 +19,7 @@ static pd_status plates_figures(val_job *job, const char *text, const char *name
     memset(&figures, 0, sizeof figures);
     desc.no_files = 1;
     desc.figures = &figures;
-    PDI_TRY(pd_scene_parse(job->ctx, "case", text, NULL, 0, &setup));
+    PD_TRY(pd_scene_parse(job->ctx, "case", text, NULL, 0, &setup));
     pd_status status = pd_run(job->ctx, &setup, &desc, &result);
     for (int k = 0; k < figures.count && status == PD_OK; k++) {
         if (strcmp(figures.list[k].name, "q") == 0 && strcmp(figures.list[k].key, "mean") == 0)
@@ -30,7 +30,7 @@ static pd_status plates_figures(val_job *job, const char *text, const char *name
     }
     pd_scalar_outputs_free(job->ctx, &figures);
     pd_setup_free(job->ctx, &setup);
-    PDI_TRY(status);
+    PD_TRY(status);
     job->out->h = result.h;
     job->out->steps = (long)result.steps;
     job->out->err[2] = result.mass_balance_error;
@@ -72,7 +72,7 @@ static pd_status plates_run(val_job *job)
              "[electrode cathode] shape = cathode  curve = expression  reaction = Cu2+ + 2 e- = Cu\n"
              "i = -10 A/m2*[Cu2+]/(20 mol/m3)*10^(-(E - %.17g V)/(120 mV))\n[run] until = 1000 s\n",
              100.0 / job->level.n, job->level.m, p.step);
-    PDI_TRY(plates_figures(job, text, "anode", &current, &e));
+    PD_TRY(plates_figures(job, text, "anode", &current, &e));
     job->out->err[0] = fabs(current / (PLATES_HEIGHT * wanted.current) - 1.0);
     job->out->err[1] = fabs(e - wanted.anode) / PLATES_VOLT;
     return PD_OK;
@@ -98,7 +98,7 @@ static pd_status plates_dissolves_run(val_job *job)
              "[electrode cathode] shape = cathode  curve = tafel  i0 = 10 A/m2  E0 = 100 mV  cathodic_slope = 120 mV\n"
              "reaction = Cu2+ + 2 e- = Cu\n[surface q] of = anode  initial = 0 C/m2  rate = i\n"
              "[run] until = 200 s\n", 100.0 / job->level.n, job->level.m, PLATES_CS, PLATES_CS);
-    PDI_TRY(plates_figures(job, text, "anode", &current, &e));
+    PD_TRY(plates_figures(job, text, "anode", &current, &e));
     job->out->err[0] = fabs(current / (PLATES_HEIGHT * wanted.current) - 1.0);
     job->out->err[1] = fabs(e - wanted.anode) / PLATES_VOLT;
     job->out->err[4] = fabs(job->out->err[4] * 1e-4 * PLATES_CS * 2.0 * PLATES_FARADAY - 1.0);
@@ -133,7 +133,7 @@ static pd_status plates_exchange_run(val_job *job)
     job->out->err[0] = 0.0;
     for (int k = 0; k < 2; k++) {
         double current = 0.0;
-        PDI_TRY(plates_figures(job, text, names[k], &current, &e));
+        PD_TRY(plates_figures(job, text, names[k], &current, &e));
         job->out->err[0] = fmax(job->out->err[0], fabs(current / (PLATES_HEIGHT * wanted.current[k]) - 1.0));
     }
     job->out->err[1] = fabs(e - wanted.potential) / PLATES_VOLT;
@@ -164,7 +164,7 @@ static pd_status plates_rust_run(val_job *job)
              "[electrode iron] shape = iron  curve = expression  reaction = O2 + 2 H2O + 4 e- = 4 OH-\n"
              "i = -1 mA/m2*[O2]/(0.25 mol/m3)*10^(-(E + 0.1 V)/(120 mV))\n[run] until = 100 s\n",
              100.0 / job->level.n, job->level.m);
-    PDI_TRY(plates_figures(job, text, "iron", &current, &e));
+    PD_TRY(plates_figures(job, text, "iron", &current, &e));
     job->out->err[0] = fabs(current / (PLATES_HEIGHT * i) - 1.0);
     job->out->err[1] = fabs(e - u) / PLATES_VOLT; /* and what phi is at the metal */
     return PD_OK;

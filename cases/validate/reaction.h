@@ -44,7 +44,7 @@ static pd_status reaction_build(val_job *job, reaction_lab *r, int n, double h, 
     lab_box(lab, h, job->level.m, 0.0, 4.0 * h);
     lab->grid_desc.hi[0] = n * h;
     for (int e = 1; e < PD_DIM; e++) lab->grid_desc.side[2 * e] = lab->grid_desc.side[2 * e + 1] = PD_SIDE_MIRROR;
-    PDI_TRY(lab_build(job->ctx, lab, VAL_LATTICE));
+    PD_TRY(lab_build(job->ctx, lab, VAL_LATTICE));
     job->out->h = h;
     d->species = r->species;
     d->count = r->count;
@@ -56,7 +56,7 @@ static pd_status reaction_build(val_job *job, reaction_lab *r, int n, double h, 
 
 static pd_status reaction_step(val_job *job, reaction_lab *r, double dt)
 {
-    PDI_TRY(pd_reactive_step(job->ctx, &r->reactive, dt, &r->result));
+    PD_TRY(pd_reactive_step(job->ctx, &r->reactive, dt, &r->result));
     job->out->steps++;
     return PD_OK;
 }
@@ -95,10 +95,10 @@ static pd_status reaction_front_march(val_job *job, reaction_lab *r, double half
         a[i] = x[0] < half ? c->a : 0.0;
         b[i] = x[0] < half ? 0.0 : c->b;
     }
-    PDI_TRY(pd_reactive_begin(job->ctx, &r->reactive));
+    PD_TRY(pd_reactive_begin(job->ctx, &r->reactive));
     for (double dt = 1e-2; time < end; dt = 0.04 * time) {
         dt = fmin(dt, end - time);
-        PDI_TRY(reaction_step(job, r, dt));
+        PD_TRY(reaction_step(job, r, dt));
         time = end - time - dt < 1e-9 ? end : time + dt;
     }
     return PD_OK;
@@ -113,14 +113,14 @@ static pd_status reaction_front_solve(val_job *job, reaction_lab *r)
     int at[3] = {0, 0, 0};
     pd_reactive_desc d;
     memset(&d, 0, sizeof d);
-    PDI_TRY(reaction_species(job->ctx, r, "Aa", "Na", c->da));
-    PDI_TRY(reaction_species(job->ctx, r, "Bb", "K", c->db));
-    PDI_TRY(reaction_species(job->ctx, r, "Pp", c->n > 1.5 ? "NaK2" : "NaK", 1e-9));
-    PDI_TRY(reaction_of(job->ctx, r, c->n > 1.5 ? "Aa + 2 Bb = Pp" : "Aa + Bb = Pp", 30.0, 0.0, NULL));
+    PD_TRY(reaction_species(job->ctx, r, "Aa", "Na", c->da));
+    PD_TRY(reaction_species(job->ctx, r, "Bb", "K", c->db));
+    PD_TRY(reaction_species(job->ctx, r, "Pp", c->n > 1.5 ? "NaK2" : "NaK", 1e-9));
+    PD_TRY(reaction_of(job->ctx, r, c->n > 1.5 ? "Aa + 2 Bb = Pp" : "Aa + Bb = Pp", 30.0, 0.0, NULL));
     d.initial = initial;
     d.order = 2;
-    PDI_TRY(reaction_build(job, r, job->level.n, h, &d));
-    PDI_TRY(reaction_front_march(job, r, half));
+    PD_TRY(reaction_build(job, r, job->level.n, h, &d));
+    PD_TRY(reaction_front_march(job, r, half));
     for (at[0] = 0; at[0] < job->level.n; at[0]++) {
         int32_t i = pd_grid_node(&job->lab->grid, at);
         double u = c->n * c->da * pd_reactive_field(&r->reactive, 0)[i];
@@ -151,15 +151,15 @@ static pd_status reaction_sink_solve(val_job *job, reaction_lab *r)
     pd_reactive_desc d;
     pd_reactive_balance b;
     memset(&d, 0, sizeof d);
-    PDI_TRY(reaction_species(job->ctx, r, "Aa", "Na", 1e-9));
-    PDI_TRY(reaction_species(job->ctx, r, "Bb", "Na", 1e-9));
-    PDI_TRY(reaction_of(job->ctx, r, "Aa = Bb", 300.0, 1e-2, "1/s"));
+    PD_TRY(reaction_species(job->ctx, r, "Aa", "Na", 1e-9));
+    PD_TRY(reaction_species(job->ctx, r, "Bb", "Na", 1e-9));
+    PD_TRY(reaction_of(job->ctx, r, "Aa = Bb", 300.0, 1e-2, "1/s"));
     r->reaction[0].backward = 0.0;
     d.initial = initial;
     d.wall = wall;
     d.held = reaction_left;
-    PDI_TRY(reaction_build(job, r, job->level.n, h, &d));
-    PDI_TRY(reaction_step(job, r, 1e12));
+    PD_TRY(reaction_build(job, r, job->level.n, h, &d));
+    PD_TRY(reaction_step(job, r, 1e12));
     for (int32_t i = 0; i < job->lab->grid.total; i++) {
         if (job->lab->grid.kind[i] != PD_FLUID) continue;
         pd_grid_position(&job->lab->grid, i, x);
@@ -179,13 +179,13 @@ static pd_status reaction_water_solve(val_job *job, reaction_lab *r)
     double initial[3] = {55344.0, 1.0, 3.0};
     pd_reactive_desc d;
     memset(&d, 0, sizeof d);
-    PDI_TRY(reaction_species(job->ctx, r, "H2O", NULL, 0.0));
-    PDI_TRY(reaction_species(job->ctx, r, "H+", NULL, 9.31e-9));
-    PDI_TRY(reaction_species(job->ctx, r, "OH-", NULL, 5.27e-9));
-    PDI_TRY(reaction_of(job->ctx, r, "H+ + OH- = H2O", 14.0, 1.4e11, "L/mol/s"));
+    PD_TRY(reaction_species(job->ctx, r, "H2O", NULL, 0.0));
+    PD_TRY(reaction_species(job->ctx, r, "H+", NULL, 9.31e-9));
+    PD_TRY(reaction_species(job->ctx, r, "OH-", NULL, 5.27e-9));
+    PD_TRY(reaction_of(job->ctx, r, "H+ + OH- = H2O", 14.0, 1.4e11, "L/mol/s"));
     d.initial = initial;
-    PDI_TRY(reaction_build(job, r, job->level.n, 1e-5, &d));
-    for (int k = 0; k < 2; k++) PDI_TRY(reaction_step(job, r, 36.0));
+    PD_TRY(reaction_build(job, r, job->level.n, 1e-5, &d));
+    for (int k = 0; k < 2; k++) PD_TRY(reaction_step(job, r, 36.0));
     for (int32_t i = 0; i < job->lab->grid.total; i++) /* 2 mol/m3 of OH- are left */
         if (job->lab->grid.kind[i] == PD_FLUID)
             job->out->err[0] = fmax(job->out->err[0], fabs(pd_reactive_ph(&r->reactive, i) - (11.0 + log10(2.0))));
@@ -237,16 +237,16 @@ static pd_status reaction_metal_solve(val_job *job, reaction_lab *r)
     pd_etch etch;
     memset(&d, 0, sizeof d);
     memset(&e, 0, sizeof e);
-    for (int k = 0; k < 6; k++) PDI_TRY(reaction_species(job->ctx, r, names[k], NULL, ds[k]));
-    PDI_TRY(reaction_of(job->ctx, r, "H2O = H+ + OH-", -14.0, 0.0, NULL));
+    for (int k = 0; k < 6; k++) PD_TRY(reaction_species(job->ctx, r, names[k], NULL, ds[k]));
+    PD_TRY(reaction_of(job->ctx, r, "H2O = H+ + OH-", -14.0, 0.0, NULL));
     d.initial = d.wall = saline;
     d.held = reaction_right;
-    PDI_TRY(reaction_build(job, r, job->level.n, h, &d));
+    PD_TRY(reaction_build(job, r, job->level.n, h, &d));
     e.law = reaction_law;
     e.user = &power;
     e.shed = shed;
     e.reads_ph = 1;
-    PDI_TRY(pd_etch_build(job->ctx, &r->reactive, &e, &etch));
+    PD_TRY(pd_etch_build(job->ctx, &r->reactive, &e, &etch));
     for (int32_t i = 0; i < job->lab->grid.total; i++) {
         if (job->lab->grid.kind[i] != PD_FLUID) continue;
         pd_grid_position(&job->lab->grid, i, x);

@@ -201,27 +201,27 @@ static pd_status val_text_figure(pd_ctx *ctx, const char *folder, pd_file *file,
     char path[PD_PATH_SIZE], name[128];
     snprintf(name, sizeof name, "%s_%dd%s%s_%s.png", r->of->name, PD_DIM, r->part->name[0] ? "_" : "", r->part->name,
              kind);
-    PDI_TRY(pd_file_join(ctx, folder, name, path));
-    if (strcmp(kind, "errors") == 0) PDI_TRY(val_draw_errors(ctx, path, r));
-    else PDI_TRY(val_draw_profile(ctx, path, &r->profile));
+    PD_TRY(pd_file_join(ctx, folder, name, path));
+    if (strcmp(kind, "errors") == 0) PD_TRY(val_draw_errors(ctx, path, r));
+    else PD_TRY(val_draw_profile(ctx, path, &r->profile));
     return report_text(ctx, file, "![%s, %dD, %s](%s)\n\n", r->of->name, PD_DIM, kind, name);
 }
 
 static pd_status val_text_part(pd_ctx *ctx, const char *folder, pd_file *file, const val_result *r)
 {
-    if (r->part->name[0]) PDI_TRY(report_text(ctx, file, "**%s**\n\n", r->part->title));
-    PDI_TRY(val_text_table(ctx, file, r));
+    if (r->part->name[0]) PD_TRY(report_text(ctx, file, "**%s**\n\n", r->part->title));
+    PD_TRY(val_text_table(ctx, file, r));
     for (int k = 0; k < r->part->goals; k++) {
         char text[256];
         val_goal_text(r, &r->part->goal[k], text, sizeof text);
-        PDI_TRY(report_text(ctx, file, "- %s\n", text));
+        PD_TRY(report_text(ctx, file, "- %s\n", text));
     }
-    if (r->failed) PDI_TRY(report_text(ctx, file, "- FAILED: %s\n", r->message));
-    PDI_TRY(report_text(ctx, file, "\n"));
+    if (r->failed) PD_TRY(report_text(ctx, file, "- FAILED: %s\n", r->message));
+    PD_TRY(report_text(ctx, file, "\n"));
     if (r->part->miss && val_part_verdict(r) == VAL_MISSED)
-        PDI_TRY(report_text(ctx, file, "*Why it is missed.* %s\n\n", r->part->miss));
-    if (r->levels > 1) PDI_TRY(val_text_figure(ctx, folder, file, r, "errors"));
-    if (r->profile.curves) PDI_TRY(val_text_figure(ctx, folder, file, r, "curves"));
+        PD_TRY(report_text(ctx, file, "*Why it is missed.* %s\n\n", r->part->miss));
+    if (r->levels > 1) PD_TRY(val_text_figure(ctx, folder, file, r, "errors"));
+    if (r->profile.curves) PD_TRY(val_text_figure(ctx, folder, file, r, "curves"));
     return PD_OK;
 }
 
@@ -233,8 +233,8 @@ static pd_status val_write_case(pd_ctx *ctx, const char *folder, const val_resul
     pd_file file;
     memset(&file, 0, sizeof file);
     snprintf(name, sizeof name, "%s_%dd.md", c->name, PD_DIM);
-    PDI_TRY(pd_file_join(ctx, folder, name, path));
-    PDI_TRY(pdi_file_create(ctx, path, &file));
+    PD_TRY(pd_file_join(ctx, folder, name, path));
+    PD_TRY(pdi_file_create(ctx, path, &file));
     pd_status status =
         report_text(ctx, &file,
                  "### %s, %dD: %s\n\n%s\n\n*What it catches.* %s\n\n*Reference.* %s.\n\n*Run.* "
@@ -254,14 +254,14 @@ static pd_status val_text_summary(pd_ctx *ctx, pd_file *file, const val_result *
         double value;
         val_verdict v = val_judge(r, g, &value);
         if (g->rank == VAL_GUARD || v == VAL_UNJUDGED) continue;
-        PDI_TRY(report_text(ctx, file, "| %s | [%s, %dD](#%s-%dd) | %s | %s%s | ", v == VAL_MET ? "met" : "**missed**",
+        PD_TRY(report_text(ctx, file, "| %s | [%s, %dD](#%s-%dd) | %s | %s%s | ", v == VAL_MET ? "met" : "**missed**",
                          r->of->name, PD_DIM, r->of->name, PD_DIM, r->part->name[0] ? r->part->title : "",
                          g->order > 0.0 ? "order of " : "", r->part->measure[g->measure].label));
-        if (g->order > 0.0) PDI_TRY(report_text(ctx, file, "at least %g | %.2f |\n", g->order, value));
-        else PDI_TRY(report_text(ctx, file, "at most %g | %.2e |\n", g->bound, value));
+        if (g->order > 0.0) PD_TRY(report_text(ctx, file, "at least %g | %.2f |\n", g->order, value));
+        else PD_TRY(report_text(ctx, file, "at most %g | %.2e |\n", g->bound, value));
     }
     if (r->failed)
-        PDI_TRY(report_text(ctx, file, "| **failed** | [%s, %dD](#%s-%dd) | %s | %s | | |\n", r->of->name, PD_DIM,
+        PD_TRY(report_text(ctx, file, "| **failed** | [%s, %dD](#%s-%dd) | %s | %s | | |\n", r->of->name, PD_DIM,
                          r->of->name, PD_DIM, r->part->title, r->message));
     return PD_OK;
 }
@@ -274,8 +274,8 @@ static pd_status val_write_summary(pd_ctx *ctx, const char *folder, const val_re
     pd_status status = PD_OK;
     memset(&file, 0, sizeof file);
     snprintf(name, sizeof name, "summary_%dd.md", PD_DIM);
-    PDI_TRY(pd_file_join(ctx, folder, name, path));
-    PDI_TRY(pdi_file_create(ctx, path, &file));
+    PD_TRY(pd_file_join(ctx, folder, name, path));
+    PD_TRY(pdi_file_create(ctx, path, &file));
     for (int k = 0; k < results && status == PD_OK; k++) status = val_text_summary(ctx, &file, &r[k]);
     if (status == PD_OK) return pdi_file_commit(ctx, &file);
     pdi_file_abandon(&file);

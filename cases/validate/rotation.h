@@ -15,8 +15,8 @@ static pd_status rotation_build(val_job *job, rotation_field_fn field, rotation_
     lab_box(lab, 1.0 / job->level.n, job->level.m, 0.0, 1.0);
     for (int side = 0; side < 2 * PD_DIM; side++) lab->grid_desc.side[side] = PD_SIDE_PERIODIC;
     lab->flow_desc.rho = lab->flow_desc.mu = lab->flow_desc.report_speed = lab->flow_desc.report_length = 1.0;
-    PDI_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_TRANSPORT));
-    PDI_TRY(lab_fields(job->ctx, lab, 2, 1));
+    PD_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_TRANSPORT));
+    PD_TRY(lab_fields(job->ctx, lab, 2, 1));
     for (int32_t i = 0; i < lab->grid.total; i++) {
         double x[PD_DIM], u[PD_DIM];
         if (lab->grid.kind[i] != PD_FLUID) continue;
@@ -61,10 +61,10 @@ static pd_status rotation_steps(val_job *job, double most)
     int steps = (int)ceil(1.0 / pd_transport_limit(job->ctx, t));
     for (int step = 0; step < steps; step++) {
         for (int32_t i = 0; i < lab->grid.total; i++) lab->field[1][i] = t->c[i];
-        PDI_TRY(pd_transport_explicit(job->ctx, t, 1.0 / steps));
-        PDI_TRY(pd_transport_explicit(job->ctx, t, 1.0 / steps));
+        PD_TRY(pd_transport_explicit(job->ctx, t, 1.0 / steps));
+        PD_TRY(pd_transport_explicit(job->ctx, t, 1.0 / steps));
         rotation_mix(job, 0.75);
-        PDI_TRY(pd_transport_explicit(job->ctx, t, 1.0 / steps));
+        PD_TRY(pd_transport_explicit(job->ctx, t, 1.0 / steps));
         rotation_mix(job, 1.0 / 3.0);
         double below = rotation_beyond(lab, &peak);
         job->out->err[2] = fmax(job->out->err[2], fmax(below, peak - most));
@@ -78,9 +78,9 @@ static pd_status rotation_run(val_job *job, rotation_field_fn field, rotation_st
 {
     const val_lab *lab = job->lab;
     double most, peak, off = 0.0, size = 0.0;
-    PDI_TRY(rotation_build(job, field, stream));
+    PD_TRY(rotation_build(job, field, stream));
     rotation_beyond(lab, &most);
-    PDI_TRY(rotation_steps(job, most));
+    PD_TRY(rotation_steps(job, most));
     rotation_beyond(lab, &peak);
     for (int32_t i = 0; i < lab->grid.total; i++) {
         if (lab->grid.kind[i] != PD_FLUID) continue;

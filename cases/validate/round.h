@@ -69,18 +69,18 @@ static pd_status kirsch_run(val_job *job)
     val_squares sum = {0.0, 0.0};
     int n[2] = {6 * job->level.n, 6 * job->level.n};
     if (job->level.p > 2.5) s->desc.rim = PD_PARTIAL_VOLUME_EXACT;
-    PDI_TRY(solid_cells(job->ctx, s, n, lo, h, m, solid_round_part, &hole));
+    PD_TRY(solid_cells(job->ctx, s, n, lo, h, m, solid_round_part, &hole));
     s->metal.young = 1.0;
     s->metal.poisson = 0.3;
     s->metal.plane = PD_PLANE_STRESS;
-    PDI_TRY(solid_elastic(job->ctx, s));
+    PD_TRY(solid_elastic(job->ctx, s));
     for (int32_t i = 0; i < s->body.count; i++) {
         const double *x = s->position + i * 2;
         elasticity_kirsch(x, 0.3, s->u + i * 2);
         s->held[i * 2] = s->held[i * 2 + 1] = fmax(fabs(x[0]), fabs(x[1])) > half - (2.0 * m + 1.0) * h;
         if (!s->held[i * 2]) s->u[i * 2] = s->u[i * 2 + 1] = 0.0;
     }
-    PDI_TRY(solid_rest(job->ctx, s));
+    PD_TRY(solid_rest(job->ctx, s));
     for (int32_t i = 0; i < s->body.count; i++) {
         double exact[2];
         elasticity_kirsch(s->position + i * 2, 0.3, exact);
@@ -136,19 +136,19 @@ static pd_status lame_rest(val_job *job, double yield, double pressure, int step
     double h = 1.0 / job->level.n, lo[2] = {-2.0, -2.0};
     int n[2] = {4 * job->level.n, 4 * job->level.n};
     if (job->level.p > 2.5) s->desc.rim = PD_PARTIAL_VOLUME_EXACT;
-    PDI_TRY(solid_cells(job->ctx, s, n, lo, h, job->level.m, solid_round_part, &ring));
+    PD_TRY(solid_cells(job->ctx, s, n, lo, h, job->level.m, solid_round_part, &ring));
     s->metal.young = 1.0;
     s->metal.poisson = 0.3;
     s->metal.yield = yield;
-    PDI_TRY(solid_elastic(job->ctx, s));
+    PD_TRY(solid_elastic(job->ctx, s));
     for (int k = 1; k <= steps; k++) {
         for (int32_t i = 0; i < s->body.count; i++) {
             const double *x = s->position + i * 2, *edge = s->elastic.surface_vector + i * 2;
             double r = solid_radius(x), push = (x[0] * edge[0] + x[1] * edge[1]) / r;
             for (int d = 0; d < 2; d++) s->load[i * 2 + d] = r < 1.5 ? pressure * k / steps * push * x[d] / r : 0.0;
         }
-        PDI_TRY(solid_rest(job->ctx, s));
-        if (s->table.commit) PDI_TRY(s->table.commit(job->ctx, s->table.self, s->u));
+        PD_TRY(solid_rest(job->ctx, s));
+        if (s->table.commit) PD_TRY(s->table.commit(job->ctx, s->table.self, s->u));
     }
     job->out->h = h;
     job->out->evals = s->iterations;
@@ -179,7 +179,7 @@ static pd_status lame_run(val_job *job)
 {
     const val_solid *s = &job->lab->solid;
     double shift[2], sum[5] = {0.0}, size[5] = {0.0}, u, hoop;
-    PDI_TRY(lame_rest(job, 0.0, 1.0, 1));
+    PD_TRY(lame_rest(job, 0.0, 1.0, 1));
     lame_shift(s, shift);
     for (int32_t i = 0; i < s->body.count; i++) {
         double r = solid_radius(s->position + i * 2), v = s->volume[i];
@@ -234,7 +234,7 @@ static pd_status hill_run(val_job *job)
 {
     const val_solid *s = &job->lab->solid;
     double shift[2], k = 1e-3, flows = 1.5, sum[2] = {0.0}, size[2] = {0.0}, u, hoop;
-    PDI_TRY(lame_rest(job, k * sqrt(3.0), k * elasticity_hill_pressure(flows), 3));
+    PD_TRY(lame_rest(job, k * sqrt(3.0), k * elasticity_hill_pressure(flows), 3));
     lame_shift(s, shift);
     for (int32_t i = 0; i < s->body.count; i++) {
         double r = solid_radius(s->position + i * 2), v = s->volume[i], wanted = k * elasticity_hill(r, flows, 0.3);

@@ -58,16 +58,16 @@ static pd_status patch_plane(val_job *job, pd_plane plane)
     patch_block block = {0.0, 7u};
     double h = 1.0 / job->level.n, lo[3] = {0.0, 0.0, 0.0}, g[SOLID_T], p[SOLID_T], size = 0.0, off = 0.0;
     int n[3] = {job->level.n, job->level.n, job->level.n};
-    PDI_TRY(solid_cells(job->ctx, s, n, lo, h, job->level.m, patch_block_part, &block));
+    PD_TRY(solid_cells(job->ctx, s, n, lo, h, job->level.m, patch_block_part, &block));
 #if PD_DIM == 2
     static const double corners[2][2] = {{0.13, 0.62}, {0.48, 0.83}};
     pd_precrack cut = {2, corners[0]};
-    PDI_TRY(pd_body_apply_precracks(job->ctx, &s->body, &cut, 1, NULL));
+    PD_TRY(pd_body_apply_precracks(job->ctx, &s->body, &cut, 1, NULL));
 #endif
     s->metal.young = 1.0;
     s->metal.poisson = job->level.p;
     s->metal.plane = plane;
-    PDI_TRY(solid_elastic(job->ctx, s));
+    PD_TRY(solid_elastic(job->ctx, s));
     for (int k = 0; k < SOLID_T; k++) g[k] = patch_random(&block);
     patch_stress(&s->elastic, g, p);
     for (int k = 0; k < SOLID_T; k++) size = fmax(size, fabs(p[k]));
@@ -82,7 +82,7 @@ static pd_status patch_plane(val_job *job, pd_plane plane)
     job->out->err[0] = fmax(job->out->err[0], patch_off(job, p) / size);
     job->out->err[1] = fmax(job->out->err[1], off * s->desc.horizon / size);
     memset(s->u, 0, (size_t)s->room * PD_DIM * sizeof *s->u);
-    PDI_TRY(solid_rest(job->ctx, s));
+    PD_TRY(solid_rest(job->ctx, s));
     job->out->err[2] = fmax(job->out->err[2], patch_off(job, p) / size);
     job->out->h = h;
     return PD_OK;
@@ -90,7 +90,7 @@ static pd_status patch_plane(val_job *job, pd_plane plane)
 
 static pd_status solid_patch_run(val_job *job)
 {
-    PDI_TRY(patch_plane(job, PD_PLANE_STRAIN));
+    PD_TRY(patch_plane(job, PD_PLANE_STRAIN));
     solid_free(job->ctx, &job->lab->solid);
     return PD_DIM == 2 ? patch_plane(job, PD_PLANE_STRESS) : PD_OK;
 }
@@ -144,7 +144,7 @@ static pd_status gutman_loss(val_job *job, double stress, double *loss)
              "[side x-] ux = 0 um\n[side y-] uy = 0 um\n[side x+] ux = %.17g um\n"
              "[corrode] rate = 0.1 um/s  Csat = 5.1 mol/L  control = activation\n[run] until = 20 s\n",
              10.0 / job->level.n, job->level.m, 20.0 * 3.0 * stress / 200e3);
-    PDI_TRY(pd_sim_open(job->ctx, text, NULL, 0, &sim));
+    PD_TRY(pd_sim_open(job->ctx, text, NULL, 0, &sim));
     pd_status status = pd_time_loop_run(job->ctx, &sim.model.time_loop, 20.0, 0.0, NULL, NULL);
     *loss = pd_time_loop_volume_loss(&sim.model.time_loop);
     job->out->steps += (long)sim.model.time_loop.steps;
@@ -157,8 +157,8 @@ static pd_status gutman_run(val_job *job)
     double slow, fast, factor = NAN;
     for (int k = 0; k < 3; k++)
         if (fabs(gutman_table[k][0] - job->level.p) < 1.0) factor = gutman_table[k][1];
-    PDI_TRY(gutman_loss(job, 0.0, &slow));
-    PDI_TRY(gutman_loss(job, job->level.p, &fast));
+    PD_TRY(gutman_loss(job, 0.0, &slow));
+    PD_TRY(gutman_loss(job, job->level.p, &fast));
     job->out->h = 10e-6 / job->level.n;
     job->out->err[0] = fabs(fast / slow / factor - 1.0);
     job->out->err[1] = fabs(slow / 0.2 - 1.0);
@@ -240,11 +240,11 @@ static pd_status cantilever_run(val_job *job)
     double h = 1.0 / job->level.n, length = 4.0, lo[3] = {-root * h, -0.5, -0.5}, end[3] = {4.0, 0.0, 0.0}, tip[3];
     double nu = PD_DIM == 3 && kind == 1 ? 0.0 : 0.3;
     val_squares sum = {0.0, 0.0};
-    PDI_TRY(solid_cells(job->ctx, s, n, lo, h, job->level.m, NULL, NULL));
+    PD_TRY(solid_cells(job->ctx, s, n, lo, h, job->level.m, NULL, NULL));
     s->metal.young = 1.0;
     s->metal.poisson = nu;
     s->metal.plane = PD_PLANE_STRESS;
-    PDI_TRY(solid_elastic(job->ctx, s));
+    PD_TRY(solid_elastic(job->ctx, s));
     for (int32_t i = 0; i < s->body.count; i++) {
         const double *x = s->position + (int64_t)i * PD_DIM;
         double *u = s->u + (int64_t)i * PD_DIM;
@@ -254,7 +254,7 @@ static pd_status cantilever_run(val_job *job)
         memset(s->held + (int64_t)i * PD_DIM, 1, PD_DIM);
     }
     cantilever_load(job, kind);
-    PDI_TRY(solid_rest(job->ctx, s));
+    PD_TRY(solid_rest(job->ctx, s));
     for (int32_t i = 0; i < s->body.count; i++) {
         const double *x = s->position + (int64_t)i * PD_DIM, *p = s->stress + (int64_t)i * SOLID_T;
         double wanted = cantilever_stress(x, kind);

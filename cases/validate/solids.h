@@ -32,13 +32,13 @@ static void solid_free(pd_ctx *ctx, val_solid *s)
     pd_microelastic_free(ctx, &s->springs);
     pd_correspondence_free(ctx, &s->elastic);
     pd_body_free(ctx, &s->body);
-    PDI_DELETE(ctx, n * PD_DIM, s->held);
-    PDI_DELETE(ctx, n * SOLID_T, s->stress);
-    PDI_DELETE(ctx, n * PD_DIM, s->force);
-    PDI_DELETE(ctx, n * PD_DIM, s->load);
-    PDI_DELETE(ctx, n * PD_DIM, s->u);
-    PDI_DELETE(ctx, n, s->volume);
-    PDI_DELETE(ctx, n * PD_DIM, s->position);
+    PD_DELETE(ctx, n * PD_DIM, s->held);
+    PD_DELETE(ctx, n * SOLID_T, s->stress);
+    PD_DELETE(ctx, n * PD_DIM, s->force);
+    PD_DELETE(ctx, n * PD_DIM, s->load);
+    PD_DELETE(ctx, n * PD_DIM, s->u);
+    PD_DELETE(ctx, n, s->volume);
+    PD_DELETE(ctx, n * PD_DIM, s->position);
     memset(s, 0, sizeof *s);
 }
 
@@ -46,13 +46,13 @@ static pd_status solid_room(pd_ctx *ctx, val_solid *s, int32_t room)
 {
     size_t n = (size_t)room;
     s->room = room;
-    PDI_TRY(PDI_NEW(ctx, "validate", n * PD_DIM, s->position));
-    PDI_TRY(PDI_NEW(ctx, "validate", n, s->volume));
-    PDI_TRY(PDI_NEW(ctx, "validate", n * PD_DIM, s->u));
-    PDI_TRY(PDI_NEW(ctx, "validate", n * PD_DIM, s->load));
-    PDI_TRY(PDI_NEW(ctx, "validate", n * PD_DIM, s->force));
-    PDI_TRY(PDI_NEW(ctx, "validate", n * SOLID_T, s->stress));
-    return PDI_NEW(ctx, "validate", n * PD_DIM, s->held);
+    PD_TRY(PD_NEW(ctx, "validate", n * PD_DIM, s->position));
+    PD_TRY(PD_NEW(ctx, "validate", n, s->volume));
+    PD_TRY(PD_NEW(ctx, "validate", n * PD_DIM, s->u));
+    PD_TRY(PD_NEW(ctx, "validate", n * PD_DIM, s->load));
+    PD_TRY(PD_NEW(ctx, "validate", n * PD_DIM, s->force));
+    PD_TRY(PD_NEW(ctx, "validate", n * SOLID_T, s->stress));
+    return PD_NEW(ctx, "validate", n * PD_DIM, s->held);
 }
 
 /* n cells of width h [m] along each axis from lo [m] on, or those of them that have a part; the horizon is m h. */
@@ -61,7 +61,7 @@ static pd_status solid_cells(pd_ctx *ctx, val_solid *s, const int *n, const doub
 {
     int32_t all = 1;
     for (int d = 0; d < PD_DIM; d++) all *= n[d];
-    PDI_TRY(solid_room(ctx, s, all));
+    PD_TRY(solid_room(ctx, s, all));
     for (int32_t k = 0; k < all; k++) {
         double *x = s->position + (int64_t)s->desc.count * PD_DIM;
         for (int32_t d = 0, rest = k; d < PD_DIM; rest /= n[d], d++) x[d] = lo[d] + (rest % n[d] + 0.5) * h;
@@ -78,7 +78,7 @@ static pd_status solid_cells(pd_ctx *ctx, val_solid *s, const int *n, const doub
 /* Small strains with s->metal. */
 static pd_status solid_elastic(pd_ctx *ctx, val_solid *s)
 {
-    PDI_TRY(pd_correspondence_build(ctx, &s->body, &s->metal, &s->elastic));
+    PD_TRY(pd_correspondence_build(ctx, &s->body, &s->metal, &s->elastic));
     s->table = pd_correspondence_material(&s->elastic);
     return PD_OK;
 }
@@ -86,7 +86,7 @@ static pd_status solid_elastic(pd_ctx *ctx, val_solid *s)
 /* Springs with s->spring. */
 static pd_status solid_springs(pd_ctx *ctx, val_solid *s)
 {
-    PDI_TRY(pd_microelastic_build(ctx, &s->body, &s->spring, &s->springs));
+    PD_TRY(pd_microelastic_build(ctx, &s->body, &s->spring, &s->springs));
     s->table = pd_microelastic_material(&s->springs);
     return PD_OK;
 }
@@ -98,7 +98,7 @@ static pd_status solid_rest(pd_ctx *ctx, val_solid *s)
     pd_equilibrium_result result;
     memset(&desc, 0, sizeof desc);
     desc.prescribed = s->held;
-    PDI_TRY(pd_equilibrium_solve(ctx, &s->table, &desc, s->load, s->u, &result));
+    PD_TRY(pd_equilibrium_solve(ctx, &s->table, &desc, s->load, s->u, &result));
     s->iterations += result.iterations;
     if (s->table.stress) s->table.stress(ctx, s->table.self, s->u, s->stress);
     return PD_OK;

@@ -111,10 +111,10 @@ static pd_status startup_implicit_run(val_job *job, int moving)
     val_lab *lab = job->lab;
     startup_scene(job, moving);
     lab->implicit_desc.rtol = 1e-4;
-    PDI_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_STEADY | VAL_IMPLICIT));
+    PD_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_STEADY | VAL_IMPLICIT));
     job->out->h = lab->grid.h[0];
     for (int k = 0; k < STARTUP_TIMES; k++) {
-        PDI_TRY(pd_physics_run(job->ctx, pd_implicit_process(&lab->implicit), startup_time[k]));
+        PD_TRY(pd_physics_run(job->ctx, pd_implicit_process(&lab->implicit), startup_time[k]));
         startup_note(job, moving, k);
     }
     job->out->steps = (long)lab->implicit.steps;
@@ -128,7 +128,7 @@ static pd_status startup_poiseuille_run(val_job *job) { return startup_implicit_
 static pd_status startup_explicit_times(val_job *job, pd_weakly_compressible *un)
 {
     for (int k = 0; k < STARTUP_TIMES; k++) {
-        PDI_TRY(pd_physics_run(job->ctx, pd_weakly_compressible_process(un), startup_time[k]));
+        PD_TRY(pd_physics_run(job->ctx, pd_weakly_compressible_process(un), startup_time[k]));
         startup_note(job, 0, k);
     }
     job->out->steps = (long)un->steps;
@@ -146,7 +146,7 @@ static pd_status startup_explicit_run(val_job *job)
     memset(&desc, 0, sizeof desc);
     startup_scene(job, 0);
     desc.sound_speed = 10.0 * lab->flow_desc.report_speed;
-    PDI_TRY(lab_build(job->ctx, lab, VAL_FLOW));
+    PD_TRY(lab_build(job->ctx, lab, VAL_FLOW));
     job->out->h = lab->grid.h[0];
     pd_status status = pd_weakly_compressible_build(job->ctx, &lab->flow, &desc, &un);
     if (status == PD_OK) status = startup_explicit_times(job, &un);
@@ -191,7 +191,7 @@ static pd_status swing_run(val_job *job)
     lab->flow_desc.body = swing_force;
     lab->flow_desc.body_user = lab->flow_desc.clock = &swing_clock;
     lab->implicit_desc.rtol = 1e-5;
-    PDI_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_STEADY | VAL_IMPLICIT));
+    PD_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_STEADY | VAL_IMPLICIT));
     for (int32_t i = 0; i < lab->grid.total; i++) {
         double x[PD_DIM];
         if (lab->grid.kind[i] != PD_FLUID) continue;
@@ -203,7 +203,7 @@ static pd_status swing_run(val_job *job)
     val_curve *found = job->profile ? val_add_curve(job, "computed", PD_SERIES_STYLE_MARKERS) : NULL;
     for (int k = 1; k <= SWING_TIMES; k++) {
         double t = k * 2.0 * val_pi / SWING_RATE / SWING_TIMES;
-        PDI_TRY(pd_physics_run(job->ctx, pd_implicit_process(&lab->implicit), t));
+        PD_TRY(pd_physics_run(job->ctx, pd_implicit_process(&lab->implicit), t));
         for (int32_t i = 0; i < lab->grid.total; i++) {
             double x[PD_DIM];
             if (lab->grid.kind[i] != PD_FLUID) continue;
@@ -358,18 +358,18 @@ static pd_status channel_once(val_job *job, int along, int wide, double sign)
     lab->flow_desc.force[0] = sign * CHANNEL_FORCE;
     lab->implicit_desc.stage_tolerance = 1e-7;
     lab->implicit_desc.rtol = 1e-4;
-    PDI_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_STEADY | VAL_IMPLICIT));
+    PD_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_STEADY | VAL_IMPLICIT));
     for (int32_t i = 0; i < lab->grid.total; i++)
         if (lab->grid.kind[i] == PD_FLUID) lab->flow.u[i] = 1.0;
     for (int k = 0; k < CHANNEL_TIMES; k++) {
-        PDI_TRY(pd_physics_run(job->ctx, pd_implicit_process(&lab->implicit), channel_time[k]));
+        PD_TRY(pd_physics_run(job->ctx, pd_implicit_process(&lab->implicit), channel_time[k]));
         channel_note(job, k, sign);
     }
     job->out->h = lab->grid.h[0];
     job->out->steps += (long)lab->implicit.steps;
     job->out->evals += (long)lab->implicit.evaluations;
     if (lab->grid.n[1] > CHANNEL_CELLS)
-        return pdi_fail(job->ctx, PD_ERR_ARGUMENT, "validate", "the channel takes at most %d cells across",
+        return pd_fail(job->ctx, PD_ERR_ARGUMENT, "validate", "the channel takes at most %d cells across",
                         CHANNEL_CELLS);
     job->out->err[4] = job->out->err[0] / channel_predicted(lab->grid.n[1], sign);
     return PD_OK;
@@ -395,7 +395,7 @@ static void channel_curves(val_job *job, double sign)
 /* 4 x n x 4 cells: the flow does not depend on x and z. */
 static pd_status channel_short_run(val_job *job)
 {
-    PDI_TRY(channel_once(job, 4, 4, job->level.p));
+    PD_TRY(channel_once(job, 4, 4, job->level.p));
     channel_curves(job, job->level.p);
     return PD_OK;
 }

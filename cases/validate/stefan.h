@@ -72,7 +72,7 @@ static pd_status stefan_run(val_job *job)
     double start = STEFAN_START / (2.0 * STEFAN_LAMBDA), next;
     val_law law = {1e-3, STEFAN_CSAT};
     start = start * start / STEFAN_D; /* [s] on the clock of the closed form */
-    PDI_TRY(stefan_build(job, bottom, width, &law));
+    PD_TRY(stefan_build(job, bottom, width, &law));
     for (int32_t i = 0; i < lab->grid.total; i++) {
         double x[PD_DIM];
         pd_grid_position(&lab->grid, i, x);
@@ -82,12 +82,12 @@ static pd_status stefan_run(val_job *job)
     val_curve *exact = val_add_curve(job, "closed form", PD_SERIES_STYLE_LINE);
     val_curve *found = val_add_curve(job, "computed", PD_SERIES_STYLE_MARKERS);
     job->out->h = lab->grid.h[0];
-    PDI_TRY(pd_time_loop_start(job->ctx, &lab->couple));
+    PD_TRY(pd_time_loop_start(job->ctx, &lab->couple));
     for (int k = 0; k < times; k++) {
         for (int part = 1; part <= 10; part++) {
             double from = k ? stefan_time[k - 1] : start;
             next = from + (stefan_time[k] - from) * part / 10.0;
-            while (lab->couple.time < next - start) PDI_TRY(pd_time_loop_step(job->ctx, &lab->couple, next - start));
+            while (lab->couple.time < next - start) PD_TRY(pd_time_loop_step(job->ctx, &lab->couple, next - start));
             for (int q = 4; q >= 0; q--) {
                 double at = next - (stefan_time[k] - from) * q / 50.0;
                 val_add_point(exact, at, 2e6 * STEFAN_LAMBDA * sqrt(STEFAN_D * at));
@@ -152,7 +152,7 @@ static pd_status stefan_bonds_run(val_job *job)
     int times = PD_DIM == 3 ? 1 : 3;
     double bottom = (PD_DIM == 3 ? 40.0 : 160.0) * 1e-6, begin = STEFAN_START / (2.0 * STEFAN_LAMBDA);
     begin = begin * begin / STEFAN_D; /* [s] on the clock of the closed form */
-    PDI_TRY(stefan_bonds_build(job, bottom));
+    PD_TRY(stefan_bonds_build(job, bottom));
     for (int32_t i = 0; i < lab->grid.total; i++) {
         double x[PD_DIM];
         pd_grid_position(&lab->grid, i, x);
@@ -160,7 +160,7 @@ static pd_status stefan_bonds_run(val_job *job)
     }
     job->out->h = lab->grid.h[0];
     for (int k = 0; k < times; k++) {
-        PDI_TRY(pd_time_loop_run(job->ctx, &lab->couple, stefan_time[k] - begin, 0.0, NULL, NULL));
+        PD_TRY(pd_time_loop_run(job->ctx, &lab->couple, stefan_time[k] - begin, 0.0, NULL, NULL));
         job->out->err[k] = fabs(stefan_now(job, bottom) / stefan_depth[k] - 1.0);
     }
     job->out->steps = (long)lab->couple.steps;

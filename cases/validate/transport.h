@@ -23,7 +23,7 @@ static pd_status transport_steps(val_job *job, double dt, int steps)
 {
     pd_transport_result result;
     for (int k = 0; k < steps; k++) {
-        PDI_TRY(pd_transport_implicit(job->ctx, &job->lab->transport, dt, &result));
+        PD_TRY(pd_transport_implicit(job->ctx, &job->lab->transport, dt, &result));
         job->out->residual = fmax(job->out->residual, result.residual);
         job->out->steps++;
     }
@@ -37,13 +37,13 @@ static pd_status transport_extrapolate(val_job *job, transport_field_fn field, c
 {
     static const double weight[3] = {1.0 / 3.0, -2.0, 8.0 / 3.0};
     val_lab *lab = job->lab;
-    PDI_TRY(lab_fields(job->ctx, lab, count, 1));
+    PD_TRY(lab_fields(job->ctx, lab, count, 1));
     for (int run = 0; run < 3; run++) {
         double time = 0.0;
         transport_start(job, field);
         for (int k = 0; k < count; k++) {
             int n = steps << run;
-            PDI_TRY(transport_steps(job, (t[k] - time) / n, n));
+            PD_TRY(transport_steps(job, (t[k] - time) / n, n));
             for (int32_t i = 0; i < lab->grid.total; i++) lab->field[k][i] += weight[run] * lab->transport.c[i];
             time = t[k];
         }
@@ -115,7 +115,7 @@ static pd_status gauss_build(val_job *job)
     lab_box(lab, GAUSS_SIGMA / job->level.n, job->level.m, PD_DIM == 3 ? 0.0 : -half, half);
     for (int d = 0; d < PD_DIM && PD_DIM == 3; d++) lab->grid_desc.side[2 * d] = PD_SIDE_MIRROR;
     lab->transport_desc.diffusivity = TRANSPORT_D;
-    PDI_TRY(lab_build(job->ctx, lab, VAL_TRANSPORT));
+    PD_TRY(lab_build(job->ctx, lab, VAL_TRANSPORT));
     job->out->h = lab->grid.h[0];
     return PD_OK;
 }
@@ -123,8 +123,8 @@ static pd_status gauss_build(val_job *job)
 static pd_status gauss_space_run(val_job *job)
 {
     double end = GAUSS_TIME, largest;
-    PDI_TRY(gauss_build(job));
-    PDI_TRY(transport_extrapolate(job, gauss_field, &end, 1, 8));
+    PD_TRY(gauss_build(job));
+    PD_TRY(transport_extrapolate(job, gauss_field, &end, 1, 8));
     transport_errors(job->lab, job->lab->field[0], gauss_field, end, &job->out->err[0], &largest);
     job->out->err[1] = largest;
     transport_curves(job, job->lab->field[0], gauss_field, end, "Spreading Gaussian", "c [-]");
@@ -154,9 +154,9 @@ static pd_status gauss_time_run(val_job *job)
 {
     double end = GAUSS_TIME, largest;
     int steps = (int)job->level.p;
-    PDI_TRY(gauss_build(job));
+    PD_TRY(gauss_build(job));
     transport_start(job, gauss_field);
-    PDI_TRY(transport_steps(job, end / steps, steps));
+    PD_TRY(transport_steps(job, end / steps, steps));
     transport_errors(job->lab, job->lab->transport.c, gauss_field, end, &job->out->err[0], &largest);
     job->out->err[1] = largest;
     job->out->x = 1.0 / steps;
@@ -218,10 +218,10 @@ static pd_status slab_run(val_job *job)
     for (int side = 1; side < 2 * PD_DIM; side++) lab->grid_desc.side[side] = PD_SIDE_MIRROR;
     lab->transport_desc.diffusivity = TRANSPORT_D;
     lab->transport_desc.held = slab_held;
-    PDI_TRY(lab_build(job->ctx, lab, VAL_TRANSPORT));
+    PD_TRY(lab_build(job->ctx, lab, VAL_TRANSPORT));
     job->out->h = lab->grid.h[0];
     for (int k = 0; k < 4; k++) t[k] = slab_fo[k] * SLAB_L * SLAB_L / TRANSPORT_D;
-    PDI_TRY(transport_extrapolate(job, NULL, t, 4, PD_DIM == 3 ? 8 : 16));
+    PD_TRY(transport_extrapolate(job, NULL, t, 4, PD_DIM == 3 ? 8 : 16));
     for (int k = 0; k < 4; k++) {
         double sum = 0.0, l2, largest;
         for (int32_t i = 0; i < lab->grid.total; i++)
@@ -263,8 +263,8 @@ static pd_status cosine_run(val_job *job)
     lab_box(lab, SLAB_L / job->level.n, job->level.m, 0.0, SLAB_ACROSS);
     lab->grid_desc.hi[0] = SLAB_L;
     lab->transport_desc.diffusivity = TRANSPORT_D;
-    PDI_TRY(lab_build(job->ctx, lab, VAL_TRANSPORT));
-    PDI_TRY(transport_extrapolate(job, cosine_field, &end, 1, 8));
+    PD_TRY(lab_build(job->ctx, lab, VAL_TRANSPORT));
+    PD_TRY(transport_extrapolate(job, cosine_field, &end, 1, 8));
     transport_errors(lab, lab->field[0], cosine_field, end, &job->out->err[0], &job->out->err[1]);
     job->out->h = lab->grid.h[0];
     transport_curves(job, lab->field[0], cosine_field, end, "Cosine between closed walls", "c [-]");
@@ -351,7 +351,7 @@ static pd_status layer_build(val_job *job, pd_point_fn held)
     lab->transport_desc.user = lab;
     lab->transport_desc.level = layer_level;
     lab->transport_desc.held = held;
-    PDI_TRY(lab_build(job->ctx, lab, VAL_TRANSPORT));
+    PD_TRY(lab_build(job->ctx, lab, VAL_TRANSPORT));
     job->out->h = lab->grid.h[0];
     return PD_OK;
 }
@@ -360,10 +360,10 @@ static pd_status layer_build(val_job *job, pd_point_fn held)
 static pd_status layer_run(val_job *job)
 {
     double k, end;
-    PDI_TRY(layer_build(job, layer_drain));
+    PD_TRY(layer_build(job, layer_drain));
     k = layer_wave(job->lab);
     end = 1.0 / (TRANSPORT_D * k * k);
-    PDI_TRY(transport_extrapolate(job, layer_field, &end, 1, 16));
+    PD_TRY(transport_extrapolate(job, layer_field, &end, 1, 16));
     transport_errors(job->lab, job->lab->field[0], layer_field, end, &job->out->err[0], &job->out->err[1]);
     transport_curves(job, job->lab->field[0], layer_field, end, "Two materials: slowest mode", "c [-]");
     return PD_OK;
@@ -372,9 +372,9 @@ static pd_status layer_run(val_job *job)
 static pd_status layer_steady_run(val_job *job)
 {
     double l2;
-    PDI_TRY(layer_build(job, layer_ends));
+    PD_TRY(layer_build(job, layer_ends));
     transport_start(job, NULL);
-    PDI_TRY(transport_steps(job, 1e14 * SLAB_L * SLAB_L / TRANSPORT_D, 4));
+    PD_TRY(transport_steps(job, 1e14 * SLAB_L * SLAB_L / TRANSPORT_D, 4));
     transport_errors(job->lab, job->lab->transport.c, layer_steady, 0.0, &l2, &job->out->err[0]);
     return PD_OK;
 }
@@ -458,7 +458,7 @@ static pd_status pulse_build(val_job *job)
     lab->flow_desc.report_length = job->level.n * PULSE_H;
     lab->flow_desc.inlet = pulse_velocity;
     lab->transport_desc.diffusivity = PULSE_SPEED * PULSE_H / job->level.p;
-    PDI_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_TRANSPORT));
+    PD_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_TRANSPORT));
     for (int32_t i = 0; i < lab->grid.total; i++) {
         double u[PD_DIM];
         pulse_velocity(NULL, u, u);
@@ -494,9 +494,9 @@ static pd_status pulse_run(val_job *job)
 {
     double t = PULSE_TRAVEL * PULSE_H / PULSE_SPEED;
     int steps = (int)(PULSE_TRAVEL * (PD_DIM == 3 ? 4.0 : 10.0));
-    PDI_TRY(pulse_build(job));
+    PD_TRY(pulse_build(job));
     transport_start(job, pulse_field);
-    PDI_TRY(transport_steps(job, t / steps, steps));
+    PD_TRY(transport_steps(job, t / steps, steps));
     pulse_errors(job, t);
     transport_curves(job, job->lab->transport.c, pulse_field, t, "Advected Gaussian, cell Peclet number 0.5", "c [-]");
     return PD_OK;

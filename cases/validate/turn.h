@@ -50,7 +50,7 @@ static pd_status turn_build(val_job *job)
     lab->transport_desc.diffusivity = 1.0 / job->level.p;
     lab->transport_desc.held = turn_held;
     lab->transport_desc.entering = turn_inlet;
-    PDI_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_TRANSPORT));
+    PD_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_TRANSPORT));
     for (int32_t i = 0; i < lab->grid.total; i++) {
         double x[PD_DIM], u[PD_DIM];
         if (lab->grid.kind[i] == PD_INACTIVE) continue;
@@ -113,8 +113,8 @@ static pd_status turn_run(val_job *job)
     double s[VAL_POINTS], f[VAL_POINTS];
     pd_transport_result result;
     const turn_table *table = turn_of(job->level.p);
-    PDI_TRY(turn_build(job));
-    PDI_TRY(pd_transport_steady(job->ctx, &lab->transport, &result));
+    PD_TRY(turn_build(job));
+    PD_TRY(pd_transport_steady(job->ctx, &lab->transport, &result));
     int count = turn_outlet(lab, s, f);
     job->out->err[0] = turn_error(table, s, f, count);
     val_curve *found = val_add_curve(job, "computed", PD_SERIES_STYLE_LINE);
@@ -158,8 +158,8 @@ static pd_status turn_edge_run(val_job *job)
     double s[VAL_POINTS], here[VAL_POINTS], early[VAL_POINTS];
     int count;
     const turn_table *table = turn_of(job->level.p);
-    PDI_TRY(turn_solved(job, 0, s, here, &count));
-    PDI_TRY(turn_solved(job, 1, s, early, &count));
+    PD_TRY(turn_solved(job, 0, s, here, &count));
+    PD_TRY(turn_solved(job, 1, s, early, &count));
     for (int k = 0; k < count; k++) {
         if (s[k] < TURN_FROM || s[k] > TURN_TO) continue;
         double error = here[k] - turn_reference(table, s[k]);

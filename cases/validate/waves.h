@@ -10,11 +10,11 @@ static pd_status wave_bar(val_job *job, const int *n, double m, int springs, dou
     val_solid *s = &job->lab->solid;
     double lo[3];
     for (int d = 0; d < 3; d++) lo[d] = d < PD_DIM ? -0.5 * n[d] : 0.0;
-    PDI_TRY(solid_cells(job->ctx, s, n, lo, 1.0, m, NULL, NULL));
+    PD_TRY(solid_cells(job->ctx, s, n, lo, 1.0, m, NULL, NULL));
     s->metal.young = s->spring.young = 1.0;
     s->metal.poisson = 0.3;
     s->metal.plane = s->spring.plane = PD_PLANE_STRESS;
-    PDI_TRY(springs ? solid_springs(job->ctx, s) : solid_elastic(job->ctx, s));
+    PD_TRY(springs ? solid_springs(job->ctx, s) : solid_elastic(job->ctx, s));
     s->motion.density = 1.0;
     s->motion.step_fraction = share;
     return pd_verlet_build(job->ctx, &s->table, &s->motion, &s->verlet);
@@ -44,14 +44,14 @@ static pd_status dispersion_wave(val_job *job, int m, double k, int springs, dou
     int32_t middle = 80 * m;
     double size = 1e-6, square = dispersion_square(m, k, springs);
     solid_free(job->ctx, s);
-    PDI_TRY(wave_bar(job, n, m, springs, 0.8));
+    PD_TRY(wave_bar(job, n, m, springs, 0.8));
     for (int32_t i = 0; i < s->body.count; i++) s->verlet.u[i] = size * cos(k * s->position[i]);
-    PDI_TRY(s->table.force(job->ctx, s->table.self, s->verlet.u, s->force));
+    PD_TRY(s->table.force(job->ctx, s->table.self, s->verlet.u, s->force));
     *phase = sqrt(-s->force[middle] / size) / k;
     double dt = s->verlet.max_step, slow = 2.0 / dt * asin(0.5 * dt * sqrt(square));
     *off = 0.0;
     for (int step = 1; step <= 80; step++) {
-        PDI_TRY(pd_physics_run(job->ctx, pd_verlet_process(&s->verlet), step * dt));
+        PD_TRY(pd_physics_run(job->ctx, pd_verlet_process(&s->verlet), step * dt));
         *off = fmax(*off, fabs(s->verlet.u[middle] / size - cos(slow * step * dt)));
     }
     return PD_OK;
@@ -64,7 +64,7 @@ static pd_status dispersion_run(val_job *job)
     for (int j = 0; j < 8; j++)
         for (int springs = 0; springs < 2; springs++) {
             double k = elasticity_waves[j];
-            PDI_TRY(dispersion_wave(job, m, k, springs, &off, &phase));
+            PD_TRY(dispersion_wave(job, m, k, springs, &off, &phase));
             err[springs ? 2 : 3] = fmax(err[springs ? 2 : 3], off);
             double wanted = sqrt(dispersion_square(m, k, springs)) / k;
             err[0] = fmax(err[0], fabs(phase / wanted - 1.0));
@@ -104,12 +104,12 @@ static pd_status bar_wave_speed(val_job *job, const int *n, int springs, double 
     val_solid *s = &job->lab->solid;
     double crossed[3] = {0.0, 0.0, 0.0}, before = 1.0;
     int found = 0;
-    PDI_TRY(wave_bar(job, n, job->level.m, springs, 0.8));
+    PD_TRY(wave_bar(job, n, job->level.m, springs, 0.8));
     for (int32_t i = 0; i < s->body.count; i++)
         s->verlet.v[(int64_t)i * PD_DIM] = 1e-3 * sin(val_pi * s->position[(int64_t)i * PD_DIM] / n[0]);
     double start = pd_verlet_kinetic(&s->verlet), dt = s->verlet.max_step;
     for (int k = 0; found < 3 && k * dt < 3.0 * n[0]; k++) {
-        PDI_TRY(pd_physics_run(job->ctx, pd_verlet_process(&s->verlet), (k + 1) * dt));
+        PD_TRY(pd_physics_run(job->ctx, pd_verlet_process(&s->verlet), (k + 1) * dt));
         double now = s->verlet.v[((int64_t)s->body.count - 1) * PD_DIM];
         if (k && (before > 0.0) != (now > 0.0)) crossed[found++] = (k + before / (before - now)) * dt;
         before = now;
@@ -131,7 +131,7 @@ static pd_status bar_wave_run(val_job *job)
         double speed, drift = 0.0, nu = !springs ? 0.3 : PD_DIM == 3 ? 0.25 : 1.0 / 3.0;
         double thin = val_pi / n[0] * nu * wide, inertia = PD_DIM == 1 ? 0.0 : thin * thin * (PD_DIM - 1) / 24.0;
         solid_free(job->ctx, &job->lab->solid);
-        PDI_TRY(bar_wave_speed(job, n, springs, &speed, &drift));
+        PD_TRY(bar_wave_speed(job, n, springs, &speed, &drift));
         job->out->err[springs] = fabs(speed / (1.0 - inertia) - 1.0);
         job->out->err[2 + springs] = drift;
     }

@@ -46,7 +46,7 @@ static pd_status wire_run(val_job *job)
     memset(&desc, 0, sizeof desc);
     desc.no_files = 1;
     desc.computed_at_points = computed;
-    PDI_TRY(wire_read(job, &setup));
+    PD_TRY(wire_read(job, &setup));
     pd_status status = pd_run(job->ctx, &setup, &desc, &result);
     const pd_setup_measured *r = &setup.measured[0];
     for (int k = 0; k < r->points && status >= 0; k++) {

@@ -69,7 +69,7 @@ static double pdi_components_compute_other_strength(const pd_components *s, cons
     return sum;
 }
 
-PDI_FN double pdi_components_compute_ionic_strength(const pd_components *s, const double *c)
+double pd_components_compute_ionic_strength(const pd_components *s, const double *c)
 {
     double strength = 0.0;
     for (int i = 0; i < s->solutes; i++)
@@ -81,7 +81,7 @@ PDI_FN double pdi_components_compute_davies(const pd_components *s, const double
 {
     *slope = 0.0;
     return s->debye_hueckel > 0.0
-               ? pdi_activity_compute_davies(s->debye_hueckel, pdi_components_compute_ionic_strength(s, c), slope)
+               ? pdi_activity_compute_davies(s->debye_hueckel, pd_components_compute_ionic_strength(s, c), slope)
                : 0.0;
 }
 
@@ -700,7 +700,7 @@ static pd_status pdi_components_add_reaction(pd_ctx *ctx, const pd_species *spec
         if (s->solute_of_species[i] >= 0) nu[s->solute_of_species[i]] = reaction->nu[i];
     for (int i = 0; i < count; i++)
         if (reaction->nu[i] != 0.0 && species[i].phase > PD_PHASE_SOLVENT)
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "components", "'%s' has %s, expected solutes and water alone",
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "components", "'%s' has %s, expected solutes and water alone",
                             reaction->name, species[i].name);
     if (reaction->kinetic) {
         pd_kinetic *kinetic = &s->kinetic[s->kinetics++];
@@ -725,7 +725,7 @@ static pd_status pdi_components_try_build(pd_ctx *ctx, const pd_species *species
     int rank[PD_SPECIES_MAX];
     memset(&e, 0, sizeof e);
     if (count < 1 || count > PD_SPECIES_MAX || reaction_count < 0 || reaction_count > PD_REACTION_MAX)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "components",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "components",
                         "%d species and %d reactions, expected 1 to %d species and "
                         "at most %d reactions",
                         count, reaction_count, PD_SPECIES_MAX, PD_REACTION_MAX);
@@ -733,14 +733,14 @@ static pd_status pdi_components_try_build(pd_ctx *ctx, const pd_species *species
         s->solute_of_species[i] = -1;
         if (species[i].phase == PD_PHASE_SOLVENT || species[i].phase == PD_PHASE_SOLID) continue;
         if (species[i].phase != PD_PHASE_SOLUTE)
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "components", "%s is no solute, expected solutes, solids and water",
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "components", "%s is no solute, expected solutes, solids and water",
                             species[i].name);
         s->charge[s->solutes] = species[i].charge;
         s->solute_of_species[i] = s->solutes++;
     }
-    if (!s->solutes) return pdi_fail(ctx, PD_ERR_ARGUMENT, "components", "there is no solute");
+    if (!s->solutes) return pd_fail(ctx, PD_ERR_ARGUMENT, "components", "there is no solute");
     for (int r = 0; r < reaction_count; r++)
-        PDI_TRY(pdi_components_add_reaction(ctx, species, count, &reactions[r], &e, s));
+        PD_TRY(pdi_components_add_reaction(ctx, species, count, &reactions[r], &e, s));
     pdi_components_compute_name_ranks(species, count, s, rank);
     for (;;) {
         pdi_components_pivot next = pdi_components_find_pivot(s, &e, rank);
@@ -750,7 +750,7 @@ static pd_status pdi_components_try_build(pd_ctx *ctx, const pd_species *species
     }
     for (int r = 0; r < e.rows; r++)
         if (e.product[r] < 0 && fabs(e.ln_k[r]) > PDI_COMPONENTS_ROUNDING_ZERO)
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "components", "'%s' is the sum of others, and its K is not the "
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "components", "'%s' is the sum of others, and its K is not the "
                             "product of theirs: leave one out", e.name[r]);
     pdi_components_sort_components(&e, s);
     for (int r = 0; r < s->kinetics; r++)

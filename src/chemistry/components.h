@@ -36,6 +36,10 @@ typedef struct pd_components {
     double debye_hueckel; /* [-] A of Davies' equation, with mol/L; 0: ideal */
 } pd_components;
 
+#define pd_components_compute_ionic_strength PD_NAME(pd_components_compute_ionic_strength)
+
+/* Ionic strength [mol/m3] of concentrations c [solutes]; negative ones count as 0. */
+PD_API double pd_components_compute_ionic_strength(const pd_components *components, const double *c);
 #ifdef PDI_INTERNAL
 /* Builds the component system of `count` species from the reactions among solutes and solvent; solids have no part in
  * it. temperature [K]: for Davies' equation. PD_ERR_ARGUMENT: sizes, other phases, reactions that contradict each
@@ -71,8 +75,6 @@ PDI_FN double pdi_components_compute_rate(const pd_components *components, const
 /* c [PD_SPECIES_MAX] [mol/m3] = pure solvent: its own dissociation, kinetic reactions included, is in equilibrium.
  * PD_NOT_CONVERGED: c is 0. */
 PDI_FN pd_status pdi_components_solve_pure_solvent(const pd_components *components, double *c);
-/* Ionic strength [mol/m3] of concentrations c [solutes]; negative ones count as 0. */
-PDI_FN double pdi_components_compute_ionic_strength(const pd_components *components, const double *c);
 /* ln gamma of a unit charge at concentrations c [solutes]; *slope: its derivative by the ionic strength [m3/mol]. */
 PDI_FN double pdi_components_compute_davies(const pd_components *components, const double *c, double *slope);
 /* ln gamma of a unit charge at concentrations c [solutes]; 0 for ideal solutes. */

@@ -11,14 +11,14 @@
 #define PDI_ELECTROLYTE_MIN_ACID 1e-9      /* [mol/m3] of acid or base that is tried first to meet a pH */
 #define PDI_ELECTROLYTE_MAX_ACID 2e4       /* [mol/m3] of acid or base that is tried last */
 
-PDI_FN int pdi_electrolyte_find_species(const pd_electrolyte *e, const char *name)
+int pd_electrolyte_find_species(const pd_electrolyte *e, const char *name)
 {
     for (int i = 0; i < e->count; i++)
         if (strcmp(e->species[i].name, name) == 0) return i;
     return -1;
 }
 
-PDI_FN double pdi_electrolyte_compute_element_total(const pd_electrolyte *e, const double *c, int element)
+double pd_electrolyte_compute_element_total(const pd_electrolyte *e, const double *c, int element)
 {
     double sum = 0.0;
     for (int i = 0; i < e->count; i++) sum += c[i] * pdi_species_count_atoms(&e->species[i], element);
@@ -46,7 +46,7 @@ static int pdi_electrolyte_is_in_equilibrium(const pd_electrolyte *e, const pd_r
     return 1;
 }
 
-PDI_FN pd_status pdi_electrolyte_build_speciation(pd_ctx *ctx, const pd_electrolyte *e, const double *c,
+pd_status pd_electrolyte_build_speciation(pd_ctx *ctx, const pd_electrolyte *e, const double *c,
                                                   pd_speciation *system)
 {
     pd_reaction held[PD_REACTION_MAX];
@@ -100,7 +100,7 @@ static void pdi_electrolyte_remove_species(pd_electrolyte *e, int k)
     if (e->counter_ion > k) e->counter_ion--;
 }
 
-PDI_FN void pdi_electrolyte_remove_undissolved(pd_electrolyte *e, const int *stays)
+void pd_electrolyte_remove_undissolved(pd_electrolyte *e, const int *stays)
 {
     int kept = 0;
     for (int r = 0; r < e->reactions; r++) {
@@ -121,14 +121,14 @@ PDI_FN void pdi_electrolyte_remove_undissolved(pd_electrolyte *e, const int *sta
 pd_status pd_electrolyte_solve(pd_ctx *ctx, const pd_electrolyte *e, double *c, pd_electrolyte_state *s)
 {
     pd_speciation system;
-    int h = pdi_electrolyte_find_species(e, "H+");
+    int h = pd_electrolyte_find_species(e, "H+");
     memset(s, 0, sizeof *s);
-    PDI_TRY(pdi_electrolyte_build_speciation(ctx, e, c, &system));
+    PD_TRY(pd_electrolyte_build_speciation(ctx, e, c, &system));
     pd_status status = pd_speciation_solve(&system, c, &s->result);
     if (status == PD_ERR_ARGUMENT)
-        return pdi_fail(ctx, status, "electrolyte", "a concentration is negative or no number");
+        return pd_fail(ctx, status, "electrolyte", "a concentration is negative or no number");
     if (status != PD_OK)
-        return pdi_fail(ctx, PD_ERR_DIVERGED, "electrolyte", "no equilibrium was found: look for a reaction whose "
+        return pd_fail(ctx, PD_ERR_DIVERGED, "electrolyte", "no equilibrium was found: look for a reaction whose "
                         "constant is off by powers of ten, or whose species all are absent");
     s->strength = s->result.strength;
     double strength;
@@ -144,14 +144,14 @@ static pd_status pdi_electrolyte_compute_ph(pd_ctx *ctx, const pd_electrolyte *e
                                             double *c, double *ph)
 {
     pd_electrolyte_state s;
-    int ion = pdi_electrolyte_find_species(e, acid > 0.0 ? "H+" : "OH-");
+    int ion = pd_electrolyte_find_species(e, acid > 0.0 ? "H+" : "OH-");
     double out[PD_SPECIES_MAX];
     memcpy(c, from, (size_t)e->count * sizeof *c);
     c[ion] += fabs(acid);
     double left = c[e->counter_ion] - acid / e->species[e->counter_ion].charge;
     c[e->counter_ion] = pdi_max(left, 0.0); /* of rounding at the bound */
     memcpy(out, c, (size_t)e->count * sizeof *c);
-    PDI_TRY(pd_electrolyte_solve(ctx, e, out, &s));
+    PD_TRY(pd_electrolyte_solve(ctx, e, out, &s));
     *ph = s.ph;
     return PD_OK;
 }
@@ -162,24 +162,24 @@ static pd_status pdi_electrolyte_find_acid_bracket(pd_ctx *ctx, const pd_electro
 {
     const pd_species *counter = &e->species[e->counter_ion];
     double c[PD_SPECIES_MAX];
-    PDI_TRY(pdi_electrolyte_compute_ph(ctx, e, from, 0.0, c, &f[0]));
+    PD_TRY(pdi_electrolyte_compute_ph(ctx, e, from, 0.0, c, &f[0]));
     f[0] -= ph;
     a[0] = a[1] = 0.0;
     if (isnan(f[0]))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrolyte", "pH is set and no reaction makes H+, expected one such as "
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "electrolyte", "pH is set and no reaction makes H+, expected one such as "
                         "[reaction water] H2O = H+ + OH-");
     f[1] = f[0];
     for (double sign = f[0] > 0.0 ? 1.0 : -1.0, size = PDI_ELECTROLYTE_MIN_ACID; f[1] * sign > 0.0; size *= 4.0) {
         double most = from[e->counter_ion] * counter->charge * sign; /* the ion is used up */
         if (a[1] * sign >= PDI_ELECTROLYTE_MAX_ACID || (most > 0.0 && a[1] * sign >= most))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrolyte",
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "electrolyte",
                             "pH %g cannot be reached with %s, of which there are "
                             "%g mol/m3: name another ion by 'counter'",
                             ph, counter->name, from[e->counter_ion]);
         a[0] = a[1];
         f[0] = f[1];
         a[1] = sign * (most > 0.0 ? pdi_min(size, most) : size);
-        PDI_TRY(pdi_electrolyte_compute_ph(ctx, e, from, a[1], c, &f[1]));
+        PD_TRY(pdi_electrolyte_compute_ph(ctx, e, from, a[1], c, &f[1]));
         f[1] -= ph;
     }
     return PD_OK;
@@ -190,17 +190,17 @@ static pd_status pdi_electrolyte_solve_ph(pd_ctx *ctx, const pd_electrolyte *e, 
 {
     double from[PD_SPECIES_MAX], a[2], f[2];
     if (e->counter_ion < 0)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrolyte", "pH is set, but no ion that comes with the acid or base "
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "electrolyte", "pH is set, but no ion that comes with the acid or base "
                         "that sets it, expected counter = Cl- or another ion");
-    if (pdi_electrolyte_find_species(e, "H+") < 0 || pdi_electrolyte_find_species(e, "OH-") < 0)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrolyte", "pH is set and there is no [species H+] or no "
+    if (pd_electrolyte_find_species(e, "H+") < 0 || pd_electrolyte_find_species(e, "OH-") < 0)
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "electrolyte", "pH is set and there is no [species H+] or no "
                         "[species OH-], expected both");
     memcpy(from, c, (size_t)e->count * sizeof *c);
-    PDI_TRY(pdi_electrolyte_find_acid_bracket(ctx, e, ph, from, a, f));
+    PD_TRY(pdi_electrolyte_find_acid_bracket(ctx, e, ph, from, a, f));
     pdi_root_bracket s = {a[0], f[0], a[1], f[1], 0, 0};
     double acid = a[1], off = f[1], found;
     while (fabs(off) > PDI_ELECTROLYTE_PH_TOLERANCE && pdi_root_bracket_get_next(&s, &acid)) {
-        PDI_TRY(pdi_electrolyte_compute_ph(ctx, e, from, acid, c, &found));
+        PD_TRY(pdi_electrolyte_compute_ph(ctx, e, from, acid, c, &found));
         off = found - ph;
         pdi_root_bracket_update(&s, acid, off);
     }
@@ -220,7 +220,7 @@ pd_status pd_electrolyte_neutralise(pd_ctx *ctx, const pd_electrolyte *e, double
 {
     double strength, charge = pdi_electrolyte_compute_charge(e, c, &strength);
     if (e->balance_ion < 0 && fabs(charge) > PDI_ELECTROLYTE_NEUTRAL_TOLERANCE * strength)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrolyte",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "electrolyte",
                         "the charges sum to %+.4g mol/m3, %.3g %% of the ionic "
                         "strength, expected 0: correct a concentration, or name the ion that makes up for it by "
                         "balance = %s",
@@ -228,7 +228,7 @@ pd_status pd_electrolyte_neutralise(pd_ctx *ctx, const pd_electrolyte *e, double
     if (e->balance_ion >= 0) {
         double more = -charge / e->species[e->balance_ion].charge;
         if (c[e->balance_ion] + more < 0.0)
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrolyte",
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "electrolyte",
                             "the charges sum to %+.4g mol/m3, which %s cannot "
                             "make up for: there are %g mol/m3 of it; name another ion by 'balance'",
                             charge, e->species[e->balance_ion].name, c[e->balance_ion]);
@@ -241,10 +241,10 @@ pd_status pd_electrolyte_reagent(pd_ctx *ctx, const pd_electrolyte *e, const cha
 {
     pd_reaction r;
     double strength;
-    PDI_TRY(pdi_reaction_parse_sum(ctx, "the reagent", text, e->species, e->count, &r));
+    PD_TRY(pdi_reaction_parse_sum(ctx, "the reagent", text, e->species, e->count, &r));
     double charge = pdi_electrolyte_compute_charge(e, r.nu, &strength);
     if (charge != 0.0)
-        return pdi_fail(ctx, PD_ERR_PARSE, "electrolyte", "the reagent '%.60s' has the charge %+g, expected a neutral "
+        return pd_fail(ctx, PD_ERR_PARSE, "electrolyte", "the reagent '%.60s' has the charge %+g, expected a neutral "
                         "one such as Na+ + OH-", text, charge);
     memcpy(per, r.nu, (size_t)e->count * sizeof *per);
     return PD_OK;

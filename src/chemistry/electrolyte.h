@@ -45,6 +45,10 @@ typedef struct pd_electrolyte_state {
 /* per [e.count]: species in one unit of a neutral reagent "Na+ + OH-". PD_ERR_PARSE: an unknown species, a net
  * charge. */
 #define pd_electrolyte_reagent PD_NAME(pd_electrolyte_reagent)
+#define pd_electrolyte_build_speciation PD_NAME(pd_electrolyte_build_speciation)
+#define pd_electrolyte_compute_element_total PD_NAME(pd_electrolyte_compute_element_total)
+#define pd_electrolyte_find_species PD_NAME(pd_electrolyte_find_species)
+#define pd_electrolyte_remove_undissolved PD_NAME(pd_electrolyte_remove_undissolved)
 
 /* Make the recipe c [mol/m3] neutral by the ion e.balance, and add acid or base until the pH of its equilibrium is `ph`
  * (NaN: whatever it is). PD_ERR_ARGUMENT: charges do not sum to 0 and there is no such ion, or it would become
@@ -55,18 +59,16 @@ PD_API pd_status pd_electrolyte_neutralise(pd_ctx *ctx, const pd_electrolyte *e,
 PD_API pd_status pd_electrolyte_solve(pd_ctx *ctx, const pd_electrolyte *e, double *c, pd_electrolyte_state *state);
 /* per[e.count], species in one unit of a neutral reagent "Na+ + OH-". PD_ERR_PARSE: an unknown species, a charge. */
 PD_API pd_status pd_electrolyte_reagent(pd_ctx *ctx, const pd_electrolyte *e, const char *text, double *per);
-#ifdef PDI_INTERNAL
-/* Index of a species by name; -1: there is none. */
-PDI_FN int pdi_electrolyte_find_species(const pd_electrolyte *e, const char *name);
 /* Builds the speciation system for concentrations c: without minerals that are absent and may not form. c NULL: with
  * all minerals. PD_ERR_ARGUMENT: reactions contradict each other. */
-PDI_FN pd_status pdi_electrolyte_build_speciation(pd_ctx *ctx, const pd_electrolyte *e, const double *c,
+PD_API pd_status pd_electrolyte_build_speciation(pd_ctx *ctx, const pd_electrolyte *e, const double *c,
                                                   pd_speciation *system);
+/* Total concentration of an element [mol/m3] (atomic number) over all species. */
+PD_API double pd_electrolyte_compute_element_total(const pd_electrolyte *e, const double *c, int element);
+/* Index of a species by name; -1: there is none. */
+PD_API int pd_electrolyte_find_species(const pd_electrolyte *e, const char *name);
 /* Removes solids and gases other than those with stays[species] = 1, and the reactions that name them. Indices of
  * species change. */
-PDI_FN void pdi_electrolyte_remove_undissolved(pd_electrolyte *e, const int *stays);
-/* Total concentration of an element [mol/m3] (atomic number) over all species. */
-PDI_FN double pdi_electrolyte_compute_element_total(const pd_electrolyte *e, const double *c, int element);
-#endif
+PD_API void pd_electrolyte_remove_undissolved(pd_electrolyte *e, const int *stays);
 
 #endif

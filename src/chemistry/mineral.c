@@ -72,7 +72,7 @@ static pd_status pdi_mineral_try_build(pd_ctx *ctx, const pd_components *c, cons
         if (pdi_mineral_is_invalid(of->rate) || pdi_mineral_is_invalid(of->surface_rate) ||
             pdi_mineral_is_invalid(of->exponent) || pdi_mineral_is_invalid(of->volume) ||
             !(fabs(of->nucleation) < 1e100) || !(of->min_porosity >= 0.0) || !(of->min_porosity < 1.0))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "minerals",
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "minerals",
                             "%s has the rate %g, surface %g, exponent %g, volume %g, "
                             "nucleation %g and porosity %g, expected finite values of at least 0, and a porosity below "
                             "1",
@@ -85,12 +85,12 @@ static pd_status pdi_mineral_try_build(pd_ctx *ctx, const pd_components *c, cons
             found = r;
         }
         if (found < 0 || several || !reactions[found].has_k)
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "minerals", "%s has %s, expected one reaction with a constant and "
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "minerals", "%s has %s, expected one reaction with a constant and "
                             "solutes, such as %s = ...", name, found < 0 ? "no reaction" : several ?
                             "several reactions, or one with another solid" : "a reaction without K", name);
         for (int i = 0; i < count; i++)
             if (reactions[found].nu[i] != 0.0 && species[i].phase > PD_PHASE_SOLID)
-                return pdi_fail(ctx, PD_ERR_ARGUMENT, "minerals", "%s reacts with %s, expected solutes and water", name,
+                return pd_fail(ctx, PD_ERR_ARGUMENT, "minerals", "%s reacts with %s, expected solutes and water", name,
                                 species[i].name);
         pdi_mineral_set_reaction(c, species, count, &reactions[found], m, s);
     }
@@ -103,16 +103,16 @@ PDI_FN pd_status pdi_mineral_build(pd_ctx *ctx, const pd_components *c, const pd
 {
     memset(m, 0, sizeof *m);
     if (mineral_count < 0 || mineral_count > PD_MINERAL_MAX)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "minerals", "%d minerals, expected at most %d", mineral_count,
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "minerals", "%d minerals, expected at most %d", mineral_count,
                         PD_MINERAL_MAX);
     for (int s = 0; s < mineral_count; s++) {
         m->mineral[s] = list[s];
         if (list[s].species < 0 || list[s].species >= count || species[list[s].species].phase != PD_PHASE_SOLID)
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "minerals", "mineral %d is species %d, which is no solid", s,
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "minerals", "mineral %d is species %d, which is no solid", s,
                             list[s].species);
         for (int t = 0; t < s; t++)
             if (list[t].species == list[s].species)
-                return pdi_fail(ctx, PD_ERR_ARGUMENT, "minerals", "%s is there twice", species[list[s].species].name);
+                return pd_fail(ctx, PD_ERR_ARGUMENT, "minerals", "%s is there twice", species[list[s].species].name);
     }
     m->count = mineral_count;
     return pdi_mineral_try_build(ctx, c, species, count, reactions, reaction_count, m);

@@ -100,9 +100,9 @@ static pd_status pdi_reaction_check_unit(pd_ctx *ctx, const char *name, const ch
         return PD_OK;
     pdi_reaction_format_unit(order, rate, expected, sizeof expected);
     if (!unit || !*unit)
-        return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "%s of '%s' has no unit, expected %s%s", what, name, expected,
+        return pd_fail(ctx, PD_ERR_PARSE, "reaction", "%s of '%s' has no unit, expected %s%s", what, name, expected,
                         rate > 0.0 ? "" : ", or log10_K without unit");
-    return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "%s of '%s' has the unit '%.40s', expected %s%s", what, name, unit,
+    return pd_fail(ctx, PD_ERR_PARSE, "reaction", "%s of '%s' has the unit '%.40s', expected %s%s", what, name, unit,
                     expected, rate > 0.0 ? "" : ", or log10_K without unit");
 }
 
@@ -115,19 +115,19 @@ static pd_status pdi_reaction_parse_term(pd_ctx *ctx, const char *term, double s
     if (number < 0.0) number = 1.0;
     while (pdi_reaction_is_blank(*at)) at++;
     if (!*at || !(number > 0.0) || number > PDI_REACTION_MAX_NUMBER)
-        return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' has the term '%s', expected terms such as 2 OH-, with "
+        return pd_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' has the term '%s', expected terms such as 2 OH-, with "
                         "blanks around + and =", r->name, term);
     for (int i = 0; i < count; i++) {
         if (strcmp(at, species[i].name) != 0) continue;
         if (r->nu[i] * side < 0.0)
-            return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' has %s on both sides: keep the difference",
+            return pd_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' has %s on both sides: keep the difference",
                             r->name, at);
         r->nu[i] += side * number;
         return PD_OK;
     }
     char known[160] = "";
-    for (int i = 0; i < count; i++) pdi_append(known, sizeof known, "%s%s", i ? ", " : "", species[i].name);
-    return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' has the species '%s', which nobody defines: define it, or "
+    for (int i = 0; i < count; i++) pd_append(known, sizeof known, "%s%s", i ? ", " : "", species[i].name);
+    return pd_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' has the species '%s', which nobody defines: define it, or "
                     "take "
                     "one of %s", r->name, at, known);
 }
@@ -143,22 +143,22 @@ static pd_status pdi_reaction_parse_terms(pd_ctx *ctx, const char *text, const p
         if (*at && !(single && (*at == '+' || *at == '='))) {
             if (!size && pdi_reaction_is_blank(*at)) continue;
             if (size + 1 == sizeof term)
-                return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "a term of '%s' is longer than %d bytes", r->name,
+                return pd_fail(ctx, PD_ERR_PARSE, "reaction", "a term of '%s' is longer than %d bytes", r->name,
                                 (int)sizeof term - 1);
             term[size++] = *at;
             continue;
         }
         while (size && pdi_reaction_is_blank(term[size - 1])) size--;
         term[size] = 0;
-        PDI_TRY(pdi_reaction_parse_term(ctx, term, side, species, count, r));
+        PD_TRY(pdi_reaction_parse_term(ctx, term, side, species, count, r));
         size = 0;
         if (*at == '=' && side > 0.0)
-            return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' has two =, expected one", r->name);
+            return pd_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' has two =, expected one", r->name);
         if (*at == '=') side = 1.0;
         if (!*at) break;
     }
     if (side < 0.0)
-        return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' has no =, expected a text such as H+ + OH- = H2O",
+        return pd_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' has no =, expected a text such as H+ + OH- = H2O",
                         r->name);
     return PD_OK;
 }
@@ -176,8 +176,8 @@ static pd_status pdi_reaction_check_balance(pd_ctx *ctx, const pd_species *speci
                 else right += atoms;
             }
             if (fabs(left - right) < PDI_REACTION_TOLERANCE) continue;
-            pdi_species_get_symbol(species[i].element[k], symbol);
-            return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' does not balance: %g %s on the left, %g on the right: "
+            pd_species_get_symbol(species[i].element[k], symbol);
+            return pd_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' does not balance: %g %s on the left, %g on the right: "
                             "correct a factor, or add what is missing, such as H2O or H+", r->name, left, symbol,
                             right);
         }
@@ -188,7 +188,7 @@ static pd_status pdi_reaction_check_balance(pd_ctx *ctx, const pd_species *speci
         else right += r->nu[i] * species[i].charge;
     }
     if (fabs(left - right) < PDI_REACTION_TOLERANCE) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' does not balance: the charge is %+g on the left, %+g on "
+    return pd_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' does not balance: the charge is %+g on the left, %+g on "
                     "the right: correct a factor, or add what is missing, such as H+, OH- or e-", r->name, left,
                     right);
 }
@@ -206,39 +206,39 @@ static pd_status pdi_reaction_set_constants(pd_ctx *ctx, const pd_reaction_desc 
     r->has_k = !isnan(desc->k);
     r->kinetic = desc->forward != 0.0 || desc->backward != 0.0;
     if (!r->has_k && !r->kinetic)
-        return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' has neither a constant of equilibrium nor a rate",
+        return pd_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' has neither a constant of equilibrium nor a rate",
                         r->name);
     if (r->has_k && desc->k_unit && strcmp(desc->k_unit, "log10") == 0) {
         r->ln_k = desc->k * log(10.0);
     } else if (r->has_k) {
-        PDI_TRY(pdi_reaction_check_unit(ctx, r->name, "K", desc->k_unit, right - left, 0.0, &scale));
+        PD_TRY(pdi_reaction_check_unit(ctx, r->name, "K", desc->k_unit, right - left, 0.0, &scale));
         r->ln_k = log(desc->k) + log(scale) - (right - left) * log(1e3);
     }
     if (r->has_k && !(fabs(r->ln_k) < HUGE_VAL))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "reaction", "K of '%s' is %g, expected a positive number", r->name,
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "reaction", "K of '%s' is %g, expected a positive number", r->name,
                         desc->k);
     if (!r->kinetic) return PD_OK;
     if (!(desc->forward >= 0.0) || !(desc->backward >= 0.0) || !(desc->forward + desc->backward < HUGE_VAL))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "reaction", "the rates of '%s' are %g and %g, expected positive numbers",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "reaction", "the rates of '%s' are %g and %g, expected positive numbers",
                         r->name, desc->forward, desc->backward);
     if (r->has_k && desc->forward > 0.0 && desc->backward > 0.0)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "reaction", "'%s' has K and both rates: one follows from the others, "
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "reaction", "'%s' has K and both rates: one follows from the others, "
                         "drop it",
                         r->name);
     double both = r->ln_k + (right - left) * log(1e3); /* logarithm of forward over backward, in mol/m3 */
     if (desc->forward > 0.0) {
-        PDI_TRY(pdi_reaction_check_unit(ctx, r->name, "the forward rate", desc->forward_unit, 1.0 - left, 1.0, &scale));
+        PD_TRY(pdi_reaction_check_unit(ctx, r->name, "the forward rate", desc->forward_unit, 1.0 - left, 1.0, &scale));
         r->forward = desc->forward * scale;
         if (r->has_k) r->backward = exp(log(r->forward) - both);
     }
     if (desc->backward > 0.0) {
-        PDI_TRY(
+        PD_TRY(
             pdi_reaction_check_unit(ctx, r->name, "the backward rate", desc->backward_unit, 1.0 - right, 1.0, &scale));
         r->backward = desc->backward * scale;
         if (r->has_k) r->forward = exp(log(r->backward) + both);
     }
     if (r->forward < HUGE_VAL && r->backward < HUGE_VAL) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_ARGUMENT, "reaction", "a rate of '%s' overflows with its K", r->name);
+    return pd_fail(ctx, PD_ERR_ARGUMENT, "reaction", "a rate of '%s' overflows with its K", r->name);
 }
 
 /* Inner part of the reading. The caller clears r after an error. */
@@ -247,12 +247,12 @@ static pd_status pdi_reaction_try_read(pd_ctx *ctx, const pd_reaction_desc *desc
 {
     const char *name = desc->name && *desc->name ? desc->name : desc->text;
     if (!desc->text)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "reaction", "desc.text is NULL, expected a text such as H+ + OH- = H2O");
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "reaction", "desc.text is NULL, expected a text such as H+ + OH- = H2O");
     snprintf(r->name, sizeof r->name, "%.*s", (int)sizeof r->name - 1, name);
     if (count < 1 || count > PD_SPECIES_MAX)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "reaction", "%d species, expected 1 to %d", count, PD_SPECIES_MAX);
-    PDI_TRY(pdi_reaction_parse_terms(ctx, desc->text, species, count, -1.0, r));
-    PDI_TRY(pdi_reaction_check_balance(ctx, species, count, r));
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "reaction", "%d species, expected 1 to %d", count, PD_SPECIES_MAX);
+    PD_TRY(pdi_reaction_parse_terms(ctx, desc->text, species, count, -1.0, r));
+    PD_TRY(pdi_reaction_check_balance(ctx, species, count, r));
     return pdi_reaction_set_constants(ctx, desc, species, count, r);
 }
 

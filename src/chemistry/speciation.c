@@ -475,7 +475,7 @@ static pd_status pdi_speciation_try_build(pd_ctx *ctx, const pd_species *species
 {
     pdi_speciation_work w;
     if (count < 1 || count > PD_SPECIES_MAX || reaction_count < 0)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "speciation",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "speciation",
                         "%d species and %d reactions, expected 1 to %d "
                         "species",
                         count, reaction_count, PD_SPECIES_MAX);
@@ -487,11 +487,11 @@ static pd_status pdi_speciation_try_build(pd_ctx *ctx, const pd_species *species
     for (int r = 0; r < reaction_count; r++) {
         if (reactions[r].kinetic) continue;
         if (s->reactions == PD_REACTION_MAX)
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "speciation", "more than %d reactions in equilibrium",
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "speciation", "more than %d reactions in equilibrium",
                             PD_REACTION_MAX);
         for (int i = 0; i < count; i++) {
             if (reactions[r].nu[i] == 0.0 || s->phase[i] <= PD_PHASE_SOLID) continue;
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "speciation", "'%s' is in equilibrium with %s, expected solutes, "
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "speciation", "'%s' is in equilibrium with %s, expected solutes, "
                             "water "
                             "and solids alone", reactions[r].name, species[i].name);
         }
@@ -504,7 +504,7 @@ static pd_status pdi_speciation_try_build(pd_ctx *ctx, const pd_species *species
     pdi_speciation_update_pivots(&w);
     for (int r = 0; r < w.rows; r++)
         if (w.pivot[r] < 0 && fabs(w.ln_k[r]) > PDI_SPECIATION_NEAR_RESIDUAL)
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "speciation", "a reaction is the sum of others, and its K is not the "
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "speciation", "a reaction is the sum of others, and its K is not the "
                             "product of theirs: leave one out");
     return PD_OK;
 }

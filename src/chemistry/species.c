@@ -17,7 +17,7 @@ static int pdi_species_is_digit(char c) { return c >= '0' && c <= '9'; }
 static int pdi_species_is_upper(char c) { return c >= 'A' && c <= 'Z'; }
 static int pdi_species_is_lower(char c) { return c >= 'a' && c <= 'z'; }
 
-PDI_FN void pdi_species_get_symbol(int element, char *text)
+void pd_species_get_symbol(int element, char *text)
 {
     memcpy(text, pdi_species_symbols + 2 * (element - 1), 2);
     text[text[1] == ' ' ? 1 : 2] = 0;
@@ -185,21 +185,21 @@ static pd_status pdi_species_try_read(pd_ctx *ctx, const pd_species_desc *desc, 
         formula = pdi_species_parse_charge(name, &end, &charge) && pdi_species_parse_formula(s, name, end);
     }
     if (!formula && !desc->formula)
-        return pdi_fail(ctx, PD_ERR_PARSE, "species", "'%s' is no formula with a charge such as Mg2+, SO4^2- or "
+        return pd_fail(ctx, PD_ERR_PARSE, "species", "'%s' is no formula with a charge such as Mg2+, SO4^2- or "
                         "Mg(OH)2(s), expected one, or its formula beside the name", name);
     if (formula && desc->has_charge && desc->charge != charge)
-        return pdi_fail(ctx, PD_ERR_PARSE, "species", "the charge of '%s' is %+d by its name, but %+d is given: "
+        return pd_fail(ctx, PD_ERR_PARSE, "species", "the charge of '%s' is %+d by its name, but %+d is given: "
                         "drop one",
                         name, charge, desc->charge);
     s->charge = formula ? charge : desc->has_charge ? desc->charge : 0;
     if (!desc->formula) return PD_OK;
     memset(&given, 0, sizeof given);
     if (!pdi_species_parse_formula(&given, desc->formula, desc->formula + strlen(desc->formula)))
-        return pdi_fail(ctx, PD_ERR_PARSE, "species", "the formula '%.40s' of '%s' is none, expected one such as "
+        return pd_fail(ctx, PD_ERR_PARSE, "species", "the formula '%.40s' of '%s' is none, expected one such as "
                         "C6H12O6",
                         desc->formula, name);
     if (formula && !pdi_species_is_same_formula(s, &given))
-        return pdi_fail(ctx, PD_ERR_PARSE, "species", "the name '%s' is a formula of other elements than '%.40s': "
+        return pd_fail(ctx, PD_ERR_PARSE, "species", "the name '%s' is a formula of other elements than '%.40s': "
                         "drop one",
                         name, desc->formula);
     s->elements = given.elements;
@@ -213,14 +213,14 @@ pd_status pd_species_read(pd_ctx *ctx, const pd_species_desc *desc, pd_species *
     memset(s, 0, sizeof *s);
     size_t size = desc->name ? strlen(desc->name) : 0;
     if (!size || size >= PD_SPECIES_NAME)
-        return pdi_fail(ctx, PD_ERR_PARSE, "species", "the name '%.40s' has %d bytes, expected 1 to %d",
+        return pd_fail(ctx, PD_ERR_PARSE, "species", "the name '%.40s' has %d bytes, expected 1 to %d",
                         desc->name ? desc->name : "", (int)size, PD_SPECIES_NAME - 1);
     if (!(desc->diffusivity >= 0.0) || !(desc->diffusivity < HUGE_VAL))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "species", "the diffusivity of '%s' is %g m2/s, expected a positive "
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "species", "the diffusivity of '%s' is %g m2/s, expected a positive "
                         "number",
                         desc->name, desc->diffusivity);
     if (desc->has_charge && (desc->charge > PDI_SPECIES_MAX_CHARGE || desc->charge < -PDI_SPECIES_MAX_CHARGE))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "species", "the charge of '%s' is %d, expected at most %d either way",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "species", "the charge of '%s' is %d, expected at most %d either way",
                         desc->name, desc->charge, PDI_SPECIES_MAX_CHARGE);
     pd_status status = pdi_species_try_read(ctx, desc, s);
     if (status < 0) memset(s, 0, sizeof *s);

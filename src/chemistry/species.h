@@ -34,15 +34,16 @@ typedef struct pd_species {
 } pd_species;
 
 #define pd_species_read PD_NAME(pd_species_read)
+#define pd_species_get_symbol PD_NAME(pd_species_get_symbol)
 
 /* Read a species. The charge is the end of the name: a sign, or a number beside it. A digit before the sign is the
  * charge behind the symbol of one element (Mg2+); elsewhere it counts atoms (NO3-, H2PO4-), and the last one of two is
  * the charge (SO42-). SO4^2-, SO4_2-, SO4-2 and SO4-- always say which. PD_ERR_PARSE: no formula, and none given; name
  * and given values disagree. */
 PD_API pd_status pd_species_read(pd_ctx *ctx, const pd_species_desc *desc, pd_species *species);
-#ifdef PDI_INTERNAL
 /* Symbol of an atomic number, into text of 3 bytes. */
-PDI_FN void pdi_species_get_symbol(int element, char *text);
+PD_API void pd_species_get_symbol(int element, char *text);
+#ifdef PDI_INTERNAL
 /* Number of atoms of an element (atomic number) in one unit of the species. */
 PDI_FN int pdi_species_count_atoms(const pd_species *species, int element);
 #endif

@@ -16,13 +16,11 @@ typedef struct pd_archive {
     const char *name; /* for messages */
 } pd_archive;
 
-#ifdef PDI_INTERNAL
-/* PDI_ARCHIVE_ARRAY(ctx, archive, "flow.p", flow->p, n): save or load n elements of *flow->p under a name. */
-#define PDI_ARCHIVE_ARRAY(ctx, archive, item_name, array, count) \
+/* PD_ARCHIVE_ARRAY(ctx, archive, "flow.p", flow->p, n): save or load n elements of *flow->p under a name. */
+#define PD_ARCHIVE_ARRAY(ctx, archive, item_name, array, count) \
     (archive)->transfer((ctx), (archive)->user, (item_name), (array), sizeof *(array), (int64_t)(count))
-/* PDI_ARCHIVE_VERIFY(ctx, archive, "cells", 3): save a number, or check that the checkpoint holds the same one. */
-#define PDI_ARCHIVE_VERIFY(ctx, archive, item_name, value) \
+/* PD_ARCHIVE_VERIFY(ctx, archive, "cells", 3): save a number, or check that the checkpoint holds the same one. */
+#define PD_ARCHIVE_VERIFY(ctx, archive, item_name, value) \
     (archive)->verify((ctx), (archive)->user, (item_name), (double)(value))
-#endif
 
 #endif

@@ -30,17 +30,17 @@ PDI_FN size_t pdi_arena_count_bytes(pdi_array_list_fn list, void *object)
 PDI_FN pd_status pdi_arena_reserve(pd_ctx *ctx, pd_arena *arena, size_t bytes)
 {
     if (arena->used)
-        return pdi_fail(ctx, PD_ERR_INTERNAL, "arena", "room is asked for while %.4g MB are lent",
+        return pd_fail(ctx, PD_ERR_INTERNAL, "arena", "room is asked for while %.4g MB are lent",
                         (double)arena->used * 1e-6);
     if (arena->block && bytes <= arena->size) return PD_OK;
-    PDI_TRY(PDI_GROW(ctx, "arena", arena->size + PDI_ARENA_ALIGNMENT, bytes + PDI_ARENA_ALIGNMENT, arena->block));
+    PD_TRY(PD_GROW(ctx, "arena", arena->size + PDI_ARENA_ALIGNMENT, bytes + PDI_ARENA_ALIGNMENT, arena->block));
     arena->size = bytes;
     return PD_OK;
 }
 
 void pd_arena_free(pd_ctx *ctx, pd_arena *arena)
 {
-    PDI_DELETE(ctx, arena->size + PDI_ARENA_ALIGNMENT, arena->block);
+    PD_DELETE(ctx, arena->size + PDI_ARENA_ALIGNMENT, arena->block);
     memset(arena, 0, sizeof *arena);
 }
 
@@ -106,7 +106,7 @@ PDI_FN pd_status pdi_arena_acquire(pd_ctx *ctx, pd_arena *arena, pdi_array_list_
 {
     size_t bytes = pdi_arena_count_bytes(list, object);
     if (!pdi_arena_fits(arena, list, object))
-        return pdi_fail(ctx, PD_ERR_INTERNAL, "arena", "%.4g MB are asked for, %.4g of %.4g MB are lent: two solvers "
+        return pd_fail(ctx, PD_ERR_INTERNAL, "arena", "%.4g MB are asked for, %.4g of %.4g MB are lent: two solvers "
                         "work at the same time", (double)bytes * 1e-6, (double)arena->used * 1e-6,
                         (double)arena->size * 1e-6);
     pdi_arena_visit_arrays(arena, pdi_arena_visit_acquire, list, object, arena->used);
@@ -121,7 +121,7 @@ PDI_FN pd_status pdi_arena_release(pd_ctx *ctx, pd_arena *arena, pdi_array_list_
     if (!wrong) wrong = pdi_arena_visit_arrays(arena, pdi_arena_visit_release, list, object, arena->used - bytes);
     arena->used = wrong ? 0 : arena->used - bytes;
     if (!wrong || status < 0) return status;
-    return pdi_fail(ctx, PD_ERR_INTERNAL, "arena", "what is returned is not what was lent last: two solvers work at "
+    return pd_fail(ctx, PD_ERR_INTERNAL, "arena", "what is returned is not what was lent last: two solvers work at "
                     "the same time");
 }
 

@@ -6,7 +6,7 @@
  * that a time step allocates nothing.
  *
  *   pdi_arena_reserve(ctx, arena, pdi_arena_count_bytes(pdi_steady_list_work, steady));      in the build
- *   PDI_TRY(pdi_arena_acquire(ctx, arena, pdi_steady_list_work, steady));             in the solve
+ *   PD_TRY(pdi_arena_acquire(ctx, arena, pdi_steady_list_work, steady));             in the solve
  *   ...
  *   status = pdi_arena_release(ctx, arena, pdi_steady_list_work, steady, status);
  *

@@ -29,7 +29,7 @@ static void pdi_array_registry_visit(pdi_array_visitor *owner, pdi_array_list_fn
 static void pdi_array_registry_visit_free(pdi_array_visitor *owner, const pdi_array_entry *entry)
 {
     if (entry->kind != PDI_ARRAY_KIND_SCALAR)
-        pdi_free(owner->ctx, (size_t)entry->count, entry->element_size, entry->address);
+        pd_free(owner->ctx, (size_t)entry->count, entry->element_size, entry->address);
 }
 
 /* Visitor: allocates one array, zeroed, unless an earlier allocation failed. */
@@ -39,7 +39,7 @@ static void pdi_array_registry_visit_build(pdi_array_visitor *owner, const pdi_a
     if (entry->kind == PDI_ARRAY_KIND_SCALAR || entry->kind == PDI_ARRAY_KIND_GROWING) return;
     memcpy(entry->address, &none, sizeof none); /* also after a failure, so that freeing is safe */
     if (owner->status == PD_OK)
-        owner->status = pdi_alloc(owner->ctx, entry->name, (size_t)entry->count, entry->element_size, entry->address);
+        owner->status = pd_alloc(owner->ctx, entry->name, (size_t)entry->count, entry->element_size, entry->address);
 }
 
 PDI_FN void pdi_array_registry_free(pd_ctx *ctx, pdi_array_list_fn list, void *object)

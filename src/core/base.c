@@ -18,7 +18,7 @@ const char *pd_status_name(pd_status status)
     }
 }
 
-PDI_FN pd_status pdi_fail(pd_ctx *ctx, pd_status status, const char *where, const char *format, ...)
+pd_status pd_fail(pd_ctx *ctx, pd_status status, const char *where, const char *format, ...)
 {
     int used = snprintf(ctx->message, sizeof ctx->message, "%s: ", where);
     if (used < 0 || (size_t)used >= sizeof ctx->message) used = 0;
@@ -30,7 +30,7 @@ PDI_FN pd_status pdi_fail(pd_ctx *ctx, pd_status status, const char *where, cons
     return status;
 }
 
-PDI_FN void pdi_append(char *text, size_t size, const char *format, ...)
+void pd_append(char *text, size_t size, const char *format, ...)
 {
     size_t used = strlen(text);
     va_list args;
@@ -38,33 +38,6 @@ PDI_FN void pdi_append(char *text, size_t size, const char *format, ...)
     va_start(args, format);
     vsnprintf(text + used, size - used, format, args);
     va_end(args);
-}
-
-/* 1: the text up to the next blank is NaN or infinite: nan, -nan, nan(...), inf, -inf, infinity, in any case. */
-static int pdi_base_is_nonfinite(const char *value)
-{
-    char word[4] = "";
-    size_t size = strcspn(value, " "), sign = value[0] == '-' || value[0] == '+';
-    for (size_t k = 0; k < 3 && sign + k < size; k++) {
-        char c = value[sign + k];
-        word[k] = (char)(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
-    }
-    if (strcmp(word, "nan") != 0 && strcmp(word, "inf") != 0) return 0;
-    return size == sign + 3 || value[sign + 3] == '(' || strcspn(value, " ") == sign + 8; /* infinity */
-}
-
-PDI_FN void pdi_remove_nonfinite(char *figures)
-{
-    char *to = figures;
-    for (const char *at = figures; *at;) {
-        size_t size = strcspn(at + 1, " ") + 1;
-        const char *value = (const char *)memchr(at, '=', size);
-        int leave = at[0] == ' ' && value && pdi_base_is_nonfinite(value + 1);
-        if (!leave) memmove(to, at, size);
-        if (!leave) to += size;
-        at += size;
-    }
-    *to = '\0';
 }
 
 /* realloc of the context, or of the C library; new_size [byte] 0 frees and returns NULL. */
@@ -86,23 +59,23 @@ static void *pdi_base_load_pointer(const void *slot)
     return ptr;
 }
 
-PDI_FN pd_status pdi_resize(pd_ctx *ctx, const char *where, size_t old_count, size_t new_count, size_t size,
+pd_status pd_resize(pd_ctx *ctx, const char *where, size_t old_count, size_t new_count, size_t size,
                             void *slot)
 {
     void *old = pdi_base_load_pointer(slot);
     size_t old_bytes = old ? (old_count ? old_count : 1) * size : 0;
     if (new_count == 0) new_count = 1;
     if (new_count > (size_t)-1 / 2 / size)
-        return pdi_fail(ctx, PD_ERR_SIZE, where, "%.0f elements of %.0f bytes overflow the address space",
+        return pd_fail(ctx, PD_ERR_SIZE, where, "%.0f elements of %.0f bytes overflow the address space",
                         (double)new_count, (double)size);
     size_t new_bytes = new_count * size;
     size_t limit = ctx->alloc.limit;
     if (limit && new_bytes > old_bytes && ctx->in_use + (new_bytes - old_bytes) > limit)
-        return pdi_fail(ctx, PD_ERR_LIMIT, where, "needs %.4g MB more, %.4g MB are in use, the limit is %.4g MB",
+        return pd_fail(ctx, PD_ERR_LIMIT, where, "needs %.4g MB more, %.4g MB are in use, the limit is %.4g MB",
                         (double)(new_bytes - old_bytes) * 1e-6, (double)ctx->in_use * 1e-6, (double)limit * 1e-6);
     void *fresh = pdi_base_realloc(ctx, old, old_bytes, new_bytes);
     if (!fresh)
-        return pdi_fail(ctx, PD_ERR_MEMORY, where, "%.4g MB could not be allocated (%.4g MB are in use)",
+        return pd_fail(ctx, PD_ERR_MEMORY, where, "%.4g MB could not be allocated (%.4g MB are in use)",
                         (double)new_bytes * 1e-6, (double)ctx->in_use * 1e-6);
     if (new_bytes > old_bytes) memset((char *)fresh + old_bytes, 0, new_bytes - old_bytes);
     memcpy(slot, &fresh, sizeof fresh);
@@ -111,20 +84,20 @@ PDI_FN pd_status pdi_resize(pd_ctx *ctx, const char *where, size_t old_count, si
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_check_cancel(pd_ctx *ctx, const char *doing, int64_t count)
+pd_status pd_check_cancel(pd_ctx *ctx, const char *doing, int64_t count)
 {
     if (!ctx->cancel || !ctx->cancel(ctx->cancel_user, doing, count)) return PD_OK;
-    return pdi_fail(ctx, PD_CANCELLED, doing, "stopped by the caller");
+    return pd_fail(ctx, PD_CANCELLED, doing, "stopped by the caller");
 }
 
-PDI_FN pd_status pdi_alloc(pd_ctx *ctx, const char *where, size_t count, size_t size, void *slot)
+pd_status pd_alloc(pd_ctx *ctx, const char *where, size_t count, size_t size, void *slot)
 {
     void *none = NULL;
     memcpy(slot, &none, sizeof none);
-    return pdi_resize(ctx, where, 0, count, size, slot);
+    return pd_resize(ctx, where, 0, count, size, slot);
 }
 
-PDI_FN void pdi_free(pd_ctx *ctx, size_t count, size_t size, void *slot)
+void pd_free(pd_ctx *ctx, size_t count, size_t size, void *slot)
 {
     void *ptr = pdi_base_load_pointer(slot);
     if (!ptr) return;

@@ -44,6 +44,7 @@ typedef struct pd_allocator {
 } pd_allocator;
 
 #define PD_MESSAGE_SIZE 640 /* [byte] of a message with its end */
+#define PD_PATH_SIZE 1024   /* [byte] of a path with its end */
 
 /* Cancellation callback. Called between iterations of everything that may take a second, on the thread of the caller,
  * with what is being done, such as "flow: GMRES", and a count. Not 0: the call ends with PD_CANCELLED. Has to be
@@ -69,27 +70,55 @@ typedef struct pd_ctx {
 
 #define pd_ctx_init PD_NAME(pd_ctx_init)
 #define pd_status_name PD_NAME(pd_status_name)
+#define pd_fail PD_NAME(pd_fail)
+#define pd_check_cancel PD_NAME(pd_check_cancel)
+#define pd_append PD_NAME(pd_append)
+#define pd_alloc PD_NAME(pd_alloc)
+#define pd_resize PD_NAME(pd_resize)
+#define pd_free PD_NAME(pd_free)
 
 /* Make ctx ready: C library memory, no limit, all threads. */
 PD_API void pd_ctx_init(pd_ctx *ctx);
 /* "PD_ERR_FILE". Any int is accepted. */
 PD_API const char *pd_status_name(pd_status status);
 
-#ifdef PDI_INTERNAL
-#include <float.h>
 /* Report an error: sets ctx->status and ctx->message ("where: ...") and returns status. Every failure passes here. */
-PDI_FN pd_status pdi_fail(pd_ctx *ctx, pd_status status, const char *where, const char *format, ...)
+PD_API pd_status pd_fail(pd_ctx *ctx, pd_status status, const char *where, const char *format, ...)
     PD_PRINTF_LIKE(4, 5);
-/* Append formatted text to a string in a buffer of `size` bytes. What does not fit is cut off. */
-PDI_FN void pdi_append(char *text, size_t size, const char *format, ...) PD_PRINTF_LIKE(3, 4);
-/* Remove all pairs " key=value" whose value is NaN or infinite from a line of results, in place: unknown results are
- * not printed. */
-PDI_FN void pdi_remove_nonfinite(char *figures);
 /* 1: out of memory, or cancelled by the caller. A retry with another step, guess or file cannot help. */
-static inline int pdi_is_fatal(pd_status status)
+static inline int pd_is_fatal(pd_status status)
 {
     return status == PD_ERR_MEMORY || status == PD_ERR_LIMIT || status == PD_CANCELLED;
 }
+/* Ask the cancellation callback. PD_CANCELLED: the caller cancels. A step then leaves the state at its start, or at the
+ * end of its last substep. */
+PD_API pd_status pd_check_cancel(pd_ctx *ctx, const char *doing, int64_t count);
+/* Append formatted text to a string in a buffer of `size` bytes. What does not fit is cut off. */
+PD_API void pd_append(char *text, size_t size, const char *format, ...) PD_PRINTF_LIKE(3, 4);
+/* Memory through the allocator of the context; slot is the address of a pointer of any type (read and written as bytes,
+ * as strict aliasing asks).
+ * pd_alloc: slot gets count * size zeroed bytes (count 0: one element, so that NULL always means failure). */
+PD_API pd_status pd_alloc(pd_ctx *ctx, const char *where, size_t count, size_t size, void *slot);
+/* Grow or shrink an array. The old content is kept and the new tail is zero. On failure the old block stays. */
+PD_API pd_status pd_resize(pd_ctx *ctx, const char *where, size_t old_count, size_t new_count, size_t size, void *slot);
+/* Free an array of `count` elements, the count of its allocation. The pointer becomes NULL; NULL is allowed. */
+PD_API void pd_free(pd_ctx *ctx, size_t count, size_t size, void *slot);
+
+/* Typed forms of pd_alloc, pd_resize and pd_free: PD_NEW(ctx, "grid", n, grid->kind) allocates n zeroed elements of
+ * *grid->kind. */
+#define PD_NEW(ctx, where, count, lvalue) pd_alloc((ctx), (where), (size_t)(count), sizeof *(lvalue), &(lvalue))
+#define PD_GROW(ctx, where, old_count, new_count, lvalue) \
+    pd_resize((ctx), (where), (size_t)(old_count), (size_t)(new_count), sizeof *(lvalue), &(lvalue))
+#define PD_DELETE(ctx, count, lvalue) pd_free((ctx), (size_t)(count), sizeof *(lvalue), &(lvalue))
+/* Return from the calling function when a call fails (negative status). */
+#define PD_TRY(call) \
+    do { \
+        pd_status pd_try_status = (call); \
+        if (pd_try_status < 0) return pd_try_status; \
+    } while (0)
+
+#ifdef PDI_INTERNAL
+#include <float.h>
 /* 1: step underflow: a step dt [s], with `remaining` [s] to go from `time` [s], is below the rounding error of one of
  * them, so that such steps never reach the end. */
 static inline int pdi_is_step_underflow(double time, double remaining, double dt)
@@ -98,31 +127,6 @@ static inline int pdi_is_step_underflow(double time, double remaining, double dt
     if (remaining > size) size = remaining;
     return dt < remaining && !(dt > DBL_EPSILON * size);
 }
-/* Ask the cancellation callback. PD_CANCELLED: the caller cancels. A step then leaves the state at its start, or at the
- * end of its last substep. */
-PDI_FN pd_status pdi_check_cancel(pd_ctx *ctx, const char *doing, int64_t count);
-/* slot is the address of a pointer of any type (read and written as bytes, as strict aliasing asks).
- * pdi_alloc: slot gets count * size zeroed bytes (count 0: one element, so that NULL always means failure). */
-PDI_FN pd_status pdi_alloc(pd_ctx *ctx, const char *where, size_t count, size_t size, void *slot);
-/* Grow or shrink an array. The old content is kept and the new tail is zero. On failure the old block stays. */
-PDI_FN pd_status pdi_resize(pd_ctx *ctx, const char *where, size_t old_count, size_t new_count, size_t size,
-                            void *slot);
-/* Free an array of `count` elements, the count of its allocation. The pointer becomes NULL; NULL is allowed. */
-PDI_FN void pdi_free(pd_ctx *ctx, size_t count, size_t size, void *slot);
-
-/* Typed forms of pdi_alloc, pdi_resize and pdi_free: PDI_NEW(ctx, "grid", n, grid->kind) allocates n zeroed elements of
- * *grid->kind. */
-#define PDI_NEW(ctx, where, count, lvalue) \
-    pdi_alloc((ctx), (where), (size_t)(count), sizeof *(lvalue), &(lvalue))
-#define PDI_GROW(ctx, where, old_count, new_count, lvalue) \
-    pdi_resize((ctx), (where), (size_t)(old_count), (size_t)(new_count), sizeof *(lvalue), &(lvalue))
-#define PDI_DELETE(ctx, count, lvalue) pdi_free((ctx), (size_t)(count), sizeof *(lvalue), &(lvalue))
-/* Return from the calling function when a call fails (negative status). */
-#define PDI_TRY(call) \
-    do { \
-        pd_status pdi_try_status = (call); \
-        if (pdi_try_status < 0) return pdi_try_status; \
-    } while (0)
 /* Checks of internal invariants in debug builds; never used on input. */
 #ifdef PD_DEBUG
 #include <assert.h>

@@ -7,7 +7,7 @@
 #define PDI_MONOTONE_CUBIC_MARGIN 1e-5     /* [-] of the range of x: how far outside `strict` still allows */
 
 PDI_COLD_BEGIN
-PDI_FN const char *pdi_monotone_cubic_check_point(const double *x, const double *y, int k)
+const char *pd_monotone_cubic_check_point(const double *x, const double *y, int k)
 {
     if (!(fabs(x[k]) < PDI_MONOTONE_CUBIC_MAX_VALUE) || !(fabs(y[k]) < PDI_MONOTONE_CUBIC_MAX_VALUE))
         return "expected finite values";
@@ -54,22 +54,22 @@ PDI_FN void pdi_monotone_cubic_compute_slopes(const double *x, const double *y, 
     }
 }
 
-PDI_FN pd_status pdi_monotone_cubic_build(pd_ctx *ctx, const double *x, const double *y, int count, int strict,
+pd_status pd_monotone_cubic_build(pd_ctx *ctx, const double *x, const double *y, int count, int strict,
                                           pd_monotone_cubic *c)
 {
     memset(c, 0, sizeof *c);
-    if (count < 2) return pdi_fail(ctx, PD_ERR_ARGUMENT, "curve", "found %d point%s, expected at least 2", count,
+    if (count < 2) return pd_fail(ctx, PD_ERR_ARGUMENT, "curve", "found %d point%s, expected at least 2", count,
                                    count == 1 ? "" : "s");
     for (int k = 0; k < count; k++) {
-        const char *wrong = pdi_monotone_cubic_check_point(x, y, k);
+        const char *wrong = pd_monotone_cubic_check_point(x, y, k);
         if (wrong)
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "curve", "point %d: found x = %g, y = %g, %s", k, x[k], y[k], wrong);
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "curve", "point %d: found x = %g, y = %g, %s", k, x[k], y[k], wrong);
     }
     c->count = count;
     c->nan_outside = strict;
-    pd_status status = PDI_NEW(ctx, "curve", count, c->x);
-    if (status == PD_OK) status = PDI_NEW(ctx, "curve", count, c->y);
-    if (status == PD_OK) status = PDI_NEW(ctx, "curve", count, c->slope);
+    pd_status status = PD_NEW(ctx, "curve", count, c->x);
+    if (status == PD_OK) status = PD_NEW(ctx, "curve", count, c->y);
+    if (status == PD_OK) status = PD_NEW(ctx, "curve", count, c->slope);
     if (status < 0) {
         pdi_monotone_cubic_free(ctx, c);
         return status;
@@ -82,9 +82,9 @@ PDI_FN pd_status pdi_monotone_cubic_build(pd_ctx *ctx, const double *x, const do
 
 PDI_FN void pdi_monotone_cubic_free(pd_ctx *ctx, pd_monotone_cubic *c)
 {
-    PDI_DELETE(ctx, c->count, c->x);
-    PDI_DELETE(ctx, c->count, c->y);
-    PDI_DELETE(ctx, c->count, c->slope);
+    PD_DELETE(ctx, c->count, c->x);
+    PD_DELETE(ctx, c->count, c->y);
+    PD_DELETE(ctx, c->count, c->slope);
     memset(c, 0, sizeof *c);
 }
 PDI_COLD_END

@@ -22,6 +22,15 @@ typedef struct pd_monotone_cubic {
     double *slope;  /* [count] [-] (unit of y over that of x) */
 } pd_monotone_cubic;
 
+#define pd_monotone_cubic_build PD_NAME(pd_monotone_cubic_build)
+#define pd_monotone_cubic_check_point PD_NAME(pd_monotone_cubic_check_point)
+
+/* Build the interpolant; x and y [count] are copied. PD_ERR_ARGUMENT: fewer than two points, one that is not finite, x
+ * not ascending, or a secant without a finite slope. */
+PD_API pd_status pd_monotone_cubic_build(pd_ctx *ctx, const double *x, const double *y, int count, int strict,
+                                          pd_monotone_cubic *curve);
+/* Check point k >= 0 after all points before it passed: NULL when valid, else the reason, "expected ...". */
+PD_API const char *pd_monotone_cubic_check_point(const double *x, const double *y, int k);
 #ifdef PDI_INTERNAL
 /* Compute the limited slopes [count] of the cubic pieces at valid data points x, y [count]. */
 PDI_FN void pdi_monotone_cubic_compute_slopes(const double *x, const double *y, int count, double *slope);
@@ -29,17 +38,11 @@ PDI_FN void pdi_monotone_cubic_compute_slopes(const double *x, const double *y, 
 PDI_FN double pdi_monotone_cubic_interpolate(const double *x, const double *y, const double *slopes, int count,
                                              double at, double *slope);
 
-/* Build the interpolant; x and y [count] are copied. PD_ERR_ARGUMENT: fewer than two points, one that is not finite, x
- * not ascending, or a secant without a finite slope. */
-PDI_FN pd_status pdi_monotone_cubic_build(pd_ctx *ctx, const double *x, const double *y, int count, int strict,
-                                          pd_monotone_cubic *curve);
 /* Interpolated value at x: exactly y at a data point, NaN for NaN. Thread-safe. With `strict`, x may exceed the ends by
  * 1e-5 of the range, for finite differences at the ends. */
 PDI_FN double pdi_monotone_cubic_evaluate(const pd_monotone_cubic *curve, double x);
 PDI_FN void pdi_monotone_cubic_free(pd_ctx *ctx, pd_monotone_cubic *curve);
 
-/* Check point k >= 0 after all points before it passed: NULL when valid, else the reason, "expected ...". */
-PDI_FN const char *pdi_monotone_cubic_check_point(const double *x, const double *y, int k);
 #endif
 
 #endif

@@ -20,7 +20,7 @@
 /* Block sums are kept on the stack in batches of this many. */
 #define PDI_PAR_BATCH 512
 
-PDI_FN int pdi_par_available_threads(const pd_ctx *ctx, int64_t work)
+int pd_par_available_threads(const pd_ctx *ctx, int64_t work)
 {
 #ifdef _OPENMP
     if (work < PDI_PAR_MIN_WORK || omp_in_parallel()) return 1;
@@ -32,20 +32,20 @@ PDI_FN int pdi_par_available_threads(const pd_ctx *ctx, int64_t work)
 #endif
 }
 
-PDI_FN int pdi_par_threads(const pd_ctx *ctx, int64_t work)
+int pd_par_threads(const pd_ctx *ctx, int64_t work)
 {
-    int offered = pdi_par_available_threads(ctx, work);
+    int offered = pd_par_available_threads(ctx, work);
     return offered > 1 && ctx->contention.single_thread ? 1 : offered;
 }
 
 PDI_FN int pdi_par_begin_timing(const pd_ctx *ctx, int64_t work, int repeats, uint64_t kind, pdi_par_timing *timing)
 {
-    timing->threads = pdi_par_available_threads(ctx, work);
+    timing->threads = pd_par_available_threads(ctx, work);
     if (timing->threads == 1) return 1;
     timing->key = (((uint64_t)work * UINT64_C(0x9e3779b97f4a7c15) ^ kind) * 16 + (uint64_t)repeats) * 1024 +
                  (uint64_t)timing->threads;
     timing->work = (double)work * repeats;
-    timing->start = pdi_par_clock();
+    timing->start = pd_par_clock();
     return ctx->contention.single_thread ? 1 : timing->threads;
 }
 
@@ -54,7 +54,7 @@ PDI_FN void pdi_par_end_timing(const pd_ctx *ctx, const pdi_par_timing *timing)
 {
     if (timing->threads == 1) return;
     pdi_thread_contention_record(&((pd_ctx *)ctx)->contention, timing->key, timing->threads, timing->work,
-                                 timing->start, pdi_par_clock());
+                                 timing->start, pd_par_clock());
 }
 
 PDI_FN pdi_par_team pdi_par_get_team(void)
@@ -243,13 +243,13 @@ static void pdi_par_scale_store_thread(int64_t n, double a, double *PD_RESTRICT 
 
 PDI_FN void pdi_par_scale_store(const pd_ctx *ctx, int64_t n, double a, double *v, double *kept, float *single)
 {
-    int nt = pdi_par_threads(ctx, n);
+    int nt = pd_par_threads(ctx, n);
     PDI_PARALLEL_CALL(nt, pdi_par_scale_store_thread(n, a, v, kept, single));
 }
 
 PDI_FN void pdi_par_scale_quantise(const pd_ctx *ctx, int64_t n, double a, double *v, int16_t *integer, float *scale)
 {
-    int nt = pdi_par_threads(ctx, n);
+    int nt = pd_par_threads(ctx, n);
     PDI_PARALLEL_CALL(nt, pdi_par_quantise_thread(n, a, v, integer, scale));
 }
 
@@ -286,13 +286,13 @@ static double pdi_par_block_max(const double *x, int64_t n)
 PDI_FN double pdi_par_max_abs(const pd_ctx *ctx, int64_t n, const double *x)
 {
     double partial[PDI_PAR_BATCH], largest = 0.0;
-    int nt = pdi_par_threads(ctx, n);
+    int nt = pd_par_threads(ctx, n);
     (void)nt;
     if (nt == 1) return pdi_par_block_max(x, n);
     int64_t blocks = (n + PDI_PAR_BLOCK - 1) / PDI_PAR_BLOCK;
     for (int64_t first = 0; first < blocks; first += PDI_PAR_BATCH) {
         int batch = (int)(blocks - first < PDI_PAR_BATCH ? blocks - first : PDI_PAR_BATCH);
-        PDI_PARALLEL_FOR(nt)
+        PD_PARALLEL_FOR(nt)
         for (int b = 0; b < batch; b++) {
             int64_t lo = (first + b) * PDI_PAR_BLOCK;
             partial[b] = pdi_par_block_max(x + lo, n - lo < PDI_PAR_BLOCK ? n - lo : PDI_PAR_BLOCK);
@@ -313,33 +313,33 @@ static void pdi_par_axpy_thread(int64_t n, double a, const double *x, double *y)
 
 PDI_FN void pdi_par_axpy(const pd_ctx *ctx, int64_t n, double a, const double *x, double *y)
 {
-    int nt = pdi_par_threads(ctx, n);
+    int nt = pd_par_threads(ctx, n);
     PDI_PARALLEL_CALL(nt, pdi_par_axpy_thread(n, a, x, y));
 }
 
 PDI_FN void pdi_par_copy(const pd_ctx *ctx, int64_t n, const double *x, double *y)
 {
-    int nt = pdi_par_threads(ctx, n);
+    int nt = pd_par_threads(ctx, n);
     if (nt == 1) {
         if (n > 0) memmove(y, x, (size_t)n * sizeof *y);
         return;
     }
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int64_t i = 0; i < n; i++) y[i] = x[i];
 }
 
 PDI_FN void pdi_par_zero(const pd_ctx *ctx, int64_t n, double *y)
 {
-    int nt = pdi_par_threads(ctx, n);
+    int nt = pd_par_threads(ctx, n);
     if (nt == 1) {
         if (n > 0) memset(y, 0, (size_t)n * sizeof *y);
         return;
     }
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int64_t i = 0; i < n; i++) y[i] = 0.0;
 }
 
-PDI_FN double pdi_par_clock(void)
+double pd_par_clock(void)
 {
 #ifdef _OPENMP
     return omp_get_wtime();

@@ -15,18 +15,32 @@
 #define PD_OMP_WAIT_POLICY "passive"
 #define PD_GOMP_SPINCOUNT "10000"
 
-#ifdef PDI_INTERNAL
+/* PD_PARALLEL_FOR(nt): before a for loop: run it on nt threads (pd_par_threads), static schedule. */
 #ifdef _OPENMP
 #define PDI_PRAGMA(text) _Pragma(#text)
-/* Before a for loop: run it on nt threads (pdi_par_threads), static schedule. */
-#define PDI_PARALLEL_FOR(nt) PDI_PRAGMA(omp parallel for schedule(static) num_threads(nt))
+#define PD_PARALLEL_FOR(nt) PDI_PRAGMA(omp parallel for schedule(static) num_threads(nt))
+#else
+#define PD_PARALLEL_FOR(nt)
+#endif
+
+#define pd_par_available_threads PD_NAME(pd_par_available_threads)
+#define pd_par_clock PD_NAME(pd_par_clock)
+#define pd_par_threads PD_NAME(pd_par_threads)
+
+PD_API int pd_par_available_threads(const pd_ctx *ctx, int64_t work);
+/* Clock [s]: wall time with OpenMP, else processor time. */
+PD_API double pd_par_clock(void);
+/* Number of threads for a loop of `work` scalar operations: 1 when starting threads would cost more, or when one thread
+ * is faster because of other programs (thread_contention.h). pd_par_available_threads: without that last test. */
+PD_API int pd_par_threads(const pd_ctx *ctx, int64_t work);
+#ifdef PDI_INTERNAL
+#ifdef _OPENMP
 /* Several loops in one parallel region: PDI_PARALLEL(nt) before a block, PDI_FOR_NOWAIT before each loop in it, without
  * a barrier at its end. */
 #define PDI_PARALLEL(nt) PDI_PRAGMA(omp parallel num_threads(nt))
 #define PDI_FOR_NOWAIT PDI_PRAGMA(omp for schedule(static) nowait)
 #define PDI_BARRIER PDI_PRAGMA(omp barrier)
 #else
-#define PDI_PARALLEL_FOR(nt)
 #define PDI_PARALLEL(nt)
 #define PDI_FOR_NOWAIT
 #define PDI_BARRIER
@@ -82,10 +96,6 @@ static inline int32_t pdi_par_range_end(pdi_par_team team, int32_t n)
 /* Barrier of the team, with a memory flush. All threads have to call it. */
 PDI_FN void pdi_par_barrier(pdi_par_team team);
 
-/* Number of threads for a loop of `work` scalar operations: 1 when starting threads would cost more, or when one thread
- * is faster because of other programs (thread_contention.h). pdi_par_available_threads: without that last test. */
-PDI_FN int pdi_par_threads(const pd_ctx *ctx, int64_t work);
-PDI_FN int pdi_par_available_threads(const pd_ctx *ctx, int64_t work);
 /* A timed loop. pdi_par_begin_timing returns its number of threads; pdi_par_end_timing reports its time to the
  * contention detector of thread_contention.h. The loop does `repeats` times `work` scalar operations in one region.
  * Loops of equal kind, work and repeats are expected to take the same time. */
@@ -134,8 +144,6 @@ PDI_FN double pdi_par_max_abs(const pd_ctx *ctx, int64_t n, const double *x);
 PDI_FN void pdi_par_axpy(const pd_ctx *ctx, int64_t n, double a, const double *x, double *y);
 PDI_FN void pdi_par_copy(const pd_ctx *ctx, int64_t n, const double *x, double *y);
 PDI_FN void pdi_par_zero(const pd_ctx *ctx, int64_t n, double *y);
-/* Clock [s]: wall time with OpenMP, else processor time. */
-PDI_FN double pdi_par_clock(void);
 /* Compensated summation (Neumaier 1974): the total is sum + carry, carry being the accumulated rounding error. */
 typedef struct pdi_compensated_sum {
     double sum, compensation; /* [unit of the terms] */

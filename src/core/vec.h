@@ -3,12 +3,12 @@
 #define PD_VEC_H
 #include "core/config.h"
 
-#ifdef PDI_INTERNAL
-#define PDI_PI 3.14159265358979323846
+#define PD_PI 3.14159265358979323846
 /* Faraday's constant [C/mol] and the gas constant [J/mol/K], exact (CODATA 2018). */
-#define PDI_FARADAY 96485.33212331001
-#define PDI_GAS_CONSTANT 8.31446261815324
+#define PD_FARADAY 96485.33212331001
+#define PD_GAS_CONSTANT 8.31446261815324
 
+#ifdef PDI_INTERNAL
 /* Components of a symmetric tensor. */
 #if PD_DIM == 1
 #define PDI_SYM_COMPONENTS 1

@@ -12,7 +12,7 @@ static int pdi_integral_diagnostics_is_inside(const pd_grid *grid, int32_t node,
 {
     double x[PD_DIM];
     pd_grid_position(grid, node, x);
-    return pdi_grid_is_between(grid, lo, hi, x);
+    return pd_grid_is_between(grid, lo, hi, x);
 }
 
 /* ---- plane ---- */
@@ -30,7 +30,7 @@ static void pdi_integral_diagnostics_plane_means(const pd_bonds *bonds, const pd
         if (grid->kind[node] != PD_FLUID || pdi_grid_index_along(grid, node, axis) != index) continue;
         if (grid->kind[before] != PD_FLUID) continue;
         double c = transport ? 0.5 * (transport->c[before] + transport->c[node]) : 0.0;
-        double face = 0.5 * (pdi_grid_circumference(grid, before) + pdi_grid_circumference(grid, node));
+        double face = 0.5 * (pd_grid_circumference(grid, before) + pd_grid_circumference(grid, node));
         faces += face;
         pdi_compensated_sum_add(&mean, face * c);
         if (!flow) continue;
@@ -76,14 +76,14 @@ static int pdi_integral_diagnostics_is_dissolved(const pd_grid *grid, int32_t no
 {
     double x[PD_DIM];
     pd_grid_position(grid, node, x);
-    return pdi_grid_signed_distance(grid, grid->solid, x) <= pdi_shape_tolerance(grid->h, x);
+    return pdi_grid_signed_distance(grid, grid->solid, x) <= pd_shape_tolerance(grid->h, x);
 }
 
 /* 1: all surfaces in the family of a node are sides of the box or smooth shapes that have not receded. */
 static int pdi_integral_diagnostics_is_smooth(const pd_bond_paths *paths, const pd_dissolve *dissolve, int32_t node)
 {
     const pd_grid *grid = paths->grid;
-    int recedes = dissolve && grid->solid >= 0 && pdi_shape_is_smooth(grid->shapes, grid->solid);
+    int recedes = dissolve && grid->solid >= 0 && pd_shape_is_smooth(grid->shapes, grid->solid);
     if (recedes && pdi_integral_diagnostics_is_dissolved(grid, node)) return 0;
     for (int k = 0; k < paths->stencil->count; k++) {
         int32_t end = node + paths->shift[k];
@@ -142,13 +142,13 @@ void pd_diagnostics_surface_flux(pd_ctx *ctx, const pd_bond_paths *paths, const 
     for (int32_t node = 0; node < grid->total; node++) {
         int i[PD_DIM];
         if (grid->kind[node] != PD_FLUID || !pdi_integral_diagnostics_is_inside(grid, node, lo, hi)) continue;
-        pdi_grid_index(grid, node, i);
+        pd_grid_index(grid, node, i);
         int k = axis < 0 ? 0 : i[axis];
         area[k] += pdi_integral_diagnostics_node_area(paths, t, dissolve, node);
         double gain = t->source[node] - t->absorb[node] * t->c[node];
         if (t->bonds->row_of_node[node] >= 0)
             gain += pdi_diffusion_gain(&t->diffusion, node, t->c[node], t->rest ? t->rest[node] : 0.0);
-        flux[k] += gain * paths->stencil->volume * pdi_grid_circumference(grid, node);
+        flux[k] += gain * paths->stencil->volume * pd_grid_circumference(grid, node);
     }
 }
 
@@ -167,7 +167,7 @@ void pd_diagnostics_box(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *g
     for (int32_t i = 0; i < grid->total; i++) {
         int fluid = grid->kind[i] == PD_FLUID;
         if ((!fluid && grid->kind[i] != PD_SOLID) || !pdi_integral_diagnostics_is_inside(grid, i, lo, hi)) continue;
-        double around = pdi_grid_circumference(grid, i);
+        double around = pd_grid_circumference(grid, i);
         if (!fluid && metal) pdi_compensated_sum_add(&solid, around * metal[i]);
         if (!fluid) continue;
         nodes += around;

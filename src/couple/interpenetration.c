@@ -17,8 +17,8 @@ static int pdi_interpenetration_is_solid(const pd_interpenetration *s, int32_t i
 /* 1: no unbroken bond connects two points. */
 static int pdi_interpenetration_is_unbonded(const pd_interpenetration *s, int32_t i, int32_t j)
 {
-    for (pd_bond_iterator f = pdi_body_bonds_begin(s->body, i); pdi_body_bonds_next(&f);)
-        if (f.neighbour == j) return pdi_body_bond_is_broken(&f);
+    for (pd_bond_iterator f = pd_body_bonds_begin(s->body, i); pd_body_bonds_next(&f);)
+        if (f.neighbour == j) return pd_body_bond_is_broken(&f);
     return 1;
 }
 
@@ -32,9 +32,9 @@ static int32_t pdi_interpenetration_get_component(const pd_interpenetration *s, 
 static int32_t pdi_interpenetration_neighbour(const pd_interpenetration *s, int32_t i, int d)
 {
     int at[PD_DIM];
-    pdi_grid_index(s->grid, s->node[i], at);
+    pd_grid_index(s->grid, s->node[i], at);
     at[d]++;
-    return pdi_grid_is_inside(s->grid, at) ? s->point[pd_grid_node(s->grid, at)] : -1;
+    return pd_grid_is_inside(s->grid, at) ? s->point[pd_grid_node(s->grid, at)] : -1;
 }
 
 /* Length [m] of the line from x along xi outside of the initial metal. */
@@ -42,12 +42,12 @@ static double pdi_interpenetration_initial_gap(const pd_interpenetration *s, con
 {
     const pd_grid *grid = s->grid;
     int last = grid->solid > grid->wall ? grid->solid : grid->wall;
-    double gap = 0.0, at[PD_DIM], touch = pdi_shape_tolerance(grid->h, x);
+    double gap = 0.0, at[PD_DIM], touch = pd_shape_tolerance(grid->h, x);
     if (!pdi_node_visibility_is_smooth(grid)) return 0.0;
     for (double from = 0.0; from < 1.0;) {
         double to = pdi_min(pdi_shape_find_crossing(grid->shapes, last, x, xi, from, touch), 1.0);
         for (int d = 0; d < PD_DIM; d++) at[d] = x[d] + 0.5 * (from + to) * xi[d];
-        if (pdi_node_visibility_metal_distance(grid, at) > pdi_shape_tolerance(grid->h, at)) gap += to - from;
+        if (pdi_node_visibility_metal_distance(grid, at) > pd_shape_tolerance(grid->h, at)) gap += to - from;
         from = to;
     }
     return gap * pdi_vec_norm(xi);
@@ -161,9 +161,9 @@ PDI_FN pd_status pdi_interpenetration_build(pd_ctx *ctx, pd_interpenetration *s)
 {
     int32_t *piece = NULL, all = s->body->count;
     uint8_t *seen = NULL;
-    pd_status status = PDI_NEW(ctx, "overlap", all, piece);
-    if (status == PD_OK) status = PDI_NEW(ctx, "overlap", all, seen);
-    if (status == PD_OK) status = PDI_NEW(ctx, "overlap", s->count, s->component);
+    pd_status status = PD_NEW(ctx, "overlap", all, piece);
+    if (status == PD_OK) status = PD_NEW(ctx, "overlap", all, seen);
+    if (status == PD_OK) status = PD_NEW(ctx, "overlap", s->count, s->component);
     for (int32_t i = 0; i < s->count && status == PD_OK; i++) {
         if (seen[i]) continue;
         int32_t count = pdi_body_find_component(s->body, i, seen, piece);
@@ -171,9 +171,9 @@ PDI_FN pd_status pdi_interpenetration_build(pd_ctx *ctx, pd_interpenetration *s)
             if (piece[k] < s->count) s->component[piece[k]] = s->components;
         s->components++;
     }
-    if (s->components < 2) PDI_DELETE(ctx, s->count, s->component);
-    PDI_DELETE(ctx, all, piece);
-    PDI_DELETE(ctx, all, seen);
+    if (s->components < 2) PD_DELETE(ctx, s->count, s->component);
+    PD_DELETE(ctx, all, piece);
+    PD_DELETE(ctx, all, seen);
     return status;
 }
 
@@ -181,16 +181,16 @@ PDI_FN pd_status pdi_interpenetration_prepare(pd_ctx *ctx, pd_interpenetration *
 {
     int32_t bins = 1024;
     while (bins < s->count && bins < 1 << 29) bins *= 2;
-    PDI_TRY(PDI_NEW(ctx, "overlap", bins, s->bin));
+    PD_TRY(PD_NEW(ctx, "overlap", bins, s->bin));
     s->bins = bins;
-    return PDI_NEW(ctx, "overlap", s->count, s->next);
+    return PD_NEW(ctx, "overlap", s->count, s->next);
 }
 
 PDI_FN void pdi_interpenetration_free(pd_ctx *ctx, pd_interpenetration *s)
 {
-    PDI_DELETE(ctx, s->count, s->component);
-    PDI_DELETE(ctx, s->bins, s->bin);
-    PDI_DELETE(ctx, s->count, s->next);
+    PD_DELETE(ctx, s->count, s->component);
+    PD_DELETE(ctx, s->bins, s->bin);
+    PD_DELETE(ctx, s->count, s->next);
     memset(s, 0, sizeof *s);
 }
 

@@ -44,7 +44,7 @@ static int32_t pdi_point_cells_find_image(const pd_point_cells *s, int64_t k, in
     int folded[PD_DIM];
     for (int d = 0; d < PD_DIM; d++, k /= s->extended_cells[d - 1])
         folded[d] = at[d] = (int)(k % s->extended_cells[d]) - s->lower_cells[d];
-    int inside = pdi_grid_is_inside(s->grid, at);
+    int inside = pd_grid_is_inside(s->grid, at);
     *flip = pdi_point_cells_fold_cell(s, folded);
     if (inside) *flip = -1;
     int32_t node = pd_grid_node(s->grid, folded);
@@ -100,7 +100,7 @@ static int32_t pdi_point_cells_real_point(const pd_point_cells *s, int32_t i)
 /* Cell index of a point or image. */
 static void pdi_point_cells_get_cell(const pd_point_cells *s, int32_t i, int *at)
 {
-    if (i < s->count) pdi_grid_index(s->grid, s->node[i], at);
+    if (i < s->count) pd_grid_index(s->grid, s->node[i], at);
     else
         for (int d = 0; d < PD_DIM; d++) at[d] = s->cell[(i - s->count) * PD_DIM + d];
 }
@@ -116,7 +116,7 @@ PDI_FN void pdi_point_cells_position(const pd_point_cells *s, int32_t i, double 
 static int32_t pdi_point_cells_find_point(const pd_point_cells *s, const int *at)
 {
     int64_t k = 0;
-    if (!s->images) return pdi_grid_is_inside(s->grid, at) ? s->point[pd_grid_node(s->grid, at)] : -1;
+    if (!s->images) return pd_grid_is_inside(s->grid, at) ? s->point[pd_grid_node(s->grid, at)] : -1;
     for (int d = PD_DIM - 1; d >= 0; d--) {
         int place = at[d] + s->lower_cells[d];
         if (place < 0 || place >= s->extended_cells[d]) return -1;
@@ -214,14 +214,14 @@ static int pdi_point_cells_joined_by_surface(void *user, int32_t i, int32_t j, c
 /* Which bonds leave the metal of the start is to be asked of these. */
 PDI_FN void pdi_point_cells_set_joined(pd_ctx *ctx, pd_point_cells *s, pd_body_desc *desc)
 {
-    int nt = pdi_par_threads(ctx, (int64_t)s->count * 100);
+    int nt = pd_par_threads(ctx, (int64_t)s->count * 100);
     (void)nt;
     if (pdi_node_visibility_is_convex(s->grid)) return;
     desc->user = s;
     desc->joined = pdi_point_cells_joined_by_cells;
     if (!pdi_node_visibility_is_smooth(s->grid)) return;
     desc->joined = pdi_point_cells_joined_by_surface;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < s->count; i++) {
         double x[PD_DIM];
         pd_grid_position(s->grid, s->node[i], x);
@@ -268,9 +268,9 @@ static int pdi_point_cells_is_crossed(const int *off, const int *step)
 static void pdi_point_cells_break_through(const pd_point_cells *s, pd_body *body, int32_t gone, int32_t i)
 {
     double stiff = s->stiffness_factor[gone];
-    for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pd_body_bonds_begin(body, i); pd_body_bonds_next(&f);) {
         int off[PD_DIM], step[PD_DIM];
-        if (f.neighbour < i || pdi_body_bond_is_broken(&f)) continue;
+        if (f.neighbour < i || pd_body_bond_is_broken(&f)) continue;
         pdi_point_cells_cell_offset(s, i, gone, off);
         pdi_point_cells_cell_offset(s, i, f.neighbour, step);
         if (!pdi_point_cells_may_cross(off, step)) continue;

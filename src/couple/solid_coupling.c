@@ -31,7 +31,7 @@ PDI_FN void pdi_solid_coupling_list(pdi_array_visitor *owner, void *object)
     PDI_ARRAY(owner, structure, density, all, "J/m3");
     PDI_ARRAY(owner, structure, rate_factor, structure->desc.rate_factor ? structure->total : 0, "1");
     PDI_SCALAR_STATE(owner, structure, overlap.max_crack_overlap, "m");
-    if (!pdi_solid_coupling_is_dynamic(structure)) return;
+    if (!pd_solid_coupling_is_dynamic(structure)) return;
     PDI_ARRAY_STATE(owner, structure, load, all * PD_DIM, "N/m3");
     PDI_ARRAY(owner, structure, target, all * PD_DIM, "m");
 }
@@ -53,7 +53,7 @@ static int pdi_solid_coupling_has_failure(const pd_solid_coupling_desc *desc)
 PDI_FN int pdi_solid_coupling_can_interpenetrate(const pd_solid_coupling *s)
 {
     return s->overlap.components > 1 || s->body.table_entries > s->body.lattice_entries ||
-           !pdi_body_is_intact(&s->body) || pdi_solid_coupling_has_failure(&s->desc) || s->desc.fracture > 0.0;
+           !pd_body_is_intact(&s->body) || pdi_solid_coupling_has_failure(&s->desc) || s->desc.fracture > 0.0;
 }
 
 /* Material points at the solid nodes, their mirror images, and the body with its bonds. */
@@ -65,13 +65,13 @@ static pd_status pdi_solid_coupling_build_body(pd_ctx *ctx, pd_solid_coupling *s
     memset(&desc, 0, sizeof desc);
     for (int d = 0; d < PD_DIM; d++) cell *= grid->h[d];
     int32_t all = s->count + s->sites.images;
-    pd_status status = PDI_NEW(ctx, "structure", (int64_t)all * PD_DIM, position);
-    if (status == PD_OK) status = PDI_NEW(ctx, "structure", all, volume);
+    pd_status status = PD_NEW(ctx, "structure", (int64_t)all * PD_DIM, position);
+    if (status == PD_OK) status = PD_NEW(ctx, "structure", all, volume);
     for (int32_t i = 0, k = 0; i < grid->total && status == PD_OK; i++) {
         int at[PD_DIM];
-        pdi_grid_index(grid, i, at);
+        pd_grid_index(grid, i, at);
         s->point[i] = -1;
-        if (grid->kind[i] != PD_SOLID || !pdi_grid_is_inside(grid, at)) continue;
+        if (grid->kind[i] != PD_SOLID || !pd_grid_is_inside(grid, at)) continue;
         s->node[k] = i;
         s->point[i] = k;
         pd_grid_position(grid, i, position + (int64_t)k * PD_DIM);
@@ -101,8 +101,8 @@ static pd_status pdi_solid_coupling_build_body(pd_ctx *ctx, pd_solid_coupling *s
     s->body.image_source = s->mirrored.image_source;
     s->body.image_reflection = s->mirrored.image_reflection;
     memset(s->density, 0, (size_t)all * sizeof *s->density);
-    PDI_DELETE(ctx, all, volume);
-    PDI_DELETE(ctx, (int64_t)all * PD_DIM, position);
+    PD_DELETE(ctx, all, volume);
+    PD_DELETE(ctx, (int64_t)all * PD_DIM, position);
     return status;
 }
 
@@ -112,23 +112,23 @@ static pd_status pdi_solid_coupling_count_points(pd_ctx *ctx, pd_solid_coupling 
     const pd_grid *grid = s->grid;
     for (int d = 1; d < PD_DIM; d++)
         if (fabs(grid->h[d] - grid->h[0]) > 1e-9 * grid->h[0])
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "spacings of %g and %g m, expected one spacing along all"
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "structure", "spacings of %g and %g m, expected one spacing along all"
                             " axes", grid->h[0], grid->h[d]);
     if (grid->circumference)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "an axisymmetric lattice, expected a planar one");
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "structure", "an axisymmetric lattice, expected a planar one");
     for (int32_t i = 0; i < grid->total; i++) {
         int at[PD_DIM];
-        pdi_grid_index(grid, i, at);
-        s->count += grid->kind[i] == PD_SOLID && pdi_grid_is_inside(grid, at);
+        pd_grid_index(grid, i, at);
+        s->count += grid->kind[i] == PD_SOLID && pd_grid_is_inside(grid, at);
     }
-    if (!s->count) return pdi_fail(ctx, PD_ERR_GEOMETRY, "structure", "no metal, expected a solid that bears loads");
+    if (!s->count) return pd_fail(ctx, PD_ERR_GEOMETRY, "structure", "no metal, expected a solid that bears loads");
     s->sites.grid = grid;
     s->sites.horizon_ratio = s->desc.horizon_ratio;
     s->sites.mirrors = s->desc.mirrors;
     s->sites.count = s->count;
     pdi_point_cells_count_images(&s->sites);
     if ((double)s->count + (double)s->sites.images < 2e9) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_SIZE, "structure", "%g nodes of metal and as many as %g images of them: too many",
+    return pd_fail(ctx, PD_ERR_SIZE, "structure", "%g nodes of metal and as many as %g images of them: too many",
                     (double)s->count, (double)s->sites.images);
 }
 
@@ -145,11 +145,11 @@ static pd_status pdi_solid_coupling_apply_precrack(pd_ctx *ctx, pd_solid_couplin
         piece.corner = cut->corner + k * PD_DIM;
         pd_status status = pd_body_apply_precracks(ctx, &s->body, &piece, 1, &broken);
         memcpy(message, ctx->message, sizeof message);
-        if (status < 0) return pdi_fail(ctx, status, "structure", "'%.60s': %.400s", cut->name, message);
+        if (status < 0) return pd_fail(ctx, status, "structure", "'%.60s': %.400s", cut->name, message);
         all += broken;
     }
     if (all) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_GEOMETRY, "structure", "the cut '%.60s' crosses no bond of the metal", cut->name);
+    return pd_fail(ctx, PD_ERR_GEOMETRY, "structure", "the cut '%.60s' crosses no bond of the metal", cut->name);
 }
 
 /* Sets up the interpenetration check with the initial components. */
@@ -272,7 +272,7 @@ static pd_status pdi_solid_coupling_calibrate_fracture(pd_ctx *ctx, const pd_sol
 {
 #if PD_DIM > 1
     if (!(criterion->fracture > 0.0)) return PD_OK;
-    PDI_TRY(pdi_fracture_calibration_compute_critical(ctx, &s->body, &s->desc.elastic, criterion->fracture,
+    PD_TRY(pdi_fracture_calibration_compute_critical(ctx, &s->body, &s->desc.elastic, criterion->fracture,
                                                       &criterion->critical));
     criterion->fracture = 0.0;
 #endif
@@ -292,7 +292,7 @@ static pd_status pdi_solid_coupling_build_static(pd_ctx *ctx, pd_solid_coupling 
     rest.user = s->desc.user;
     rest.criterion = s->desc.bond_failure;
     if (s->desc.material == PD_SOLID_COUPLING_BOND_BASED) rest.criterion.critical = s->bond_based.critical;
-    PDI_TRY(pdi_solid_coupling_calibrate_fracture(ctx, s, &rest.criterion));
+    PD_TRY(pdi_solid_coupling_calibrate_fracture(ctx, s, &rest.criterion));
     rest.break_fraction = -1.0;
     rest.rtol = s->desc.rtol;
     return pd_quasi_static_build(ctx, &s->solid, &rest, &s->static_solver);
@@ -315,21 +315,21 @@ static pd_status pdi_solid_coupling_check(pd_ctx *ctx, const pd_solid_coupling_d
     int springs = desc->material == PD_SOLID_COUPLING_BOND_BASED, flows = desc->elastic.yield > 0.0;
     if ((int)desc->material < 0 || desc->material > PD_SOLID_COUPLING_HENCKY || !(desc->density >= 0.0) ||
         !(desc->fracture >= 0.0))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "structure",
                         "material %d, a density of %g kg/m3 and %g J/m2, expected 0 "
                         "to %d and numbers that are not negative",
                         (int)desc->material, desc->density, desc->fracture, (int)PD_SOLID_COUPLING_HENCKY);
     if (springs && (pdi_solid_coupling_has_failure(desc) || flows || desc->rate_factor))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "springs with a criterion, a yield stress or a pace, "
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "structure", "springs with a criterion, a yield stress or a pace, "
                         "expected an energy of cracks alone");
     if (!springs && (desc->fracture > 0.0 || (desc->density > 0.0 && (pdi_solid_coupling_has_failure(desc) || flows))))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "metal other than springs with an energy of cracks, or that "
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "structure", "metal other than springs with an energy of cracks, or that "
                         "breaks or flows in motion, expected a balance with a criterion, or springs");
     if (desc->bond_failure.fracture > 0.0 && desc->material != PD_SOLID_COUPLING_CORRESPONDENCE)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "an energy of cracks of material %d, expected small strains "
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "structure", "an energy of cracks of material %d, expected small strains "
                         "by correspondence, springs, or a critical value of bonds", (int)desc->material);
     if (flows && desc->material != PD_SOLID_COUPLING_CORRESPONDENCE && desc->material != PD_SOLID_COUPLING_HENCKY)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "a yield stress of material %d, expected one of small "
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "structure", "a yield stress of material %d, expected one of small "
                         "strains or Hencky's", (int)desc->material);
     return PD_OK;
 }
@@ -340,7 +340,7 @@ static pd_status pdi_solid_coupling_check_images(pd_ctx *ctx, const pd_solid_cou
 {
     if (!s->sites.images || !(desc->cut_count || pdi_solid_coupling_has_failure(desc) || desc->fracture > 0.0))
         return PD_OK;
-    return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "metal with a crack, or whose bonds break, meets a plane of "
+    return pd_fail(ctx, PD_ERR_ARGUMENT, "structure", "metal with a crack, or whose bonds break, meets a plane of "
                     "symmetry (flow = mirror): expected all of the body, or a side that holds it there (ux = 0)");
 }
 
@@ -349,34 +349,34 @@ static pd_status pdi_solid_coupling_build_inner(pd_ctx *ctx, const pd_grid *grid
                                                 pd_solid_coupling *s)
 {
     memset(s, 0, sizeof *s);
-    PDI_TRY(pdi_solid_coupling_check(ctx, desc));
+    PD_TRY(pdi_solid_coupling_check(ctx, desc));
     s->desc = *desc;
     s->grid = grid;
     s->total = grid->total;
     s->desc.cuts = NULL;
-    PDI_TRY(pdi_solid_coupling_count_points(ctx, s));
-    PDI_TRY(pdi_solid_coupling_check_images(ctx, s, desc));
+    PD_TRY(pdi_solid_coupling_count_points(ctx, s));
+    PD_TRY(pdi_solid_coupling_check_images(ctx, s, desc));
     s->mirrored.count = s->count;
     s->mirrored.images = s->sites.images;
-    if (s->sites.images) PDI_TRY(pdi_mirror_symmetry_build(ctx, &s->mirrored));
-    if (s->sites.images) PDI_TRY(pdi_array_registry_build(ctx, pdi_point_cells_list, &s->sites));
-    PDI_TRY(pdi_array_registry_build(ctx, pdi_solid_coupling_list, s));
-    PDI_TRY(pdi_solid_coupling_build_body(ctx, s));
-    PDI_TRY(pdi_solid_coupling_init_interpenetration(ctx, s));
-    for (int k = 0; k < desc->cut_count; k++) PDI_TRY(pdi_solid_coupling_apply_precrack(ctx, s, &desc->cuts[k]));
-    PDI_TRY(pdi_solid_coupling_build_material(ctx, s));
+    if (s->sites.images) PD_TRY(pdi_mirror_symmetry_build(ctx, &s->mirrored));
+    if (s->sites.images) PD_TRY(pdi_array_registry_build(ctx, pdi_point_cells_list, &s->sites));
+    PD_TRY(pdi_array_registry_build(ctx, pdi_solid_coupling_list, s));
+    PD_TRY(pdi_solid_coupling_build_body(ctx, s));
+    PD_TRY(pdi_solid_coupling_init_interpenetration(ctx, s));
+    for (int k = 0; k < desc->cut_count; k++) PD_TRY(pdi_solid_coupling_apply_precrack(ctx, s, &desc->cuts[k]));
+    PD_TRY(pdi_solid_coupling_build_material(ctx, s));
     s->solid = pdi_solid_coupling_material_interface(s);
     if (s->sites.images) {
         pd_material_interface inner = s->solid;
         s->solid = pdi_mirror_symmetry_build_interface(&s->mirrored, &inner);
     }
     if (!pdi_solid_coupling_has_bonds(s))
-        return pdi_fail(ctx, PD_ERR_GEOMETRY, "structure", "the metal is too thin to bear loads: no node has bonds "
+        return pd_fail(ctx, PD_ERR_GEOMETRY, "structure", "the metal is too thin to bear loads: no node has bonds "
                         "along all directions; choose a smaller h");
-    if (pdi_solid_coupling_can_interpenetrate(s)) PDI_TRY(pdi_interpenetration_prepare(ctx, &s->overlap));
+    if (pdi_solid_coupling_can_interpenetrate(s)) PD_TRY(pdi_interpenetration_prepare(ctx, &s->overlap));
     for (int32_t i = 0; i < s->total && desc->rate_factor; i++)
         s->rate_factor[i] = desc->base_rate_factor ? desc->base_rate_factor[i] : 1.0;
-    return pdi_solid_coupling_is_dynamic(s) ? pdi_solid_coupling_build_dynamic(ctx, s)
+    return pd_solid_coupling_is_dynamic(s) ? pdi_solid_coupling_build_dynamic(ctx, s)
                                             : pdi_solid_coupling_build_static(ctx, s);
 }
 
@@ -414,7 +414,7 @@ static void pdi_solid_coupling_compute_stress(pd_ctx *ctx, pd_solid_coupling *s)
     s->stress_solve = s->static_solver.solves;
     if (solid->plastic_strain) solid->plastic_strain(ctx, solid->self, s->plastic_strain);
     if (!solid->stress) return;
-    solid->stress(ctx, solid->self, pdi_solid_coupling_displacements(s), s->stress);
+    solid->stress(ctx, solid->self, pd_solid_coupling_displacements(s), s->stress);
     for (int32_t i = 0; i < s->count; i++) {
         double *p = s->stress + (int64_t)i * PDI_SOLID_COUPLING_TENSOR;
         double over = s->stiffness_factor[i] > 0.0 ? 1.0 / s->stiffness_factor[i] : 0.0;
@@ -436,7 +436,7 @@ static pd_status pdi_solid_coupling_check_small_strains(pd_ctx *ctx, const pd_so
         double slip = s->solid.plastic_strain ? s->plastic_strain[i] : 0.0;
         if (strain < PDI_SOLID_COUPLING_MAX_STRAIN && slip < PDI_SOLID_COUPLING_MAX_PLASTIC_STRAIN) continue;
         pd_grid_position(s->grid, s->node[i], x);
-        return pdi_fail(ctx, PD_ERR_STATE, "structure",
+        return pd_fail(ctx, PD_ERR_STATE, "structure",
                         "the metal at x = %g m has a stress of %g of E and a plastic "
                         "strain of %g at t = %g s: expected small strains",
                         x[0], strain, slip, s->static_solver.time);
@@ -450,9 +450,9 @@ static pd_status pdi_solid_coupling_check_interpenetration(pd_ctx *ctx, pd_solid
     pd_interpenetration *o = &s->overlap;
     char place[2][PDI_GRID_POSITION_LENGTH];
     if (!o->bins) return PD_OK;
-    pdi_interpenetration_compute(o, pdi_solid_coupling_displacements(s));
+    pdi_interpenetration_compute(o, pd_solid_coupling_displacements(s));
     if (!(o->component_overlap > 0.0)) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_STATE, "structure",
+    return pd_fail(ctx, PD_ERR_STATE, "structure",
                     "two parts of the metal that were apart at the start meet at t = "
                     "%g s: what was at %s m and what was at %s m overlap by %g m; they would pass through each other, "
                     "since contact is not computed",
@@ -475,7 +475,7 @@ static pd_status pdi_solid_coupling_update_rate_factors(pd_ctx *ctx, pd_solid_co
         at.plastic_strain = s->solid.plastic_strain ? s->plastic_strain[i] : 0.0;
         double pace = s->desc.rate_factor(s->desc.pace_user, &at);
         if (!(pace >= 0.0) || !(pace < 1e100))
-            return pdi_fail(ctx, PD_ERR_STATE, "structure", "the factor of the speed is %g where the mean stress is %g "
+            return pd_fail(ctx, PD_ERR_STATE, "structure", "the factor of the speed is %g where the mean stress is %g "
                             "Pa, at x = %g m: expected a finite one of at least 0", pace, at.pressure, at.x[0]);
         s->rate_factor[node] = pace * (s->desc.base_rate_factor ? s->desc.base_rate_factor[node] : 1.0);
     }
@@ -488,12 +488,12 @@ static pd_status pdi_solid_coupling_update_rate_factors(pd_ctx *ctx, pd_solid_co
 /* PD_ERR_ARGUMENT: a body in dynamics, or a bond-based one, is to dissolve. */
 static pd_status pdi_solid_coupling_check_no_dissolution(pd_ctx *ctx, const pd_solid_coupling *s)
 {
-    if (!s->dissolve || (!pdi_solid_coupling_is_dynamic(s) && s->desc.material != PD_SOLID_COUPLING_BOND_BASED))
+    if (!s->dissolve || (!pd_solid_coupling_is_dynamic(s) && s->desc.material != PD_SOLID_COUPLING_BOND_BASED))
         return PD_OK;
-    return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure",
+    return pd_fail(ctx, PD_ERR_ARGUMENT, "structure",
                     "a body %s is to dissolve, expected one in balance that is none "
                     "of springs",
-                    pdi_solid_coupling_is_dynamic(s) ? "in motion" : "of springs");
+                    pd_solid_coupling_is_dynamic(s) ? "in motion" : "of springs");
 }
 
 /* Stiffness factors from the remaining metal; marks the equilibrium as stale where one has changed. */
@@ -519,9 +519,9 @@ static pd_status pdi_solid_coupling_solve_at(pd_ctx *ctx, pd_solid_coupling *s, 
     if (status < 0) return status;
     if (s->stress_solve != s->static_solver.solves) {
         pdi_solid_coupling_compute_stress(ctx, s);
-        PDI_TRY(pdi_solid_coupling_check_small_strains(ctx, s));
-        PDI_TRY(pdi_solid_coupling_check_interpenetration(ctx, s, t));
-        PDI_TRY(pdi_solid_coupling_update_rate_factors(ctx, s));
+        PD_TRY(pdi_solid_coupling_check_small_strains(ctx, s));
+        PD_TRY(pdi_solid_coupling_check_interpenetration(ctx, s, t));
+        PD_TRY(pdi_solid_coupling_update_rate_factors(ctx, s));
     }
     return status;
 }
@@ -531,7 +531,7 @@ static pd_status pdi_solid_coupling_solve_at(pd_ctx *ctx, pd_solid_coupling *s, 
 static pd_status pdi_solid_coupling_process_solve_at(pd_ctx *ctx, void *self, double t)
 {
     pd_solid_coupling *s = (pd_solid_coupling *)self;
-    PDI_TRY(pdi_solid_coupling_check_no_dissolution(ctx, s));
+    PD_TRY(pdi_solid_coupling_check_no_dissolution(ctx, s));
     return s->dissolve && s->static_solver.solved ? PD_OK : pdi_solid_coupling_solve_at(ctx, s, t);
 }
 
@@ -555,8 +555,8 @@ static pd_status pdi_solid_coupling_process_store(pd_ctx *ctx, void *self, pd_ar
 {
     pd_solid_coupling *s = (pd_solid_coupling *)self;
     pd_physics rest = pd_quasi_static_process(&s->static_solver);
-    PDI_TRY(pdi_array_registry_store(ctx, pdi_solid_coupling_list, s, archive));
-    PDI_TRY(rest.checkpoint(ctx, rest.self, archive));
+    PD_TRY(pdi_array_registry_store(ctx, pdi_solid_coupling_list, s, archive));
+    PD_TRY(rest.checkpoint(ctx, rest.self, archive));
     if (!archive->is_reading || !s->static_solver.solved) return PD_OK;
     pdi_solid_coupling_compute_stress(ctx, s);
     return pdi_solid_coupling_update_rate_factors(ctx, s);
@@ -577,8 +577,8 @@ static pd_status pdi_solid_coupling_set_loads(pd_ctx *ctx, pd_solid_coupling *s,
 static pd_status pdi_solid_coupling_dynamic_start(pd_ctx *ctx, void *self, double t)
 {
     pd_solid_coupling *s = (pd_solid_coupling *)self;
-    PDI_TRY(pdi_solid_coupling_check_no_dissolution(ctx, s));
-    PDI_TRY(pdi_solid_coupling_set_loads(ctx, s, t));
+    PD_TRY(pdi_solid_coupling_check_no_dissolution(ctx, s));
+    PD_TRY(pdi_solid_coupling_set_loads(ctx, s, t));
     memcpy(s->dynamic_solver.u, s->target, (size_t)s->count * PD_DIM * sizeof *s->target);
     s->dynamic_solver.time = t;
     pdi_solid_coupling_compute_stress(ctx, s);
@@ -604,9 +604,9 @@ static pd_status pdi_solid_coupling_dynamic_attempt(pd_ctx *ctx, void *self, pd_
     pd_solid_coupling *s = (pd_solid_coupling *)self;
     pd_physics motion = pd_verlet_process(&s->dynamic_solver);
     if (s->desc.loads_in_time) {
-        PDI_TRY(pdi_solid_coupling_set_loads(ctx, s, step->time + step->dt));
+        PD_TRY(pdi_solid_coupling_set_loads(ctx, s, step->time + step->dt));
         pdi_solid_coupling_prescribe_velocities(s, step->dt);
-        PDI_TRY(pdi_solid_coupling_set_loads(ctx, s, step->time + 0.5 * step->dt));
+        PD_TRY(pdi_solid_coupling_set_loads(ctx, s, step->time + 0.5 * step->dt));
     }
     return motion.attempt(ctx, motion.self, step);
 }
@@ -623,7 +623,7 @@ static pd_status pdi_solid_coupling_dynamic_accept(pd_ctx *ctx, void *self, pd_s
 {
     pd_solid_coupling *s = (pd_solid_coupling *)self;
     pd_physics motion = pd_verlet_process(&s->dynamic_solver);
-    PDI_TRY(motion.accept(ctx, motion.self, step));
+    PD_TRY(motion.accept(ctx, motion.self, step));
     int look = s->overlap.bins && s->dynamic_solver.steps % PDI_SOLID_COUPLING_CHECK_INTERVAL == 0;
     return look ? pdi_solid_coupling_check_interpenetration(ctx, s, step->end) : PD_OK;
 }
@@ -640,8 +640,8 @@ static pd_status pdi_solid_coupling_dynamic_store(pd_ctx *ctx, void *self, pd_ar
 {
     pd_solid_coupling *s = (pd_solid_coupling *)self;
     pd_physics motion = pd_verlet_process(&s->dynamic_solver);
-    PDI_TRY(pdi_array_registry_store(ctx, pdi_solid_coupling_list, s, archive));
-    PDI_TRY(motion.checkpoint(ctx, motion.self, archive));
+    PD_TRY(pdi_array_registry_store(ctx, pdi_solid_coupling_list, s, archive));
+    PD_TRY(motion.checkpoint(ctx, motion.self, archive));
     if (archive->is_reading) pdi_solid_coupling_compute_stress(ctx, s);
     return PD_OK;
 }
@@ -666,7 +666,7 @@ pd_physics pd_solid_coupling_process(pd_solid_coupling *s, pd_dissolve *dissolve
 {
     pd_physics p = pd_quasi_static_process(&s->static_solver);
     s->dissolve = dissolve;
-    if (pdi_solid_coupling_is_dynamic(s)) return pdi_solid_coupling_dynamic_process(s);
+    if (pd_solid_coupling_is_dynamic(s)) return pdi_solid_coupling_dynamic_process(s);
     p.name = "structure";
     p.self = s;
     p.start = pdi_solid_coupling_process_solve_at;

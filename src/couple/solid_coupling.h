@@ -116,6 +116,13 @@ PD_API pd_status pd_solid_coupling_build(pd_ctx *ctx, const pd_grid *grid, const
  * PD_ERR_ARGUMENT at the start. */
 PD_API pd_physics pd_solid_coupling_process(pd_solid_coupling *structure, pd_dissolve *dissolve);
 PD_API void pd_solid_coupling_free(pd_ctx *ctx, pd_solid_coupling *structure);
+/* [count][PD_DIM] displacements [m] now. */
+static inline const double *pd_solid_coupling_displacements(const pd_solid_coupling *s)
+{
+    return pd_solid_coupling_is_dynamic(s) ? s->dynamic_solver.u : s->static_solver.u;
+}
+/* 1: dynamics; 0: statics. */
+static inline int pd_solid_coupling_is_dynamic(const pd_solid_coupling *s) { return s->desc.density > 0.0; }
 
 #ifdef PDI_INTERNAL
 /* Describes the arrays; stiffness factors, and in dynamics loads, are stored. */
@@ -128,24 +135,17 @@ PDI_FN pd_material_interface pdi_solid_coupling_material_interface(pd_solid_coup
 PDI_FN double pdi_solid_coupling_damage(const pd_solid_coupling *structure, int32_t point);
 /* 1: surfaces may interpenetrate: there are several components, gaps, cracks, or bonds that break. */
 PDI_FN int pdi_solid_coupling_can_interpenetrate(const pd_solid_coupling *structure);
-/* 1: dynamics; 0: statics. */
-static inline int pdi_solid_coupling_is_dynamic(const pd_solid_coupling *s) { return s->desc.density > 0.0; }
 /* 1: the metal has a yield stress. */
 static inline int pdi_solid_coupling_is_plastic(const pd_solid_coupling *s) { return s->desc.elastic.yield > 0.0; }
-/* [count][PD_DIM] displacements [m] now. */
-static inline const double *pdi_solid_coupling_displacements(const pd_solid_coupling *s)
-{
-    return pdi_solid_coupling_is_dynamic(s) ? s->dynamic_solver.u : s->static_solver.u;
-}
 /* [count][PD_DIM] internal forces [N/m3] now. */
 static inline const double *pdi_solid_coupling_forces(const pd_solid_coupling *s)
 {
-    return pdi_solid_coupling_is_dynamic(s) ? s->dynamic_solver.force : s->static_solver.force;
+    return pd_solid_coupling_is_dynamic(s) ? s->dynamic_solver.force : s->static_solver.force;
 }
 /* [count][PD_DIM] loads [N/m3] now. */
 static inline const double *pdi_solid_coupling_loads(const pd_solid_coupling *s)
 {
-    return pdi_solid_coupling_is_dynamic(s) ? s->load : s->static_solver.load;
+    return pd_solid_coupling_is_dynamic(s) ? s->load : s->static_solver.load;
 }
 #endif
 

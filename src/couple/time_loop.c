@@ -13,7 +13,7 @@ pd_status pd_time_loop_build(pd_ctx *ctx, const pd_time_loop_desc *desc, pd_grid
     memset(c, 0, sizeof *c);
     if (!(desc->fraction >= 0.0) || desc->fraction > 1.0 || !(desc->rtol >= 0.0) || desc->rtol > 1.0 ||
         !(desc->max_step >= 0.0) || !(desc->ledger_tolerance >= 0.0))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "couple",
                         "fraction %g and rtol %g must lie in [0, 1], max_step %g s be at least 0", desc->fraction,
                         desc->rtol, desc->max_step);
     c->desc = *desc;
@@ -37,11 +37,11 @@ static int pdi_time_loop_find_ledger(const pd_time_loop *c, const pd_element *el
 pd_status pd_time_loop_add_process(pd_ctx *ctx, pd_time_loop *c, pd_physics process)
 {
     if (c->count == PD_TIME_LOOP_MAX_PROCESSES)
-        return pdi_fail(ctx, PD_ERR_SIZE, "couple", "more than %d processes", PD_TIME_LOOP_MAX_PROCESSES);
+        return pd_fail(ctx, PD_ERR_SIZE, "couple", "more than %d processes", PD_TIME_LOOP_MAX_PROCESSES);
     for (int k = 0; k < process.elements; k++) {
         int e = pdi_time_loop_find_ledger(c, &process.element[k]);
         if (e == PD_TIME_LOOP_MAX_ELEMENTS)
-            return pdi_fail(ctx, PD_ERR_SIZE, "couple", "more than %d elements", PD_TIME_LOOP_MAX_ELEMENTS);
+            return pd_fail(ctx, PD_ERR_SIZE, "couple", "more than %d elements", PD_TIME_LOOP_MAX_ELEMENTS);
         c->element[e] = process.element[k];
         if (e == c->elements) c->elements++;
     }
@@ -84,7 +84,7 @@ static pd_status pdi_time_loop_check_own_balances(pd_ctx *ctx, pd_time_loop *c)
         const pd_physics *p = &c->process[n];
         if (p->imbalance) c->own_imbalance = pdi_max(c->own_imbalance, p->imbalance(ctx, p->self));
         if (c->own_imbalance <= c->desc.ledger_tolerance) continue;
-        return pdi_fail(ctx, PD_ERR_BALANCE, "couple",
+        return pd_fail(ctx, PD_ERR_BALANCE, "couple",
                         "at t = %g s the balances of %s miss by %.3g of what they have, "
                         "expected at most %g",
                         c->time, p->name, c->own_imbalance, c->desc.ledger_tolerance);
@@ -106,7 +106,7 @@ static pd_status pdi_time_loop_check_balance(pd_ctx *ctx, pd_time_loop *c)
         double rounding = DBL_EPSILON * (double)(c->steps + 8) * (fabs(l->in) + fabs(l->out) + fabs(l->dissolved)) +
                           DBL_MIN;
         if (!(fabs(l->imbalance) <= c->desc.ledger_tolerance * scale + rounding))
-            return pdi_fail(ctx, PD_ERR_BALANCE, "couple",
+            return pd_fail(ctx, PD_ERR_BALANCE, "couple",
                             "at t = %g s solid %.9g + dissolved %.9g + out %.9g - in %.9g %s of %s misses the start "
                             "%.9g %s by %.3g",
                             c->time, l->solid, l->dissolved, l->out, l->in, c->element[e].unit, c->element[e].name,
@@ -144,7 +144,7 @@ static pd_status pdi_time_loop_solve_quasi_steady(pd_ctx *ctx, void *user, doubl
     for (int n = 0; n < c->count; n++) {
         if (!c->process[n].solve_at) continue;
         pdi_time_loop_set_current(c, n, t);
-        PDI_TRY(c->process[n].solve_at(ctx, c->process[n].self, t));
+        PD_TRY(c->process[n].solve_at(ctx, c->process[n].self, t));
     }
     c->current = around;
     return PD_OK;
@@ -154,7 +154,7 @@ pd_status pd_time_loop_start(pd_ctx *ctx, pd_time_loop *c)
 {
     for (int n = 0; n < c->count; n++) {
         pdi_time_loop_set_current(c, n, c->time);
-        if (c->process[n].start) PDI_TRY(c->process[n].start(ctx, c->process[n].self, c->time));
+        if (c->process[n].start) PD_TRY(c->process[n].start(ctx, c->process[n].self, c->time));
     }
     memset(&c->current, 0, sizeof c->current);
     c->started = 1;
@@ -173,14 +173,14 @@ static void pdi_time_loop_clear_new_fluid(pd_time_loop *c, int n)
 static pd_status pdi_time_loop_update_geometry(pd_ctx *ctx, pd_time_loop *c, const int32_t *turned, int32_t count)
 {
     if (!count) return PD_OK;
-    if (c->bonds) PDI_TRY(pd_bonds_update(ctx, turned, count, c->bonds));
+    if (c->bonds) PD_TRY(pd_bonds_update(ctx, turned, count, c->bonds));
     for (int n = 0; n < c->count; n++)
         for (int32_t k = 0; k < count && c->new_fluid && c->process[n].attempt; k++)
             c->new_fluid[turned[k]] |= (uint8_t)(1 << n);
     c->has_new_fluid = c->new_fluid != NULL;
     for (int n = 0; n < c->count; n++)
         if (c->process[n].nodes_converted)
-            PDI_TRY(c->process[n].nodes_converted(ctx, c->process[n].self, turned, count));
+            PD_TRY(c->process[n].nodes_converted(ctx, c->process[n].self, turned, count));
     return PD_OK;
 }
 
@@ -193,12 +193,12 @@ static pd_status pdi_time_loop_choose_step(pd_ctx *ctx, const pd_time_loop *c, p
     for (int n = 0; n < c->count; n++) {
         if (!c->process[n].max_run_step) continue;
         s->dissolved = pdi_time_loop_lost_solid(c, &c->process[n]);
-        PDI_TRY(c->process[n].max_run_step(ctx, c->process[n].self, s));
+        PD_TRY(c->process[n].max_run_step(ctx, c->process[n].self, s));
     }
     if (!(s->dt < left)) return PD_OK;
     s->dt = pdi_physics_equal_steps(left, s->dt);
     if (pdi_is_step_underflow(s->time, left, s->dt))
-        return pdi_fail(ctx, PD_ERR_STATE, "couple",
+        return pd_fail(ctx, PD_ERR_STATE, "couple",
                         "steps of %g s do not lead on from t = %g s to %g s: max_step (%g s) is too small", s->dt,
                         s->time, s->latest_end, c->desc.max_step);
     if (s->dt < left) s->latest_end = s->time + s->dt;
@@ -218,11 +218,11 @@ static pd_status pdi_time_loop_advance_process(pd_ctx *ctx, pd_time_loop *c, con
         if (status < 0) return status;
         if (status > 0) worst = status;
         pdi_time_loop_clear_new_fluid(c, (int)(p - c->process));
-        PDI_TRY(pdi_time_loop_update_geometry(ctx, c, s->converted_nodes, s->converted_count));
+        PD_TRY(pdi_time_loop_update_geometry(ctx, c, s->converted_nodes, s->converted_count));
         s->time = s->end;
-        if (!once) PDI_TRY(pdi_physics_check_progress(ctx, p->name, &pace, s->time, limit));
+        if (!once) PD_TRY(pdi_physics_check_progress(ctx, p->name, &pace, s->time, limit));
     } while (!once && !s->ends_substeps && s->time < limit);
-    if (p->finish) PDI_TRY(p->finish(ctx, p->self, s->end));
+    if (p->finish) PD_TRY(p->finish(ctx, p->self, s->end));
     return worst;
 }
 
@@ -273,7 +273,7 @@ static pd_status pdi_time_loop_advance_all(pd_ctx *ctx, pd_time_loop *c, double 
         const pd_physics *p = &c->process[n];
         s.time = c->time;
         s.latest_end = *end;
-        if (p->has_substeps) PDI_TRY(pdi_time_loop_choose_step(ctx, c, &s));
+        if (p->has_substeps) PD_TRY(pdi_time_loop_choose_step(ctx, c, &s));
         s.dissolved = pdi_time_loop_lost_solid(c, p);
         pd_status worst = pdi_time_loop_advance_process(ctx, c, p, !p->has_substeps, &s);
         if (worst < 0) return worst;
@@ -293,7 +293,7 @@ pd_status pd_time_loop_step(pd_ctx *ctx, pd_time_loop *c, double t_limit)
 {
     double end = t_limit, dt = t_limit - c->time;
     if (!(t_limit > c->time))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "a step from %g s cannot end at %g s", c->time, t_limit);
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "couple", "a step from %g s cannot end at %g s", c->time, t_limit);
     pd_status status = pdi_time_loop_advance_all(ctx, c, &end, &dt);
     memset(&c->current, 0, sizeof c->current);
     if (status < 0) return status;
@@ -301,10 +301,10 @@ pd_status pd_time_loop_step(pd_ctx *ctx, pd_time_loop *c, double t_limit)
     c->dt = dt;
     c->time = end;
     c->steps++;
-    PDI_TRY(pdi_time_loop_check_balance(ctx, c));
+    PD_TRY(pdi_time_loop_check_balance(ctx, c));
     for (int n = 0; n < c->count; n++)
         if (c->process[n].solve_at && c->process[n].finish)
-            PDI_TRY(c->process[n].finish(ctx, c->process[n].self, c->time));
+            PD_TRY(c->process[n].finish(ctx, c->process[n].self, c->time));
     return status;
 }
 
@@ -312,10 +312,10 @@ pd_status pd_time_loop_run(pd_ctx *ctx, pd_time_loop *c, double t_end, double ev
                            void *user)
 {
     if (!(t_end >= c->time) || !(every >= 0.0))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "the run from %g s to %g s with output every %g s", c->time,
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "couple", "the run from %g s to %g s with output every %g s", c->time,
                         t_end, every);
     if (!c->started) {
-        PDI_TRY(pd_time_loop_start(ctx, c));
+        PD_TRY(pd_time_loop_start(ctx, c));
         if (observer && observer(user, c)) return PD_OK;
     }
     pdi_physics_progress pace = {c->time, 0};
@@ -327,8 +327,8 @@ pd_status pd_time_loop_run(pd_ctx *ctx, pd_time_loop *c, double t_end, double ev
             limit = (floor(c->time / every * (1.0 + 1e-12)) + 1.0) * every;
             if (limit > t_end * (1.0 - 1e-12)) limit = t_end;
         }
-        PDI_TRY(pd_time_loop_step(ctx, c, limit));
-        PDI_TRY(pdi_physics_check_progress(ctx, c->count ? c->process[n].name : "couple", &pace, c->time, t_end));
+        PD_TRY(pd_time_loop_step(ctx, c, limit));
+        PD_TRY(pdi_physics_check_progress(ctx, c->count ? c->process[n].name : "couple", &pace, c->time, t_end));
         if (observer && observer(user, c)) break;
     }
     return c->unsolved ? PD_NOT_CONVERGED : PD_OK;
@@ -361,14 +361,14 @@ static pd_status pdi_time_loop_check_compatible(pd_ctx *ctx, const pd_time_loop 
     static const char *const spacing[] = {"h along x [m]", "h along y [m]", "h along z [m]"};
     static const char *const low[] = {"low end along x [m]", "low end along y [m]", "low end along z [m]"};
     for (int d = 0; d < PD_DIM; d++) {
-        PDI_TRY(PDI_ARCHIVE_VERIFY(ctx, archive, cells[d], grid->n[d]));
-        PDI_TRY(PDI_ARCHIVE_VERIFY(ctx, archive, spacing[d], grid->h[d]));
-        PDI_TRY(PDI_ARCHIVE_VERIFY(ctx, archive, low[d], grid->lo[d]));
+        PD_TRY(PD_ARCHIVE_VERIFY(ctx, archive, cells[d], grid->n[d]));
+        PD_TRY(PD_ARCHIVE_VERIFY(ctx, archive, spacing[d], grid->h[d]));
+        PD_TRY(PD_ARCHIVE_VERIFY(ctx, archive, low[d], grid->lo[d]));
     }
-    PDI_TRY(PDI_ARCHIVE_VERIFY(ctx, archive, "ghost layers", grid->ghost));
-    PDI_TRY(PDI_ARCHIVE_VERIFY(ctx, archive, "metal nodes at the start", (double)c->solid_nodes_start));
-    PDI_TRY(PDI_ARCHIVE_VERIFY(ctx, archive, "processes", c->count));
-    for (int n = 0; n < c->count; n++) PDI_TRY(PDI_ARCHIVE_VERIFY(ctx, archive, c->process[n].name, 1));
+    PD_TRY(PD_ARCHIVE_VERIFY(ctx, archive, "ghost layers", grid->ghost));
+    PD_TRY(PD_ARCHIVE_VERIFY(ctx, archive, "metal nodes at the start", (double)c->solid_nodes_start));
+    PD_TRY(PD_ARCHIVE_VERIFY(ctx, archive, "processes", c->count));
+    for (int n = 0; n < c->count; n++) PD_TRY(PD_ARCHIVE_VERIFY(ctx, archive, c->process[n].name, 1));
     return PD_OK;
 }
 
@@ -379,13 +379,13 @@ static pd_status pdi_time_loop_restore_fluid(pd_ctx *ctx, pd_time_loop *c, const
     int32_t count = 0;
     for (int32_t i = 0; i < c->grid->total; i++) {
         int at[PD_DIM];
-        pdi_grid_index(c->grid, i, at);
-        if (kind[i] == PD_FLUID && c->grid->kind[i] == PD_SOLID && pdi_grid_is_inside(c->grid, at)) turned[count++] = i;
+        pd_grid_index(c->grid, i, at);
+        if (kind[i] == PD_FLUID && c->grid->kind[i] == PD_SOLID && pd_grid_is_inside(c->grid, at)) turned[count++] = i;
     }
     for (int32_t n = 0; n < count; n++) pdi_grid_set_fluid(c->grid, turned[n]);
     for (int32_t i = 0; i < c->grid->total; i++)
         if (kind[i] != c->grid->kind[i])
-            return pdi_fail(ctx, PD_ERR_GEOMETRY, "couple", "node %d is of kind %d in the file, expected %d", (int)i,
+            return pd_fail(ctx, PD_ERR_GEOMETRY, "couple", "node %d is of kind %d in the file, expected %d", (int)i,
                             kind[i], c->grid->kind[i]);
     return pdi_time_loop_update_geometry(ctx, c, turned, count);
 }
@@ -396,31 +396,31 @@ static pd_status pdi_time_loop_store_kinds(pd_ctx *ctx, pd_time_loop *c, pd_arch
     uint8_t *kind = NULL;
     int32_t *turned = NULL, total = c->grid->total;
     int64_t most = c->solid_nodes_start;
-    if (!archive->is_reading) return PDI_ARCHIVE_ARRAY(ctx, archive, "grid.kind", c->grid->kind, total);
-    pd_status status = PDI_NEW(ctx, "couple", total, kind);
-    if (status == PD_OK) status = PDI_NEW(ctx, "couple", most, turned);
-    if (status == PD_OK) status = PDI_ARCHIVE_ARRAY(ctx, archive, "grid.kind", kind, total);
+    if (!archive->is_reading) return PD_ARCHIVE_ARRAY(ctx, archive, "grid.kind", c->grid->kind, total);
+    pd_status status = PD_NEW(ctx, "couple", total, kind);
+    if (status == PD_OK) status = PD_NEW(ctx, "couple", most, turned);
+    if (status == PD_OK) status = PD_ARCHIVE_ARRAY(ctx, archive, "grid.kind", kind, total);
     if (status == PD_OK) status = pdi_time_loop_restore_fluid(ctx, c, kind, turned);
-    PDI_DELETE(ctx, total, kind);
-    PDI_DELETE(ctx, most, turned);
+    PD_DELETE(ctx, total, kind);
+    PD_DELETE(ctx, most, turned);
     return status;
 }
 
 pd_status pd_time_loop_store(pd_ctx *ctx, pd_time_loop *c, pd_archive *archive)
 {
-    PDI_TRY(pdi_time_loop_check_compatible(ctx, c, archive));
-    PDI_TRY(pdi_time_loop_store_kinds(ctx, c, archive));
-    if (c->new_fluid) PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "fresh nodes", c->new_fluid, c->grid->total));
+    PD_TRY(pdi_time_loop_check_compatible(ctx, c, archive));
+    PD_TRY(pdi_time_loop_store_kinds(ctx, c, archive));
+    if (c->new_fluid) PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "fresh nodes", c->new_fluid, c->grid->total));
     if (c->new_fluid && archive->is_reading) c->has_new_fluid = 1; /* or none: the next step looks */
     for (int n = 0; n < c->count; n++)
-        if (c->process[n].checkpoint) PDI_TRY(c->process[n].checkpoint(ctx, c->process[n].self, archive));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "time", &c->time, 1));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "dt", &c->dt, 1));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "started", &c->started, 1));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "steps", &c->steps, 1));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "unsolved", &c->unsolved, 1));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "imbalance apart", &c->own_imbalance, 1));
-    return PDI_ARCHIVE_ARRAY(ctx, archive, "ledger", c->ledger, c->elements);
+        if (c->process[n].checkpoint) PD_TRY(c->process[n].checkpoint(ctx, c->process[n].self, archive));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "time", &c->time, 1));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "dt", &c->dt, 1));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "started", &c->started, 1));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "steps", &c->steps, 1));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "unsolved", &c->unsolved, 1));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "imbalance apart", &c->own_imbalance, 1));
+    return PD_ARCHIVE_ARRAY(ctx, archive, "ledger", c->ledger, c->elements);
 }
 
 #undef PDI_TIME_LOOP_RTOL_RATIO

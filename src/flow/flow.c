@@ -48,14 +48,14 @@ PDI_FN void pdi_flow_compute_advecting_velocity(const pd_ctx *ctx, const pd_flow
     const pd_bonds *bonds = flow->bonds;
     const pd_ghosts *ghosts = &bonds->ghosts;
     int64_t total = flow->grid->total;
-    int nt = pdi_par_threads(ctx, (int64_t)bonds->rows * PD_DIM * PD_DIM);
+    int nt = pd_par_threads(ctx, (int64_t)bonds->rows * PD_DIM * PD_DIM);
     (void)nt;
     pdi_par_copy(ctx, PD_DIM * total, v, advecting);
     if (second) pdi_fourth_order_compute_advecting_velocity(ctx, &flow->fourth_order, v, second, advecting);
     if (flow->inlets_on_side) pdi_inflow_set_doubled_velocity(bonds, advecting);
     if (flow->uses_axis_divergence && !second)
         pdi_isotropic_stencil_add_velocity_correction(ctx, &flow->isotropic_stencil, v, advecting);
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t r = 0; r < bonds->rows; r++)
         if (!pdi_flow_has_axis_divergence(flow, r))
             pdi_flow_apply_advection_tensor(flow, r, bonds->node[r], 0, advecting);
@@ -96,9 +96,9 @@ PDI_FN void pdi_flow_add_divergence_correction(const pd_ctx *ctx, const pd_flow 
 {
     const pd_bonds *bonds = flow->bonds;
     if (!flow->uses_axis_divergence) return;
-    int nt = pdi_par_threads(ctx, (int64_t)bonds->rows * bonds->stencil->count * PD_DIM);
+    int nt = pd_par_threads(ctx, (int64_t)bonds->rows * bonds->stencil->count * PD_DIM);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t r = 0; r < bonds->rows; r++)
         flow->divergence_excess[r] =
             flow->patch[r] < 0 ? 0.0 : pdi_flow_compute_divergence_excess(flow, u, advecting, r, is_state);
@@ -121,9 +121,9 @@ PDI_FN void pdi_flow_add_fitted_wall(const pd_ctx *ctx, const pd_flow *flow, con
 {
     const pd_bonds *bonds = flow->bonds;
     if (!flow->uses_axis_divergence) return;
-    int nt = pdi_par_threads(ctx, (int64_t)flow->wall_fit.count * bonds->stencil->count * PD_DIM);
+    int nt = pd_par_threads(ctx, (int64_t)flow->wall_fit.count * bonds->stencil->count * PD_DIM);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t q = 0; q < flow->wall_fit.count; q++) {
         int32_t r = flow->wall_fit.row[q], node = bonds->node[r];
         double wall[PD_DIM], pressure_part[PD_DIM],
@@ -152,7 +152,7 @@ static void pdi_flow_merge_patches(pd_flow *flow, int32_t r)
     for (int k = 0; k < bonds->stencil->count; k++) {
         int32_t j = bonds->node[r] + bonds->paths.shift[k];
         if (!pdi_bond_is_open(bonds, r, k) || !pdi_grid_is_open(flow->grid->kind[j])) continue;
-        int32_t other = bonds->row_of_node[pdi_grid_find_source(flow->grid, j, NULL)];
+        int32_t other = bonds->row_of_node[pd_grid_find_source(flow->grid, j, NULL)];
         if (other < 0 || patch[other] < 0) continue;
         pdi_disjoint_sets_merge(patch, r, other);
     }
@@ -178,9 +178,9 @@ PDI_FN pd_status pdi_flow_find_surface_patches(pd_ctx *ctx, pd_flow *flow)
     if (!smooth) return PD_OK;
     const double *excess = flow->isotropic_stencil.bonds ? flow->isotropic_stencil.weight_excess : NULL;
     if (flow->uses_axis_divergence)
-        PDI_TRY(pdi_reconstruct_update(ctx, bonds, excess, flow->isotropic_blending, &flow->wall_fit));
+        PD_TRY(pdi_reconstruct_update(ctx, bonds, excess, flow->isotropic_blending, &flow->wall_fit));
     if (flow->row_capacity < bonds->capacity)
-        PDI_TRY(pdi_array_registry_rebuild(ctx, pdi_flow_list_row_arrays, flow, &flow->row_capacity, bonds->capacity));
+        PD_TRY(pdi_array_registry_rebuild(ctx, pdi_flow_list_row_arrays, flow, &flow->row_capacity, bonds->capacity));
     for (int32_t r = 0; r < bonds->rows; r++) flow->patch[r] = bonds->near_smooth_surface[r] ? r : -1;
     for (int32_t r = 0; r < bonds->rows; r++)
         if (flow->patch[r] >= 0) pdi_flow_merge_patches(flow, r);
@@ -369,10 +369,10 @@ PDI_FN void pdi_flow_add_body_force(const pd_ctx *ctx, const pd_flow *flow, doub
 {
     const pd_bonds *bonds = flow->bonds;
     int64_t total = flow->grid->total;
-    int nt = pdi_par_threads(ctx, total * PD_DIM);
+    int nt = pd_par_threads(ctx, total * PD_DIM);
     (void)nt;
     if (!flow->body_force) return;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int64_t i = 0; i < total; i++) {
         if (flow->grid->kind[i] != PD_FLUID) continue;
         double bend = bonds->row_of_node[i] >= 0 ? bonds->wall_curvature[bonds->row_of_node[i]] : 0.0;
@@ -492,7 +492,7 @@ PDI_FN double pdi_flow_integrate_inflow(pd_ctx *ctx, pd_flow *flow, double *net_
     for (int32_t i = 0; i < grid->total; i++) {
         int32_t row = bonds->row_of_node[i];
         if (grid->kind[i] != PD_FLUID || row < bonds->rows_without_inlet) continue;
-        double volume = s->volume * pdi_grid_circumference(grid, i);
+        double volume = s->volume * pd_grid_circumference(grid, i);
         for (int k = 0; k < s->count; k++)
             if (grid->kind[i + bonds->paths.shift[k]] == PD_INLET && pdi_bond_is_open(bonds, row, k))
                 entering -= volume * pdi_flow_compute_bond_flux(flow, i, k);
@@ -531,7 +531,7 @@ static pd_status pdi_flow_update_inlets(pd_ctx *ctx, pd_flow *flow, double *chan
 {
     const pd_grid *grid = flow->grid;
     const pd_ghosts *ghosts = &flow->bonds->ghosts;
-    PDI_TRY(pdi_flow_build_inlet_arrays(ctx, flow));
+    PD_TRY(pdi_flow_build_inlet_arrays(ctx, flow));
     if (flow->inlets_on_side)
         pdi_inflow_compute_ratios(flow->bonds, flow->developed_sides, flow->has_tangential_weight,
                                   flow->inlet_speed_ratio);
@@ -539,7 +539,7 @@ static pd_status pdi_flow_update_inlets(pd_ctx *ctx, pd_flow *flow, double *chan
         int i[PD_DIM];
         double x[PD_DIM], u[PD_DIM];
         int32_t node = ghosts->node[ghosts->outlets_end + k];
-        pdi_grid_index(grid, node, i);
+        pd_grid_index(grid, node, i);
         int flip = pdi_grid_fold_index(grid, i);
         pd_grid_position(grid, pd_grid_node(grid, i), x);
         for (int d = 0; d < PD_DIM && flow->inlets_on_side; d++) {
@@ -549,7 +549,7 @@ static pd_status pdi_flow_update_inlets(pd_ctx *ctx, pd_flow *flow, double *chan
         flow->inlet(flow->inlet_user, x, u);
         for (int d = 0; d < PD_DIM; d++) {
             if (!(fabs(u[d]) < 1e100))
-                return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "the inlet velocity at (%g, ...) m is %g m/s", *x, u[d]);
+                return pd_fail(ctx, PD_ERR_ARGUMENT, "flow", "the inlet velocity at (%g, ...) m is %g m/s", *x, u[d]);
             double *value = &flow->inlet_velocity[d * flow->inlet_ghosts + k], fresh = flip >> d & 1 ? -u[d] : u[d];
             *change = pdi_max(*change, fabs(fresh - *value));
             *value = flow->u[(int64_t)d * grid->total + node] = fresh;
@@ -653,7 +653,7 @@ static pd_status pdi_flow_update_wall_motion(pd_ctx *ctx, pd_flow *flow, double 
             double *value = &flow->wall_motion[(int64_t)d * flow->grid->total + bonds->node[r]];
             if (!(fabs(motion[d]) < 1e100)) {
                 char place[PDI_GRID_POSITION_LENGTH];
-                return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "the velocity of the wall beside %s m is no finite one",
+                return pd_fail(ctx, PD_ERR_ARGUMENT, "flow", "the velocity of the wall beside %s m is no finite one",
                                 pdi_grid_format_position(flow->grid, bonds->node[r], place));
             }
             if (bonds->wall_laplacian[r] > 0.0)
@@ -678,7 +678,7 @@ static pd_status pdi_flow_update_body_force(pd_ctx *ctx, pd_flow *flow, double *
         for (int d = 0; d < PD_DIM; d++) {
             double *value = &flow->body_force[(int64_t)d * grid->total + node];
             if (!(fabs(f[d]) < 1e100))
-                return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "the body force at (%g, ...) m is %g m/s2", x[0], f[d]);
+                return pd_fail(ctx, PD_ERR_ARGUMENT, "flow", "the body force at (%g, ...) m is %g m/s2", x[0], f[d]);
             *change = pdi_max(*change, fabs(f[d] - *value));
             *value = f[d];
         }
@@ -693,9 +693,9 @@ static pd_status pdi_flow_update_boundary_data(pd_ctx *ctx, pd_flow *flow, doubl
     double velocity = 0.0, force = 0.0;
     flow->time = t;
     if (flow->clock) *flow->clock = t;
-    PDI_TRY(pdi_flow_update_inlets(ctx, flow, &velocity));
-    PDI_TRY(pdi_flow_update_wall_motion(ctx, flow, half_step, &velocity, walls));
-    PDI_TRY(pdi_flow_update_body_force(ctx, flow, &force));
+    PD_TRY(pdi_flow_update_inlets(ctx, flow, &velocity));
+    PD_TRY(pdi_flow_update_wall_motion(ctx, flow, half_step, &velocity, walls));
+    PD_TRY(pdi_flow_update_body_force(ctx, flow, &force));
     if (change)
         *change = pdi_max(velocity / flow->velocity_scale,
                           force / pdi_flow_get_momentum_scale(flow, flow->velocity_scale, flow->length_scale));
@@ -707,7 +707,7 @@ PDI_FN pd_status pdi_flow_set_time(pd_ctx *ctx, pd_flow *flow, double t, double 
     double walls;
     if (change) *change = 0.0;
     if (!flow->clock) return PD_OK;
-    PDI_TRY(pdi_flow_update_boundary_data(ctx, flow, t, half_step, change, &walls));
+    PD_TRY(pdi_flow_update_boundary_data(ctx, flow, t, half_step, change, &walls));
     double speed = pdi_max(pdi_flow_scales_compute_inlet_speed(flow->grid, flow->u), walls);
     if (!(speed > flow->velocity_scale)) return PD_OK;
     flow->velocity_scale = speed; /* the problem has become a faster one */
@@ -738,14 +738,14 @@ static pd_status pdi_flow_try_build(pd_ctx *ctx, const pd_grid *grid, const pd_b
 {
     memset(flow, 0, sizeof *flow);
     if (!(desc->rho > 0.0) || !(desc->mu > 0.0) || !(desc->report_speed >= 0.0) || !(desc->report_length >= 0.0))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "flow",
                         "rho = %g kg/m3, mu = %g Pa s, speed = %g m/s, length = %g m: expected positive ones, or 0 for "
                         "the last two",
                         desc->rho, desc->mu, desc->report_speed, desc->report_length);
     if (desc->order != 0 && desc->order != 2 && desc->order != 4 && desc->order != PD_FLOW_ORDER_AUTO)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "order = %d, expected 2 or 4", desc->order);
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "flow", "order = %d, expected 2 or 4", desc->order);
     if (bonds->options & PD_BONDS_NO_FLOW)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "the bonds are those of fluid at rest (PD_BONDS_NO_FLOW)");
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "flow", "the bonds are those of fluid at rest (PD_BONDS_NO_FLOW)");
     flow->grid = grid;
     flow->bonds = bonds;
     flow->rho = desc->rho;
@@ -762,11 +762,11 @@ static pd_status pdi_flow_try_build(pd_ctx *ctx, const pd_grid *grid, const pd_b
     flow->order = desc->order;
     if (flow->order != 4) pdi_isotropic_stencil_build(bonds, &flow->isotropic_stencil);
     for (int d = 0; d < PD_DIM; d++) flow->force[d] = desc->force[d];
-    PDI_TRY(pdi_array_registry_build(ctx, pdi_flow_list, flow));
+    PD_TRY(pdi_array_registry_build(ctx, pdi_flow_list, flow));
     for (int32_t node = 0; node < grid->total; node++)
         if (grid->kind[node] == PD_FLUID) flow->p[node] = flow->p_out;
     double walls;
-    PDI_TRY(pdi_flow_update_boundary_data(ctx, flow, 0.0, 0.0, NULL, &walls));
+    PD_TRY(pdi_flow_update_boundary_data(ctx, flow, 0.0, 0.0, NULL, &walls));
     pdi_flow_estimate_scales(flow, walls);
     pdi_flow_update_stabilisation(flow);
     flow->reference_speed = desc->report_speed > 0.0 ? desc->report_speed : flow->velocity_scale;
@@ -806,8 +806,8 @@ pd_status pd_flow_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_
 PDI_COLD_BEGIN
 PDI_FN pd_status pdi_flow_store(pd_ctx *ctx, pd_flow *flow, pd_archive *archive)
 {
-    PDI_TRY(pdi_array_registry_store(ctx, pdi_flow_list, flow, archive));
-    if (archive->is_reading) PDI_TRY(pdi_flow_set_time(ctx, flow, flow->time, 0.0, NULL));
+    PD_TRY(pdi_array_registry_store(ctx, pdi_flow_list, flow, archive));
+    if (archive->is_reading) PD_TRY(pdi_flow_set_time(ctx, flow, flow->time, 0.0, NULL));
     if (archive->is_reading) pdi_flow_update_derived_fields(ctx, flow);
     return PD_OK;
 }

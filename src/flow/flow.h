@@ -135,9 +135,9 @@ static inline double pdi_flow_integrate_nodal_section(const pd_flow *flow, int a
     for (int32_t node = 0; node < grid->total; node++) {
         int i[PD_DIM];
         if (grid->kind[node] != PD_FLUID) continue;
-        pdi_grid_index(grid, node, i);
+        pd_grid_index(grid, node, i);
         if (i[axis] != index) continue;
-        sum += flow->u[(int64_t)axis * grid->total + node] * face * pdi_grid_circumference(grid, node);
+        sum += flow->u[(int64_t)axis * grid->total + node] * face * pd_grid_circumference(grid, node);
     }
     return sum;
 }

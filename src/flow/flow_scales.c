@@ -9,14 +9,14 @@ PDI_FN double pdi_flow_scales_compute_inlet_speed(const pd_grid *grid, const dou
     for (int32_t node = 0; node < grid->total; node++) {
         int i[PD_DIM], outside = 0, side = 0;
         if (grid->kind[node] != PD_INLET) continue;
-        pdi_grid_index(grid, node, i);
+        pd_grid_index(grid, node, i);
         for (int d = 0; d < PD_DIM; d++) {
             if (i[d] >= 0 && i[d] < grid->n[d]) continue;
             outside += i[d] == -1 || i[d] == grid->n[d] ? 1 : 2;
             side = 2 * d + (i[d] > 0);
         }
         if (outside != 1) continue;
-        double around = pdi_grid_circumference(grid, node);
+        double around = pd_grid_circumference(grid, node);
         sum[side] += around * fabs(u[(int64_t)(side / 2) * grid->total + node]);
         area[side] += around;
     }
@@ -36,7 +36,7 @@ PDI_FN double pdi_flow_scales_compute_length(const pd_grid *grid)
     for (int32_t node = 0; node < grid->total; node++) {
         int i[PD_DIM];
         if (grid->kind[node] != PD_FLUID) continue;
-        pdi_grid_index(grid, node, i);
+        pd_grid_index(grid, node, i);
         for (int d = 0; d < PD_DIM; d++) {
             lo[d] = i[d] < lo[d] ? i[d] : lo[d];
             hi[d] = i[d] > hi[d] ? i[d] : hi[d];
@@ -47,7 +47,7 @@ PDI_FN double pdi_flow_scales_compute_length(const pd_grid *grid)
         double length = pdi_max(hi[d] - lo[d] + 1, 1) * grid->h[d];
         for (int up = 0; up < 2; up++) {
             pd_side side = grid->side[2 * d + up];
-            if (pdi_grid_is_inlet_or_outlet(side)) rank = 1;
+            if (pd_grid_is_inlet_or_outlet(side)) rank = 1;
             if (side == PD_SIDE_PERIODIC) rank = 0;
             if (side == PD_SIDE_MIRROR && (up ? hi[d] == grid->n[d] - 1 : lo[d] == 0)) length *= 2.0;
         }

@@ -35,7 +35,7 @@ static int pdi_force_is_on_shape(const pdi_force_query *q, int32_t closed, int s
     if (q->shape == PD_FORCE_ALL) return 1;
     if (side || q->shape == PD_FORCE_BOX_SIDES) return side && q->shape == PD_FORCE_BOX_SIDES;
     pd_grid_position(q->flow->grid, closed, x);
-    return pdi_grid_signed_distance(q->flow->grid, q->shape, x) <= pdi_shape_tolerance(q->flow->grid->h, x);
+    return pdi_grid_signed_distance(q->flow->grid, q->shape, x) <= pd_shape_tolerance(q->flow->grid->h, x);
 }
 
 /* Fraction of the closed bonds of row r, by their areas, that end on the shape of the query. */
@@ -63,7 +63,7 @@ static void pdi_force_compute_row_friction(const pdi_force_query *q, int32_t r, 
     int64_t total = flow->grid->total;
     int32_t node = bonds->node[r];
     double lap = 0.0, curv = 0.0, motion[PD_DIM], miss[PD_DIM];
-    double volume = bonds->stencil->volume * pdi_grid_circumference(flow->grid, node);
+    double volume = bonds->stencil->volume * pd_grid_circumference(flow->grid, node);
     int bends = pdi_flow_has_fitted_wall(flow, r);
     if (bends || (flow->fourth_order.bonds && pdi_fourth_order_compute_wall_laplacian(
                                                   &flow->fourth_order, r, flow->u, flow->fourth_order.second, rub))) {
@@ -108,7 +108,7 @@ static void pdi_force_compute_row_friction(const pdi_force_query *q, int32_t r, 
 static int pdi_force_find_side_axis(const pd_grid *grid, const pdi_bond_wall_end *end)
 {
     int i[PD_DIM], axis = -1;
-    pdi_grid_index(grid, end->closed_cell, i);
+    pd_grid_index(grid, end->closed_cell, i);
     for (int d = 0; d < PD_DIM && end->is_box_side; d++) {
         if (i[d] >= 0 && i[d] < grid->n[d]) continue;
         if (axis >= 0) return -1;
@@ -162,11 +162,11 @@ static int pdi_force_find_coupled_axes(const pdi_force_query *q, int32_t r)
             bars |= pdi_force_project_into_box(grid, end.end_point);
             int owned = pdi_force_is_on_shape(q, end.closed_cell, end.is_box_side),
                 axis = owned ? -1 : pdi_force_find_side_axis(grid, &end);
-            if (owned ? !pdi_grid_is_between(grid, q->lo, q->hi, end.end_point) : axis < 0) return PDI_FORCE_ALL_AXES;
+            if (owned ? !pd_grid_is_between(grid, q->lo, q->hi, end.end_point) : axis < 0) return PDI_FORCE_ALL_AXES;
             if (!owned) bars |= 1 << axis;
             continue;
         }
-        int32_t row = bonds->row_of_node[pdi_grid_find_source(grid, far, &flip)];
+        int32_t row = bonds->row_of_node[pd_grid_find_source(grid, far, &flip)];
         if (grid->kind[far] == PD_INLET || grid->kind[far] == PD_OUTLET) return PDI_FORCE_ALL_AXES;
         if (row >= 0 && !bonds->near_smooth_surface[row]) bars |= pdi_force_find_flat_axes(q->flow, row);
         bars |= flip;
@@ -229,10 +229,10 @@ static int pdi_force_find_friction_axes(const pd_flow *flow, int32_t r)
 static int32_t pdi_force_find_row(const pd_flow *flow, int32_t node)
 {
     const pd_bonds *bonds = flow->bonds;
-    int32_t row = bonds->row_of_node[pdi_grid_find_source(flow->grid, node, NULL)];
+    int32_t row = bonds->row_of_node[pd_grid_find_source(flow->grid, node, NULL)];
     if (row >= 0) return row;
     for (int k = 0; k < bonds->stencil->count && (row < 0 || !bonds->near_smooth_surface[row]); k++)
-        row = bonds->row_of_node[pdi_grid_find_source(flow->grid, node + bonds->paths.shift[k], NULL)];
+        row = bonds->row_of_node[pd_grid_find_source(flow->grid, node + bonds->paths.shift[k], NULL)];
     return row;
 }
 
@@ -254,9 +254,9 @@ static int32_t pdi_force_find_mirror_node(const pd_flow *flow, int32_t r, int k,
     pdi_bond_find_wall_end(flow->bonds, r, k, &end);
     *axis = pdi_force_find_side_axis(grid, &end);
     if (*axis < 0) return -1;
-    pdi_grid_index(grid, flow->bonds->node[r] + flow->bonds->paths.shift[k], i);
+    pd_grid_index(grid, flow->bonds->node[r] + flow->bonds->paths.shift[k], i);
     i[*axis] = i[*axis] < 0 ? -1 - i[*axis] : 2 * grid->n[*axis] - 1 - i[*axis];
-    if (!pdi_grid_is_inside(grid, i)) return -1;
+    if (!pd_grid_is_inside(grid, i)) return -1;
     int32_t image = pd_grid_node(grid, i);
     return grid->kind[image] == PD_FLUID ? image : -1;
 }
@@ -280,7 +280,7 @@ static void pdi_force_add_row_pressure(pdi_force_query *q, int32_t r)
         for (int d = 0; d < PD_DIM; d++)
             if (d != axis) take[d] -= p * s->gradient_weight[k * PD_DIM + d];
     }
-    double volume = s->volume * pdi_grid_circumference(flow->grid, node);
+    double volume = s->volume * pd_grid_circumference(flow->grid, node);
     for (int d = 0; d < PD_DIM; d++)
         if (axes >> d & 1) pdi_compensated_sum_add(&q->sum[PD_DIM + d], flow->rho * volume * take[d]);
 }
@@ -338,7 +338,7 @@ static int pdi_force_is_piece_on_shape(const pdi_force_query *q, const pdi_cut_c
     for (int d = 0; d < PD_DIM; d++) x[d] = piece->centroid[d] + PDI_FORCE_INSIDE_DEPTH * grid->h[d] * into[d];
     if (grid->wall >= 0) least = pdi_grid_signed_distance(grid, grid->wall, x);
     if (grid->solid >= 0) least = pdi_min(least, pdi_grid_signed_distance(grid, grid->solid, x));
-    return pdi_grid_signed_distance(grid, q->shape, x) <= pdi_max(least, 0.0) + pdi_shape_tolerance(grid->h, x);
+    return pdi_grid_signed_distance(grid, q->shape, x) <= pdi_max(least, 0.0) + pd_shape_tolerance(grid->h, x);
 }
 
 /* 1: the piece belongs to this group: same node, same surface, normals within 60 degrees. */
@@ -392,7 +392,7 @@ static void pdi_force_add_group_friction(pdi_force_query *q, const pdi_force_pie
         d = pdi_max(d, 0.5 * pdi_vec_min(grid->h));
         for (int a = 0; a < PD_DIM; a++) {
             int64_t of = (int64_t)a * grid->total + rubbed->node;
-            int32_t image = pdi_grid_find_source(grid, rubbed->node, NULL);
+            int32_t image = pd_grid_find_source(grid, rubbed->node, NULL);
             double bend = (flow->pressure_grad[of] - pdi_flow_get_body_force(flow, a, image)) / flow->nu;
             slope[a] = (flow->u[of] - wall[a]) / d - 0.5 * d * bend;
             along += slope[a] * into[a];
@@ -415,7 +415,7 @@ static void pdi_force_add_piece(void *user, const pdi_cut_cell_facet *piece)
     for (int d = 0; d < PD_DIM; d++) into[d] = piece->area[d] / size;
     int32_t node = pdi_force_find_fluid_node(grid, piece->centroid, into);
     if (node < 0) return;
-    int32_t row = pdi_force_find_row(flow, node), image = pdi_grid_find_source(grid, node, NULL);
+    int32_t row = pdi_force_find_row(flow, node), image = pd_grid_find_source(grid, node, NULL);
     int asked = pdi_force_is_piece_on_shape(q, piece, into), rows = pdi_force_get_friction_axes(q, row);
     int free = row < 0 || !flow->bonds->near_smooth_surface[row] ? 0 : pdi_force_get_isolated_axes(flow, row);
     double p = flow->p[node];
@@ -445,7 +445,7 @@ static void pdi_force_integrate_cell(pdi_force_query *q, int32_t node)
     cell.query = q;
     double open = pdi_cut_cell_integrate(grid, node, q->lo, q->hi, pdi_force_add_piece, &cell);
     if (!(cell.shape_area > 0.0)) return;
-    double whole = flow->bonds->stencil->volume * pdi_grid_circumference(grid, node);
+    double whole = flow->bonds->stencil->volume * pd_grid_circumference(grid, node);
     double excess =
         open - (grid->kind[node] == PD_FLUID ? whole * pdi_cut_cell_overlap_fraction(grid, node, q->lo, q->hi) : 0.0);
     for (int k = 0; k < cell.count; k++) pdi_force_add_group_friction(q, &cell.group[k]);
@@ -464,9 +464,9 @@ static void pdi_force_integrate_cells(pdi_force_query *q)
     for (int32_t node = 0; node < grid->total; node++) {
         int i[PD_DIM];
         clear -= grid->h[0];
-        pdi_grid_index(grid, node, i);
+        pd_grid_index(grid, node, i);
         if (i[0] <= 0) clear = 0.0;
-        if (!pdi_grid_is_inside(grid, i)) continue;
+        if (!pd_grid_is_inside(grid, i)) continue;
         int beside = grid->kind[node] == PD_FLUID && q->flow->bonds->row_of_node[node] >= 0;
         if (!(clear > half)) clear = pdi_cut_cell_surface_distance(grid, node);
         if (beside || clear <= half) pdi_force_integrate_cell(q, node);
@@ -551,7 +551,7 @@ static pd_status pdi_force_find_box_cells(pd_ctx *ctx, const pd_grid *grid, cons
         int axis = pdi_force_is_symmetry_axis(grid, d);
         if (axis) low = 0.0;
         if ((!axis && !(low >= 2.0)) || !(high <= grid->n[d] - 2.0) || !(high > low))
-            return pdi_fail(ctx, PD_ERR_GEOMETRY, "force",
+            return pd_fail(ctx, PD_ERR_GEOMETRY, "force",
                             "cells %g .. %g of axis %d: a box of fluid two cells inside of %d is expected", low, high,
                             d, grid->n[d]);
         first[d] = (int)low;
@@ -576,7 +576,7 @@ static pd_status pdi_force_integrate_box_sides(pd_ctx *ctx, const pd_flow *flow,
             int32_t node = pd_grid_node(grid, i);
             for (int k = -2; k < 2; k++)
                 if (grid->kind[node + k * stride] != PD_FLUID)
-                    return pdi_fail(ctx, PD_ERR_GEOMETRY, "force",
+                    return pd_fail(ctx, PD_ERR_GEOMETRY, "force",
                                     "a side of the box, axis %d, comes within two cells of a closed node", axis);
             double area = face * pdi_grid_circumference_at(grid, node, axis == PD_DIM - 1 ? -0.5 * grid->h[axis] : 0.0);
             pdi_force_compute_momentum_flux(flow, node, axis, pass);
@@ -603,18 +603,18 @@ pd_status pd_force_momentum_balance(pd_ctx *ctx, pd_flow *flow, const double *lo
     memset(first, 0, sizeof first);
     memset(last, 0, sizeof last);
     for (int d = 0; d < PD_DIM; d++) force[d] = 0.0;
-    PDI_TRY(pdi_force_find_box_cells(ctx, grid, lo, hi, first, last));
+    PD_TRY(pdi_force_find_box_cells(ctx, grid, lo, hi, first, last));
     pdi_flow_update_derived_fields(ctx, flow);
-    for (int axis = 0; axis < PD_DIM; axis++) PDI_TRY(pdi_force_integrate_box_sides(ctx, flow, first, last, axis, sum));
+    for (int axis = 0; axis < PD_DIM; axis++) PD_TRY(pdi_force_integrate_box_sides(ctx, flow, first, last, axis, sum));
     for (int32_t node = 0; node < grid->total; node++) {
         int i[PD_DIM], within = 1;
-        pdi_grid_index(grid, node, i);
+        pd_grid_index(grid, node, i);
         for (int d = 0; d < PD_DIM; d++) within = within && i[d] >= first[d] && i[d] <= last[d];
         if (within) fluid += pdi_cut_cell_integrate(grid, node, grid->lo, grid->hi, NULL, NULL);
         if (!within || grid->kind[node] != PD_FLUID) continue;
         for (int d = 0; d < PD_DIM && flow->body_force; d++)
             pdi_compensated_sum_add(&sum[d], flow->rho * flow->body_force[(int64_t)d * grid->total + node] *
-                                                 pdi_grid_circumference(grid, node) * flow->bonds->stencil->volume);
+                                                 pd_grid_circumference(grid, node) * flow->bonds->stencil->volume);
     }
     for (int d = 0; d < PD_DIM; d++) force[d] = pdi_compensated_sum_total(&sum[d]) + flow->rho * flow->force[d] * fluid;
     pdi_force_remove_radial(grid, force);

@@ -107,9 +107,9 @@ PDI_FN void pdi_fourth_order_compute_second_differences(const pd_ctx *ctx, const
 {
     const pd_grid *grid = sharp->bonds->grid;
     int64_t total = grid->total;
-    int nt = pdi_par_threads(ctx, total * PD_DIM * PD_DIM * 4);
+    int nt = pd_par_threads(ctx, total * PD_DIM * PD_DIM * 4);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < grid->total; i++) {
         if (grid->kind[i] != PD_FLUID) continue;
         for (int d = 0; d < PD_DIM; d++) {
@@ -226,7 +226,7 @@ static void pdi_fourth_order_set_inlet_ghosts(const pd_fourth_order *sharp, cons
         for (int32_t k = ghosts->outlets_end; k < ghosts->inlets_end; k++) {
             int i[PD_DIM];
             int32_t node = ghosts->node[k];
-            pdi_grid_index(grid, node, i);
+            pd_grid_index(grid, node, i);
             int flip = pdi_grid_fold_index(grid, i);
             int32_t first = pd_grid_node(grid, i);
             if (!sharp->is_regular[ghosts->source[k]] || pass != (first != node)) continue;
@@ -240,9 +240,9 @@ PDI_FN void pdi_fourth_order_compute_advecting_velocity(const pd_ctx *ctx, const
                                                         const double *v, const double *second, double *corrected)
 {
     const pd_grid *grid = sharp->bonds->grid;
-    int nt = pdi_par_threads(ctx, (int64_t)grid->total * PD_DIM * PD_DIM * 4);
+    int nt = pd_par_threads(ctx, (int64_t)grid->total * PD_DIM * PD_DIM * 4);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < grid->total; i++) {
         if (grid->kind[i] != PD_FLUID || !sharp->is_regular[i]) continue;
         for (int d = 0; d < PD_DIM; d++)
@@ -295,16 +295,16 @@ PDI_FN void pdi_fourth_order_compute_pressure_gradient(const pd_ctx *ctx, const 
     const pd_grid *grid = sharp->bonds->grid;
     const pd_ghosts *ghosts = &sharp->bonds->ghosts;
     int64_t total = grid->total;
-    int nt = pdi_par_threads(ctx, total * PD_DIM * 4);
+    int nt = pd_par_threads(ctx, total * PD_DIM * 4);
     (void)nt;
     for (int d = 0; d < PD_DIM; d++) {
         int32_t stride = grid->stride[d];
         double *q = sharp->work + d * total;
-        PDI_PARALLEL_FOR(nt)
+        PD_PARALLEL_FOR(nt)
         for (int32_t i = 0; i < grid->total; i++)
             if (grid->kind[i] == PD_FLUID) q[i] = pdi_fourth_order_compute_pressure_curvature(sharp, p, i, stride);
         pdi_ghosts_set_pressure(ghosts, 0.0, q);
-        PDI_PARALLEL_FOR(nt)
+        PD_PARALLEL_FOR(nt)
         for (int32_t i = 0; i < grid->total; i++)
             if (grid->kind[i] == PD_FLUID && sharp->is_regular[i])
                 grad[d * total + i] = pdi_fourth_order_compute_derivative(sharp, p, q, stride, i) / grid->h[d];
@@ -408,9 +408,9 @@ static void pdi_fourth_order_compute_faces(const pd_ctx *ctx, const pd_fourth_or
     const pd_grid *grid = sharp->bonds->grid;
     int64_t total = grid->total;
     int32_t stride = grid->stride[d];
-    int nt = pdi_par_threads(ctx, total * 64);
+    int nt = pd_par_threads(ctx, total * 64);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < grid->total - stride; i++) {
         pdi_fourth_order_face_flux face;
         if (grid->kind[i] != PD_FLUID && grid->kind[i + stride] != PD_FLUID) continue;
@@ -427,12 +427,12 @@ PDI_FN void pdi_fourth_order_add_momentum(const pd_ctx *ctx, const pd_fourth_ord
 {
     const pd_grid *grid = sharp->bonds->grid;
     int64_t total = grid->total;
-    int nt = pdi_par_threads(ctx, total * PD_DIM * 4);
+    int nt = pd_par_threads(ctx, total * PD_DIM * 4);
     (void)nt;
     for (int d = 0; d < PD_DIM; d++) {
         int32_t stride = grid->stride[d];
         pdi_fourth_order_compute_faces(ctx, sharp, d, w, u, nu);
-        PDI_PARALLEL_FOR(nt)
+        PD_PARALLEL_FOR(nt)
         for (int32_t i = 0; i < grid->total; i++) {
             if (grid->kind[i] != PD_FLUID) continue;
             const double *flux = sharp->work + PD_DIM * total + i;
@@ -474,9 +474,9 @@ PDI_FN void pdi_fourth_order_add_wall_friction(const pd_ctx *ctx, const pd_fourt
                                                const pdi_fourth_order_wall_terms *drive, double nu, double *ru)
 {
     const pd_bonds *bonds = sharp->bonds;
-    int nt = pdi_par_threads(ctx, (int64_t)bonds->rows * PD_DIM * 16);
+    int nt = pd_par_threads(ctx, (int64_t)bonds->rows * PD_DIM * 16);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t r = 0; r < bonds->rows; r++) {
         double lap[PD_DIM];
         if (!pdi_fourth_order_compute_wall_laplacian(sharp, r, u->v, u->second, lap)) continue;
@@ -544,7 +544,7 @@ PDI_FN int pdi_fourth_order_has_closed_sides(const pd_side *side)
 {
     int across = 0;
     for (int d = 0; d < PD_DIM; d++) {
-        if (pdi_grid_is_inlet_or_outlet(side[2 * d]) || pdi_grid_is_inlet_or_outlet(side[2 * d + 1])) return 0;
+        if (pd_grid_is_inlet_or_outlet(side[2 * d]) || pd_grid_is_inlet_or_outlet(side[2 * d + 1])) return 0;
         across += side[2 * d] == PD_SIDE_WALL || side[2 * d + 1] == PD_SIDE_WALL;
     }
     return across > 1;
@@ -556,7 +556,7 @@ PDI_FN int pdi_fourth_order_is_fluid_box(const pd_grid *grid)
     for (int32_t node = 0; node < grid->total; node++) {
         int i[PD_DIM], inside = 1;
         if (grid->kind[node] == PD_FLUID) continue;
-        pdi_grid_index(grid, node, i);
+        pd_grid_index(grid, node, i);
         for (int d = 0; d < PD_DIM; d++) inside = inside && i[d] >= 0 && i[d] < grid->n[d];
         if (inside) return 0;
     }
@@ -578,9 +578,9 @@ PDI_FN pd_status pdi_fourth_order_build(pd_ctx *ctx, const pd_bonds *bonds, pd_f
     const pd_stencil *s = bonds->stencil;
     memset(sharp, 0, sizeof *sharp);
     if (pdi_fourth_order_has_far_bonds(s))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "order 4 needs the nearest neighbours, m = 1, and m is %g", s->m);
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "flow", "order 4 needs the nearest neighbours, m = 1, and m is %g", s->m);
     if (bonds->grid->circumference)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "order 4 has no weights of rings: axisymmetric flow has order 2");
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "flow", "order 4 has no weights of rings: axisymmetric flow has order 2");
     sharp->bonds = bonds;
     for (int d = 0; d < PD_DIM; d++) {
         for (int b = 0; b < PD_DIM; b++)

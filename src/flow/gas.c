@@ -86,10 +86,10 @@ static int32_t pdi_gas_update_primitives(const pd_ctx *ctx, const pd_gas *gas)
 {
     const uint8_t *kind = gas->grid->kind;
     int32_t total = gas->grid->total, bad = -1;
-    int nt = pdi_par_threads(ctx, (int64_t)total * 8);
+    int nt = pd_par_threads(ctx, (int64_t)total * 8);
     (void)nt;
     /* the mark of a bad node is a density of -1, which no admissible one has */
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < total; i++)
         if (pdi_gas_has_state(kind[i]) && !pdi_gas_update_primitive(gas, i)) gas->primitive[i] = -1.0;
     for (int32_t i = 0; i < total && bad < 0; i++)
@@ -160,7 +160,7 @@ static void pdi_gas_compute_gradients(const pd_ctx *ctx, const pd_gas *gas)
 {
     const uint8_t *kind = gas->grid->kind;
     int64_t total = gas->grid->total;
-    int nt = pdi_par_threads(ctx, total * 8);
+    int nt = pd_par_threads(ctx, total * 8);
     (void)nt;
     pdi_gas_update_ghosts(gas, 0);
     if (!gas->gradient) return;
@@ -169,7 +169,7 @@ static void pdi_gas_compute_gradients(const pd_ctx *ctx, const pd_gas *gas)
         pd_op_gradient(ctx, gas->bonds, gas->primitive + c * total, gas->gradient + (int64_t)c * PD_DIM * total);
     pdi_gas_apply_kernel(ctx, gas, pdi_gas_limit_gradients_kernel);
     pdi_gas_update_ghosts(gas, 0);
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++)
         for (int c = 0; c < PD_GAS_FIELDS && kind[i] == PD_FLUID; c += PDI_GAS_PRESSURE)
             for (int d = 0; d < PD_DIM; d++)
@@ -438,7 +438,7 @@ static pd_status pdi_gas_fail_inadmissible(pd_ctx *ctx, const pd_gas *gas, int32
 {
     int64_t total = gas->grid->total;
     char place[PDI_GRID_POSITION_LENGTH];
-    return pdi_fail(ctx, PD_ERR_STATE, "gas",
+    return pd_fail(ctx, PD_ERR_STATE, "gas",
                     "node %d at %s m has rho = %g kg/m3 and rho E = %g J/m3 at t = %g s: density and pressure "
                     "must be positive and finite",
                     (int)node, pdi_grid_format_position(gas->grid, node, place), gas->state[node],
@@ -482,9 +482,9 @@ static int64_t pdi_gas_mark_inadmissible(const pd_ctx *ctx, pd_gas *gas, const p
     const uint8_t *kind = gas->grid->kind;
     int32_t total = gas->grid->total;
     int64_t found = 0;
-    int again = 0, nt = pdi_par_threads(ctx, (int64_t)total * 16);
+    int again = 0, nt = pd_par_threads(ctx, (int64_t)total * 16);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < total; i++) {
         double u[PD_GAS_FIELDS], q[PD_GAS_FIELDS];
         if (kind[i] != PD_FLUID) continue;
@@ -513,7 +513,7 @@ static void pdi_gas_set_first_order(pd_gas *gas)
         gas->first_order_count++;
         for (int k = -1; k < bonds->stencil->count; k++) {
             int32_t j = k < 0 ? i : i + bonds->paths.shift[k];
-            if (grid->kind[j] == PD_IMAGE || grid->kind[j] == PD_OUTLET) j = pdi_grid_find_source(grid, j, NULL);
+            if (grid->kind[j] == PD_IMAGE || grid->kind[j] == PD_OUTLET) j = pd_grid_find_source(grid, j, NULL);
             for (int c = 0; c < PD_GAS_FIELDS * PD_DIM; c++) gas->gradient[c * total + j] = 0.0;
         }
     }
@@ -527,7 +527,7 @@ static int pdi_gas_try_stage(const pd_ctx *ctx, pd_gas *gas, const pdi_gas_rk_st
     const uint8_t *kind = gas->grid->kind;
     int32_t total = gas->grid->total;
     int64_t found;
-    int nt = pdi_par_threads(ctx, (int64_t)total * 8);
+    int nt = pd_par_threads(ctx, (int64_t)total * 8);
     (void)nt;
     memset(gas->first_order_flag, 0, (size_t)total);
     pdi_gas_compute_gradients(ctx, gas);
@@ -539,7 +539,7 @@ static int pdi_gas_try_stage(const pd_ctx *ctx, pd_gas *gas, const pdi_gas_rk_st
         pdi_gas_set_first_order(gas);
     }
     if (found != 0) return 0;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < total; i++) {
         double u[PD_GAS_FIELDS];
         if (kind[i] != PD_FLUID) continue;
@@ -555,7 +555,7 @@ pd_status pd_gas_step(pd_ctx *ctx, pd_gas *gas, double dt)
     static const double weight[3] = {1.0 / 6.0, 1.0 / 6.0, 2.0 / 3.0}; /* of the rates of the stages in the step */
     double passes[3][4];
     int64_t size = (int64_t)PD_GAS_FIELDS * gas->grid->total;
-    if (!(dt > 0.0)) return pdi_fail(ctx, PD_ERR_ARGUMENT, "gas", "the step is %g s, expected a positive one", dt);
+    if (!(dt > 0.0)) return pd_fail(ctx, PD_ERR_ARGUMENT, "gas", "the step is %g s, expected a positive one", dt);
     int32_t bad = pdi_gas_update_primitives(ctx, gas);
     if (bad >= 0) return pdi_gas_fail_inadmissible(ctx, gas, bad);
     pdi_par_copy(ctx, size, gas->state, gas->start_state);
@@ -567,7 +567,7 @@ pd_status pd_gas_step(pd_ctx *ctx, pd_gas *gas, double dt)
         if (!done) pdi_par_copy(ctx, size, gas->start_state, gas->state);
         pdi_gas_update_primitives(ctx, gas);
         if (done) continue;
-        return pdi_fail(ctx, PD_RETRY, "gas", "density or pressure of node %d turns non-positive in a step of %g s at "
+        return pd_fail(ctx, PD_RETRY, "gas", "density or pressure of node %d turns non-positive in a step of %g s at "
                         "t = %g s", (int)bad, dt, gas->time);
     }
     for (int stage = 0; stage < 3; stage++)
@@ -587,7 +587,7 @@ PDI_COLD_BEGIN
 static pd_status pdi_gas_limit_step(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_gas *gas = (pd_gas *)self;
-    PDI_TRY(pd_gas_limit(ctx, gas, &s->dt));
+    PD_TRY(pd_gas_limit(ctx, gas, &s->dt));
     s->dt *= gas->desc.cfl;
     return PD_OK;
 }
@@ -611,7 +611,7 @@ static pd_status pdi_gas_reject_step(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_gas *gas = (pd_gas *)self;
     if (s->rejected == PDI_GAS_MAX_HALVINGS)
-        return pdi_fail(ctx, PD_ERR_STATE, "gas", "steps down to %g s at t = %g s leave the admissible range", s->dt,
+        return pd_fail(ctx, PD_ERR_STATE, "gas", "steps down to %g s at t = %g s leave the admissible range", s->dt,
                         s->time);
     s->dt *= 0.5;
     gas->rejected++;
@@ -622,7 +622,7 @@ static pd_status pdi_gas_reject_step(pd_ctx *ctx, void *self, pd_step *s)
 static pd_status pdi_gas_fail_step_underflow(pd_ctx *ctx, void *self, const pd_step *s)
 {
     (void)self;
-    return pdi_fail(ctx, PD_ERR_STATE, "gas",
+    return pd_fail(ctx, PD_ERR_STATE, "gas",
                     "steps of %g s do not lead on from t = %g s to %g s: the gas is too fast for this lattice", s->dt,
                     s->time, s->latest_end);
 }
@@ -631,7 +631,7 @@ static pd_status pdi_gas_fail_step_underflow(pd_ctx *ctx, void *self, const pd_s
 static pd_status pdi_gas_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_gas *gas = (pd_gas *)self;
-    PDI_TRY(pdi_array_registry_store(ctx, pdi_gas_list, gas, archive));
+    PD_TRY(pdi_array_registry_store(ctx, pdi_gas_list, gas, archive));
     int32_t bad = archive->is_reading ? pdi_gas_update_primitives(ctx, gas) : -1;
     return bad < 0 ? PD_OK : pdi_gas_fail_inadmissible(ctx, gas, bad);
 }
@@ -700,7 +700,7 @@ static pd_status pdi_gas_find_open_side_nodes(pd_ctx *ctx, pd_gas *gas)
             found += open;
         }
         gas->open_side_node_count = found;
-        if (!fill) PDI_TRY(PDI_NEW(ctx, "gas", found, gas->open_side_nodes));
+        if (!fill) PD_TRY(PD_NEW(ctx, "gas", found, gas->open_side_nodes));
     }
     return PD_OK;
 }
@@ -713,7 +713,7 @@ static pd_status pdi_gas_init_node(pd_ctx *ctx, const pd_gas *gas, int32_t node)
     double x[PD_DIM], v[PD_DIM], rho = 0.0, p = 0.0, kinetic = 0.0;
     int i[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) v[d] = 0.0;
-    pdi_grid_index(grid, node, i);
+    pd_grid_index(grid, node, i);
     int odd = pdi_grid_fold_index(grid, i);
     pd_grid_position(grid, pd_grid_node(grid, i), x);
     gas->desc.initial(gas->desc.initial_user, x, &rho, v, &p);
@@ -724,7 +724,7 @@ static pd_status pdi_gas_init_node(pd_ctx *ctx, const pd_gas *gas, int32_t node)
     }
     gas->state[PDI_GAS_PRESSURE * total + node] = p / (gas->desc.gamma - 1.0) + kinetic;
     if (pdi_gas_update_primitive(gas, node)) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_ARGUMENT, "gas",
+    return pd_fail(ctx, PD_ERR_ARGUMENT, "gas",
                     "the initial state at (%g, ...) m has rho = %g kg/m3, v = (%g, ...) m/s and p = %g Pa: density and "
                     "pressure must be positive and finite",
                     x[0], rho, v[0], p);
@@ -761,19 +761,19 @@ static pd_status pdi_gas_try_build(pd_ctx *ctx, const pd_grid *grid, const pd_bo
     if (!(gas->desc.cfl > 0.0)) gas->desc.cfl = 0.8;
     if (!(desc->gamma > 1.0) || !(desc->gamma < 100.0) || !(desc->cfl >= 0.0) || !(desc->cfl < 100.0) ||
         (desc->spatial_order != PD_GAS_SECOND && desc->spatial_order != PD_GAS_FIRST))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "gas",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "gas",
                         "gamma = %g must be above 1, cfl = %g not negative, both finite, order %d one of pd_gas_order",
                         desc->gamma, desc->cfl, (int)desc->spatial_order);
     if (grid->circumference)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "gas", "found an axisymmetric grid, expected a planar one");
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "gas", "found an axisymmetric grid, expected a planar one");
     gas->grid = grid;
     gas->bonds = bonds;
     gas->rows = bonds->rows;
-    PDI_TRY(pdi_array_registry_build(ctx, pdi_gas_list, gas));
-    PDI_TRY(pdi_gas_find_open_side_nodes(ctx, gas));
-    PDI_TRY(pdi_gas_wall_build(ctx, bonds, gas->rows, gas->wall_face, gas->wall_distance));
+    PD_TRY(pdi_array_registry_build(ctx, pdi_gas_list, gas));
+    PD_TRY(pdi_gas_find_open_side_nodes(ctx, gas));
+    PD_TRY(pdi_gas_wall_build(ctx, bonds, gas->rows, gas->wall_face, gas->wall_distance));
     for (int32_t node = 0; node < total && desc->initial; node++)
-        if (pdi_gas_has_state(grid->kind[node])) PDI_TRY(pdi_gas_init_node(ctx, gas, node));
+        if (pdi_gas_has_state(grid->kind[node])) PD_TRY(pdi_gas_init_node(ctx, gas, node));
     return PD_OK;
 }
 

@@ -8,16 +8,16 @@ PDI_FN void pdi_gas_open_boundary_get_ghost_signs(const pd_ghosts *g, int32_t k,
     int i[PD_DIM];
     *flip = *odd = g->sign_flips[k];
     if (k < g->images_end) return;
-    pdi_grid_index(g->grid, g->node[k], i);
+    pd_grid_index(g->grid, g->node[k], i);
     *odd = pdi_grid_fold_index(g->grid, i);
-    (void)pdi_grid_find_source(g->grid, g->node[k], flip);
+    (void)pd_grid_find_source(g->grid, g->node[k], flip);
 }
 
 /* Open side of the box, 2 axis + (0 or 1), that ghost j is behind; -1: none. */
 static int pdi_gas_open_boundary_find_side(const pd_grid *grid, int32_t j)
 {
     int index[PD_DIM];
-    pdi_grid_index(grid, j, index);
+    pd_grid_index(grid, j, index);
     for (int d = 0; d < PD_DIM; d++) {
         int side = 2 * d + (index[d] >= grid->n[d]);
         int outside = index[d] < 0 || index[d] >= grid->n[d];
@@ -34,12 +34,12 @@ PDI_FN void pdi_gas_open_boundary_extrapolate_ghosts(const pd_bonds *bonds, int 
     for (int32_t k = g->images_end; k < g->outlets_end && PD_DIM > 1; k++) {
         int index[PD_DIM], side = pdi_gas_open_boundary_find_side(grid, g->node[k]), d = side / 2, flip, odd;
         if (side < 0 || grid->n[d] < 2) continue;
-        pdi_grid_index(grid, g->source[k], index);
+        pd_grid_index(grid, g->source[k], index);
         int32_t inwards = side % 2 ? -grid->stride[d] : grid->stride[d];
         int32_t last = g->source[k] + (side % 2 ? grid->n[d] - 1 - index[d] : -index[d]) * grid->stride[d];
         if (grid->kind[last] != PD_FLUID || grid->kind[last + inwards] != PD_FLUID) continue;
         pdi_gas_open_boundary_get_ghost_signs(g, k, &flip, &odd);
-        pdi_grid_index(grid, g->node[k], index);
+        pd_grid_index(grid, g->node[k], index);
         int steps = side % 2 ? index[d] - (grid->n[d] - 1) : -index[d];
         for (int c = 0; c < fields; c++) {
             double *f = q + c * total, value = f[last] + steps * (f[last] - f[last + inwards]);
@@ -53,7 +53,7 @@ PDI_FN void pdi_gas_open_boundary_extrapolate_ghosts(const pd_bonds *bonds, int 
 static int32_t pdi_gas_open_boundary_find_facing_ghost(const pd_grid *grid, int32_t i, int side, int32_t other)
 {
     int index[PD_DIM], d = side / 2;
-    pdi_grid_index(grid, i, index);
+    pd_grid_index(grid, i, index);
     int32_t ghost = i + (side % 2 ? grid->n[d] - index[d] : -1 - index[d]) * grid->stride[d];
     return grid->kind[ghost] == PD_INLET ? ghost : other;
 }

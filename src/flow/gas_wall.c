@@ -191,14 +191,14 @@ PDI_FN pd_status pdi_gas_wall_build(pd_ctx *ctx, const pd_bonds *bonds, int32_t 
     pdi_gas_wall_hits w;
     int count = bonds->stencil->count;
     memset(&w, 0, sizeof w);
-    pd_status status = PDI_NEW(ctx, "gas", count, w.hit_count);
-    if (status >= 0) status = PDI_NEW(ctx, "gas", count * PD_DIM, w.point);
-    if (status >= 0) status = PDI_NEW(ctx, "gas", count * PD_DIM, w.normal);
+    pd_status status = PD_NEW(ctx, "gas", count, w.hit_count);
+    if (status >= 0) status = PD_NEW(ctx, "gas", count * PD_DIM, w.point);
+    if (status >= 0) status = PD_NEW(ctx, "gas", count * PD_DIM, w.normal);
     for (int32_t r = 0; r < rows && status >= 0; r++)
         pdi_gas_wall_build_row(bonds, r, &w, face + (int64_t)r * PD_DIM * PD_DIM, gap + (int64_t)r * PD_DIM);
-    PDI_DELETE(ctx, count, w.hit_count);
-    PDI_DELETE(ctx, count * PD_DIM, w.point);
-    PDI_DELETE(ctx, count * PD_DIM, w.normal);
+    PD_DELETE(ctx, count, w.hit_count);
+    PD_DELETE(ctx, count * PD_DIM, w.point);
+    PD_DELETE(ctx, count * PD_DIM, w.normal);
     return status;
 }
 PDI_COLD_END

@@ -55,7 +55,7 @@ static pd_status pdi_implicit_try_build(pd_ctx *ctx, pd_flow *flow, pd_steady *s
     im->desc = *desc;
     if (!(desc->stage_tolerance >= 0.0) || !(desc->rtol >= 0.0) || !(desc->first_step >= 0.0) ||
         !(desc->max_step >= 0.0) || !(desc->stage_tolerance + desc->rtol + desc->first_step + desc->max_step < 1e100))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "implicit",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "implicit",
                         "tolerance %g, rtol %g, first %g s, largest %g s: expected finite values of at least 0",
                         desc->stage_tolerance, desc->rtol, desc->first_step, desc->max_step);
     pdi_flow_update_speed_scale(flow);
@@ -66,8 +66,8 @@ static pd_status pdi_implicit_try_build(pd_ctx *ctx, pd_flow *flow, pd_steady *s
             1e-3 / (flow->velocity_scale / flow->length_scale + flow->nu / (flow->length_scale * flow->length_scale));
     im->flow = flow;
     im->steady = steady;
-    PDI_TRY(pdi_steady_build_stages(ctx, steady, pdi_implicit_count_work_bytes(im)));
-    PDI_TRY(pdi_array_registry_build(ctx, pdi_implicit_list, im));
+    PD_TRY(pdi_steady_build_stages(ctx, steady, pdi_implicit_count_work_bytes(im)));
+    PD_TRY(pdi_array_registry_build(ctx, pdi_implicit_list, im));
     flow->pressure_impulse = im->pressure_impulse;
     flow->pressure_impulse_grad = im->pressure_impulse_grad;
     flow->pressure_impulse_flux = im->pressure_impulse_flux;
@@ -127,7 +127,7 @@ static pd_status pdi_implicit_solve_time_stage(pd_ctx *ctx, pd_implicit *im, dou
 /* The stage at time + c dt of an SDIRK step, with the boundary data of that time. */
 static pd_status pdi_implicit_solve_sdirk_stage(pd_ctx *ctx, pd_implicit *im, double dt, double c, const double *target)
 {
-    PDI_TRY(pdi_flow_set_time(ctx, im->flow, im->time + c * dt, 0.5 * PDI_SDIRK_GAMMA * dt, NULL));
+    PD_TRY(pdi_flow_set_time(ctx, im->flow, im->time + c * dt, 0.5 * PDI_SDIRK_GAMMA * dt, NULL));
     return pdi_implicit_solve_time_stage(ctx, im, 1.0 / (PDI_SDIRK_GAMMA * dt), target);
 }
 
@@ -211,8 +211,8 @@ static pd_status pdi_implicit_try_step(pd_ctx *ctx, pd_implicit *im, double dt)
         return PD_OK;
     }
     pdi_implicit_copy_from_start(ctx, im);
-    if (pdi_is_fatal(status) || status == PD_ERR_ARGUMENT || status == PD_ERR_INTERNAL) return status;
-    pdi_fail(ctx, PD_RETRY, "implicit", "a stage of a step of %g s at t = %g s does not converge", dt, im->time);
+    if (pd_is_fatal(status) || status == PD_ERR_ARGUMENT || status == PD_ERR_INTERNAL) return status;
+    pd_fail(ctx, PD_RETRY, "implicit", "a stage of a step of %g s at t = %g s does not converge", dt, im->time);
     return PD_RETRY;
 }
 
@@ -220,9 +220,9 @@ pd_status pd_implicit_step(pd_ctx *ctx, pd_implicit *im, double dt)
 {
     pd_arena *arena = pdi_steady_get_arena(im->steady);
     if (!(dt > 0.0) || !(dt < 1e100))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "implicit", "the step is %g s, expected a positive one", dt);
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "implicit", "the step is %g s, expected a positive one", dt);
     if (!im->steps) pdi_flow_update_speed_scale(im->flow); /* the caller may have set it after the build */
-    PDI_TRY(pdi_arena_acquire(ctx, arena, pdi_implicit_list_work, im));
+    PD_TRY(pdi_arena_acquire(ctx, arena, pdi_implicit_list_work, im));
     pd_status status = pdi_steady_begin_solves(ctx, im->steady);
     if (status == PD_OK) status = pdi_steady_end_solves(ctx, im->steady, pdi_implicit_try_step(ctx, im, dt));
     status = pdi_arena_release(ctx, arena, pdi_implicit_list_work, im, status);
@@ -258,11 +258,11 @@ static pd_status pdi_implicit_reject_step(pd_ctx *ctx, void *self, pd_step *s)
     s->dt = pdi_sdirk_limit_step(im->dt, im->desc.max_step, s->latest_end - s->time, &last);
     if (dt > PDI_IMPLICIT_MIN_STEP * im->desc.first_step) return PD_OK;
     if (solved)
-        return pdi_fail(ctx, PD_ERR_STATE, "implicit",
+        return pd_fail(ctx, PD_ERR_STATE, "implicit",
                         "the error of a step of %g s at t = %g s is %g and does not fall with the step, expected %g: "
                         "loosen rtol, or look for an inlet or wall that jumps in time", dt, im->time, im->error,
                         im->desc.rtol);
-    return pdi_fail(ctx, PD_ERR_STATE, "implicit",
+    return pd_fail(ctx, PD_ERR_STATE, "implicit",
                     "steps down to %g s at t = %g s do not converge, the residual is largest at %s m: loosen rtol (%g),"
                     " refine the lattice or lower the speed",
                     dt, im->time, pdi_grid_format_position(im->flow->grid, im->steady->worst_node, place),
@@ -323,7 +323,7 @@ static pd_status pdi_implicit_accept(pd_ctx *ctx, void *self, pd_step *s)
 static pd_status pdi_implicit_fail_step_underflow(pd_ctx *ctx, void *self, const pd_step *s)
 {
     const pd_implicit *im = (const pd_implicit *)self;
-    return pdi_fail(ctx, PD_ERR_STATE, "implicit",
+    return pd_fail(ctx, PD_ERR_STATE, "implicit",
                     "steps of %g s do not lead on from t = %g s to %g s: loosen rtol (%g) or take a longer largest "
                     "step (%g s, 0: none)",
                     s->dt, s->time, s->latest_end, im->desc.rtol, im->desc.max_step);
@@ -357,12 +357,12 @@ static pd_status pdi_implicit_update_geometry(pd_ctx *ctx, void *self, const int
     pd_arena *arena = pdi_steady_get_arena(im->steady);
     im->last_step = 0.0;
     im->has_new_fluid = 1;
-    PDI_TRY(pd_flow_update(ctx, converted, count, im->flow));
-    PDI_TRY(pdi_arena_acquire(ctx, arena, pdi_implicit_list_work, im));
+    PD_TRY(pd_flow_update(ctx, converted, count, im->flow));
+    PD_TRY(pdi_arena_acquire(ctx, arena, pdi_implicit_list_work, im));
     pd_status status = pdi_steady_begin_solves(ctx, im->steady);
     if (status == PD_OK) status = pdi_steady_end_solves(ctx, im->steady, pdi_implicit_project_new_fluid(ctx, im));
     status = pdi_arena_release(ctx, arena, pdi_implicit_list_work, im, status);
-    if (pdi_is_fatal(status) || status == PD_ERR_ARGUMENT || status == PD_ERR_INTERNAL) return status;
+    if (pd_is_fatal(status) || status == PD_ERR_ARGUMENT || status == PD_ERR_INTERNAL) return status;
     pdi_flow_update_derived_fields(ctx, im->flow);
     return pdi_steady_update_divergence_potential(ctx, im->steady); /* fluxes through the families that are new */
 }
@@ -371,9 +371,9 @@ static pd_status pdi_implicit_update_geometry(pd_ctx *ctx, void *self, const int
 static pd_status pdi_implicit_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_implicit *im = (pd_implicit *)self;
-    PDI_TRY(pdi_flow_store(ctx, im->flow, archive));
-    PDI_TRY(pdi_steady_store(ctx, im->steady, archive));
-    PDI_TRY(pdi_array_registry_store(ctx, pdi_implicit_list, im, archive));
+    PD_TRY(pdi_flow_store(ctx, im->flow, archive));
+    PD_TRY(pdi_steady_store(ctx, im->steady, archive));
+    PD_TRY(pdi_array_registry_store(ctx, pdi_implicit_list, im, archive));
     if (archive->is_reading) pdi_pressure_impulse_update_flux(ctx, im->flow, 1.0, 0.0);
     return PD_OK;
 }

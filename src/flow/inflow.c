@@ -37,7 +37,7 @@ PDI_FN double pdi_inflow_compute_flux_weight(const pd_bonds *bonds, int32_t i, i
             continue;
         sum += fabs(s->gradient_weight[k * PD_DIM + axis]) * pdi_bond_get_flux_factor(bonds, i, k);
     }
-    return sum * s->volume * pdi_grid_circumference(grid, i);
+    return sum * s->volume * pd_grid_circumference(grid, i);
 }
 
 /* Mean normal speed of ghost g and its source over that on the side: the nodes in front of a face together carry what
@@ -50,7 +50,7 @@ static double pdi_inflow_compute_speed_ratio(const pd_bonds *bonds, int32_t g)
     while (!(ghosts->normal_axis[g] >> axis & 1)) axis++;
     int up = pdi_grid_index_along(grid, ghosts->node[g], axis) >= grid->n[axis];
     double half = up ? 0.5 * grid->h[axis] : -0.5 * grid->h[axis], have = 0.0;
-    pdi_grid_index(grid, ghosts->source[g], first);
+    pd_grid_index(grid, ghosts->source[g], first);
     first[axis] = up ? grid->n[axis] - 1 : 0;
     int32_t node = pd_grid_node(grid, first), step = up ? -grid->stride[axis] : grid->stride[axis];
     if (grid->kind[node] != PD_FLUID) return 0.0;
@@ -140,7 +140,7 @@ static double pdi_inflow_integrate_radial_bonds(const pd_bonds *bonds, int up, c
         for (int64_t n = 0; n < grid->stride[axis]; n++) {
             int32_t i = (int32_t)((depth + grid->ghost) * (int64_t)grid->stride[axis] + n), r = bonds->row_of_node[i];
             if (grid->kind[i] != PD_FLUID || r < 0) continue;
-            double around = pdi_grid_circumference(grid, i);
+            double around = pd_grid_circumference(grid, i);
             for (int k = 0; k < s->count; k++) {
                 int32_t far = i + bonds->paths.shift[k];
                 int at = pdi_grid_index_along(grid, far, axis);

@@ -39,9 +39,9 @@ PDI_FN void pdi_isotropic_stencil_add_row_corrections(const pd_ctx *ctx, const p
     const pd_bonds *bonds = isotropic->bonds;
     if (!bonds) return;
     int64_t total = bonds->grid->total;
-    int nt = pdi_par_threads(ctx, (int64_t)bonds->rows * isotropic->squares * PD_DIM * 8);
+    int nt = pd_par_threads(ctx, (int64_t)bonds->rows * isotropic->squares * PD_DIM * 8);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t r = 0; r < bonds->rows; r++)
         for (int d = 0; d < PD_DIM; d++)
             ru[d * total + bonds->node[r]] +=
@@ -55,16 +55,16 @@ PDI_FN void pdi_isotropic_stencil_add_velocity_correction(const pd_ctx *ctx, con
     if (!bonds) return;
     const uint8_t *kind = bonds->grid->kind;
     int32_t total = bonds->grid->total;
-    int nt = pdi_par_threads(ctx, (int64_t)total * PD_DIM * 4);
+    int nt = pd_par_threads(ctx, (int64_t)total * PD_DIM * 4);
     (void)nt;
     for (int d = 0; d < PD_DIM; d++) {
         const double *f = v + (int64_t)d * total;
         double *w = advecting + (int64_t)d * total, bend = isotropic->third_moment[d];
         int32_t stride = bonds->grid->stride[d];
-        PDI_PARALLEL_FOR(nt)
+        PD_PARALLEL_FOR(nt)
         for (int32_t i = stride; i < total - stride; i++)
             w[i] -= kind[i] == PD_FLUID ? bend * ((f[i + stride] - f[i]) - (f[i] - f[i - stride])) : 0.0;
-        PDI_PARALLEL_FOR(nt)
+        PD_PARALLEL_FOR(nt)
         for (int32_t r = 0; r < bonds->rows; r++) {
             const double *leg = bonds->neighbour_distance + ((int64_t)r * PD_DIM + d) * 2;
             if (leg[0] <= 0.0 || leg[1] <= 0.0) w[bonds->node[r]] = f[bonds->node[r]];

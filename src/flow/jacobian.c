@@ -201,9 +201,9 @@ static void pdi_jacobian_apply_range(const void *user, int32_t i, int32_t row, i
 /* out [count] = factor x, in single precision. */
 static void pdi_jacobian_copy_scaled(const pd_ctx *ctx, const double *x, double factor, int64_t count, float *out)
 {
-    int nt = pdi_par_threads(ctx, count);
+    int nt = pd_par_threads(ctx, count);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int64_t i = 0; i < count; i++) out[i] = (float)(x[i] * factor);
 }
 
@@ -283,7 +283,7 @@ PDI_FN pd_status pdi_jacobian_build(pd_ctx *ctx, const pd_flow *flow, pd_jacobia
     for (int d = 0; d < PD_DIM; d++) longest = pdi_max(longest, flow->grid->h[d]);
     q->speed = pdi_jacobian_compute_unit(flow->velocity_scale);
     q->length = pdi_jacobian_compute_unit(longest);
-    PDI_TRY(pdi_array_registry_build(ctx, pdi_jacobian_list, q));
+    PD_TRY(pdi_array_registry_build(ctx, pdi_jacobian_list, q));
     for (int k = 0; k < s->count; k++) {
         float *weight = q->bond_weights + k * PDI_JACOBIAN_WEIGHTS;
         for (int d = 0; d < PD_DIM; d++) {

@@ -76,11 +76,11 @@ static int pdi_near_wall_compute_distance(const pdi_near_wall_fit_nodes *sight, 
     const pd_bonds *bonds = sight->bonds;
     int i[PD_DIM];
     double at[PD_DIM];
-    pdi_grid_index(bonds->grid, sight->wall_cell, i);
+    pd_grid_index(bonds->grid, sight->wall_cell, i);
     memcpy(normal, sight->normal, sizeof sight->normal);
     for (int d = 0; d < PD_DIM; d++) at[d] = x[d] - sight->wall_point[d];
     *distance = pdi_vec_dot(at, normal);
-    if (!pdi_grid_is_inside(bonds->grid, i)) return 1;
+    if (!pd_grid_is_inside(bonds->grid, i)) return 1;
     double level = pdi_bond_surface_distance(bonds, sight->wall_cell, sight->wall_point);
     if (!(fabs(level) < PDI_NEAR_WALL_STEP * pdi_vec_min(bonds->grid->h))) return 0;
     return pdi_surface_compute_normal(bonds, sight->wall_cell, x, PDI_NEAR_WALL_STEP, distance, normal);
@@ -147,8 +147,8 @@ PDI_FN int pdi_near_wall_compute_curvature(const pd_bonds *bonds, int32_t wall_c
     pdi_grid_fold_position(grid, at);
     for (int d = 0; d < PD_DIM; d++) {
         double reach = 2.0 * PDI_NEAR_WALL_STEP * grid->h[d];
-        if (pdi_grid_is_inlet_or_outlet(grid->side[2 * d])) at[d] = pdi_max(at[d], grid->lo[d] + reach);
-        if (pdi_grid_is_inlet_or_outlet(grid->side[2 * d + 1])) at[d] = pdi_min(at[d], grid->hi[d] - reach);
+        if (pd_grid_is_inlet_or_outlet(grid->side[2 * d])) at[d] = pdi_max(at[d], grid->lo[d] + reach);
+        if (pd_grid_is_inlet_or_outlet(grid->side[2 * d + 1])) at[d] = pdi_min(at[d], grid->hi[d] - reach);
     }
     double middle = pdi_bond_surface_distance(bonds, wall_cell, at);
     for (int d = 0; d < PD_DIM; d++) {
@@ -202,7 +202,7 @@ PDI_FN int pdi_near_wall_compute_shear(const pd_flow *flow, int32_t node, const 
         for (int e = 0; e < PD_DIM; e++) {
             int64_t of = (int64_t)e * grid->total + from;
             double bend =
-                (flow->pressure_grad[of] - pdi_flow_get_body_force(flow, e, pdi_grid_find_source(grid, from, NULL))) /
+                (flow->pressure_grad[of] - pdi_flow_get_body_force(flow, e, pd_grid_find_source(grid, from, NULL))) /
                 flow->nu;
             double rest = flow->u[of] - wall[e] - 0.5 * bend * d * d;
             for (int a = 0; a < terms; a++) right[e][a] += term[a] * rest / (square * square);

@@ -22,13 +22,13 @@ static pd_status pdi_quasi_steady_check_inflow(pd_ctx *ctx, const pd_quasi_stead
     double pushed, gross, taken = pdi_flow_integrate_inflow(ctx, q->flow, &pushed, &gross);
     double excess = (taken - pushed) / gross;
     if (gross > 0.0 && !(fabs(excess) <= PDI_QUASI_STEADY_INFLOW_TOLERANCE))
-        return pdi_fail(ctx, PD_ERR_GEOMETRY, "steady",
+        return pd_fail(ctx, PD_ERR_GEOMETRY, "steady",
                         "the flow at t = %g s passes the inlets at %.3g m3/s (2D: m2/s), expected about %.3g: the "
                         "horizon spans what lies between them and the outlets. Refine the grid, take a smaller m or "
                         "free cells",
                         q->time, taken, pushed);
     if (!(q->steady->section_difference <= q->steady->desc.tolerance * gross) && gross > 0.0)
-        return pdi_fail(ctx, PD_ERR_DIVERGED, "steady",
+        return pd_fail(ctx, PD_ERR_DIVERGED, "steady",
                         "the fluxes through sections of the flow at t = %g s differ by up to %.3g m3/s (2D: m2/s), "
                         "expected at most %g of the %.3g that enter, most of all at %s m. Loosen the tolerance or "
                         "refine the grid",
@@ -46,10 +46,10 @@ static pd_status pdi_quasi_steady_check_open_path(pd_ctx *ctx, const pd_quasi_st
     char place[PDI_GRID_POSITION_LENGTH];
     pdi_flow_integrate_inflow(ctx, q->flow, &pushed, &gross);
     /* not inlets that feed each other */
-    if (pdi_is_fatal(status) || !(fabs(pushed) > PDI_QUASI_STEADY_CLOSED_INFLOW * gross)) return status;
-    PDI_TRY(pdi_open_boundary_find_blocked_inlet(ctx, q->flow->bonds, &node));
+    if (pd_is_fatal(status) || !(fabs(pushed) > PDI_QUASI_STEADY_CLOSED_INFLOW * gross)) return status;
+    PD_TRY(pdi_open_boundary_find_blocked_inlet(ctx, q->flow->bonds, &node));
     if (node < 0) return status;
-    return pdi_fail(ctx, PD_ERR_GEOMETRY, "steady",
+    return pd_fail(ctx, PD_ERR_GEOMETRY, "steady",
                     "the flow at t = %g s has no way from the inlet beside %s m to an outlet: metal or walls close it",
                     q->time, pdi_grid_format_position(q->flow->grid, node, place));
 }
@@ -69,7 +69,7 @@ static pd_status pdi_quasi_steady_fail_unsteady(pd_ctx *ctx, const pd_quasi_stea
         snprintf(why, sizeof why,
                  "At Re = %.3g there may be no steady flow: time = implicit in [flow] shows how it moves",
                  q->flow->velocity_scale * q->flow->length_scale / q->flow->nu);
-    return pdi_fail(ctx, PD_ERR_DIVERGED, "steady",
+    return pd_fail(ctx, PD_ERR_DIVERGED, "steady",
                     "the flow is not steady at t = %g s: after %d Newton steps the residuals are %.3g (momentum) and "
                     "%.3g (continuity), %.3g times what steady = %g allows, largest at %s m, and further steps do not "
                     "lower them. %s%s",
@@ -89,7 +89,7 @@ static pd_status pdi_quasi_steady_update_flow(pd_ctx *ctx, pd_quasi_steady *q)
     if (status != PD_OK) status = pdi_quasi_steady_check_open_path(ctx, q, status);
     if (status < 0) return status;
     if (status != PD_OK) return pdi_quasi_steady_fail_unsteady(ctx, q);
-    PDI_TRY(pdi_quasi_steady_check_inflow(ctx, q));
+    PD_TRY(pdi_quasi_steady_check_inflow(ctx, q));
     q->is_out_of_date = 0;
     q->boundary_change = 0.0;
     return PD_OK;
@@ -102,7 +102,7 @@ static pd_status pdi_quasi_steady_set_time(pd_ctx *ctx, void *self, double t)
     pd_quasi_steady *q = (pd_quasi_steady *)self;
     double moved;
     q->time = t;
-    PDI_TRY(pdi_flow_set_time(ctx, q->flow, t, 0.0, &moved));
+    PD_TRY(pdi_flow_set_time(ctx, q->flow, t, 0.0, &moved));
     q->boundary_change += moved;
     if (q->boundary_change > q->steady->desc.tolerance) q->is_out_of_date = 1;
     return pdi_quasi_steady_update_flow(ctx, q);
@@ -127,15 +127,15 @@ static pd_status pdi_quasi_steady_update_geometry(pd_ctx *ctx, void *self, const
 static pd_status pdi_quasi_steady_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_quasi_steady *q = (pd_quasi_steady *)self;
-    PDI_TRY(pdi_flow_store(ctx, q->flow, archive));
-    PDI_TRY(pdi_steady_store(ctx, q->steady, archive));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "flow solves", &q->solves, 1));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "krylov of the flow", &q->krylov, 1));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "evaluations of the flow", &q->evaluations, 1));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "flow stale", &q->is_out_of_date, 1));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "flow moved", &q->boundary_change, 1));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "momentum residual", &q->result.momentum, 1));
-    return PDI_ARCHIVE_ARRAY(ctx, archive, "continuity residual", &q->result.continuity, 1);
+    PD_TRY(pdi_flow_store(ctx, q->flow, archive));
+    PD_TRY(pdi_steady_store(ctx, q->steady, archive));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "flow solves", &q->solves, 1));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "krylov of the flow", &q->krylov, 1));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "evaluations of the flow", &q->evaluations, 1));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "flow stale", &q->is_out_of_date, 1));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "flow moved", &q->boundary_change, 1));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "momentum residual", &q->result.momentum, 1));
+    return PD_ARCHIVE_ARRAY(ctx, archive, "continuity residual", &q->result.continuity, 1);
 }
 
 pd_physics pd_quasi_steady_process(pd_flow *flow, pd_steady *steady, pd_quasi_steady *q)

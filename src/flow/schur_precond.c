@@ -51,14 +51,14 @@ static void pdi_schur_precond_add_line_drag(const pd_flow *flow, int axis, int32
 PDI_FN void pdi_schur_precond_compute_mobility(const pd_ctx *ctx, const pd_flow *flow, double shift, double *mobility)
 {
     const pd_grid *grid = flow->grid;
-    int nt = pdi_par_threads(ctx, grid->total * 8);
+    int nt = pd_par_threads(ctx, grid->total * 8);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < grid->total; i++) mobility[i] = shift;
     for (int axis = 0; axis < PD_DIM; axis++) {
         int32_t lines = 1;
         for (int d = 0; d < PD_DIM; d++) lines *= d == axis ? 1 : grid->n[d];
-        PDI_PARALLEL_FOR(nt)
+        PD_PARALLEL_FOR(nt)
         for (int32_t line = 0; line < lines; line++) {
             int i[PD_DIM];
             int32_t rest = line;
@@ -70,7 +70,7 @@ PDI_FN void pdi_schur_precond_compute_mobility(const pd_ctx *ctx, const pd_flow 
             pdi_schur_precond_add_line_drag(flow, axis, pd_grid_node(grid, i), mobility);
         }
     }
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < grid->total; i++)
         mobility[i] = grid->kind[i] == PD_FLUID && mobility[i] > 0.0 ? 1.0 / mobility[i] : 0.0;
 }
@@ -209,13 +209,13 @@ static void pdi_schur_precond_add_viscous_part(const pd_ctx *ctx, const pd_flow 
     double rate = 1.0 / pdi_flow_get_pressure_flux_weight(flow) - (flow->stage_weight > 0.0 ? precond->shift : 0.0);
     double smooth = pdi_schur_precond_compute_smooth_viscosity(flow, rate);
     double more = rate / pdi_schur_precond_compute_checkerboard_symbol(flow->bonds->stencil) - smooth;
-    int nt = pdi_par_threads(ctx, grid->total * 4);
+    int nt = pd_par_threads(ctx, grid->total * 4);
     (void)nt;
     pdi_par_copy(ctx, grid->total, r, precond->convective);
     pdi_ghosts_set_pressure(&flow->bonds->ghosts, 0.0, precond->convective);
     pdi_schur_precond_apply_sweep(ctx, flow, pdi_schur_precond_apply_checkerboard_filter, precond->convective,
                                   precond->grad);
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < grid->total; i++)
         if (grid->kind[i] == PD_FLUID) dp[i] += smooth * r[i] + more * alternate[i] + q[i];
 }

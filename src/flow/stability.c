@@ -105,7 +105,7 @@ static void pdi_stability_limit_by_streams(const pdi_stability_state *q, const d
 static void pdi_stability_get_wave_vector(const pd_stability *sp, int wave, double *k)
 {
     for (int d = 0; d < PD_DIM; d++) {
-        k[d] = PDI_PI * (wave % sp->waves_per_axis) / (sp->waves_per_axis - 1);
+        k[d] = PD_PI * (wave % sp->waves_per_axis) / (sp->waves_per_axis - 1);
         wave /= sp->waves_per_axis;
     }
 }
@@ -114,7 +114,7 @@ static void pdi_stability_get_wave_vector(const pd_stability *sp, int wave, doub
 static void pdi_stability_limit_by_refined_waves(const pd_stability *sp, const pdi_stability_state *q, double *k,
                                                  double *dt)
 {
-    double step = PDI_PI / (sp->waves_per_axis - 1), gradient[PD_DIM], laplacian, diffusion;
+    double step = PD_PI / (sp->waves_per_axis - 1), gradient[PD_DIM], laplacian, diffusion;
     for (int level = 0; level < PDI_STABILITY_MAX_REFINEMENTS; level++) {
         step *= 0.5;
         for (int d = 0; d < PD_DIM; d++)
@@ -156,7 +156,7 @@ static double pdi_stability_limit_by_norms(const pd_stability *sp, const pdi_sta
     for (int d = 0; d < PD_DIM; d++) speed += q->max_velocity[d] * q->max_velocity[d];
     speed = sqrt(speed);
     for (int a = 0; a <= PDI_STABILITY_ANGLES; a++) {
-        double angle = 0.5 * PDI_PI * a / PDI_STABILITY_ANGLES, c = cos(angle), s = sin(angle);
+        double angle = 0.5 * PD_PI * a / PDI_STABILITY_ANGLES, c = cos(angle), s = sin(angle);
         double x = c * c * q->stabilisation * sp->max_laplacian +
                    s * s * q->viscosity * (sp->max_laplacian + sp->wall_increase);
         double y = sp->gradient_norm * (2.0 * s * c * q->sound_speed + speed);
@@ -204,7 +204,7 @@ static double pdi_stability_compute_dot(const pd_grid *grid, const double *a, co
 {
     double sum = 0.0;
     for (int32_t i = 0; i < grid->total; i++)
-        if (grid->kind[i] == PD_FLUID) sum += a[i] * b[i] * pdi_grid_circumference(grid, i);
+        if (grid->kind[i] == PD_FLUID) sum += a[i] * b[i] * pd_grid_circumference(grid, i);
     return sum;
 }
 
@@ -262,7 +262,7 @@ static pd_status pdi_stability_estimate_gradient_norm(pd_ctx *ctx, const pd_flow
     int64_t total = flow->grid->total, size = (2 * PD_DIM + 3) * total;
     double *field = NULL;
     pdi_stability_lanczos_fields w;
-    PDI_TRY(PDI_NEW(ctx, "spectrum", size, field));
+    PD_TRY(PD_NEW(ctx, "spectrum", size, field));
     w.flow = flow;
     w.now = field;
     w.before = w.now + total;
@@ -270,7 +270,7 @@ static pd_status pdi_stability_estimate_gradient_norm(pd_ctx *ctx, const pd_flow
     w.grad = w.after + total;
     w.advecting = w.grad + PD_DIM * total;
     *norm = sqrt(pdi_stability_estimate_max_eigenvalue(ctx, &w));
-    PDI_DELETE(ctx, size, field);
+    PD_DELETE(ctx, size, field);
     return PD_OK;
 }
 
@@ -321,7 +321,7 @@ PDI_FN pd_status pdi_stability_build(pd_ctx *ctx, const pd_flow *flow, pd_stabil
     sp->waves = 1;
     for (int d = 0; d < PD_DIM; d++) sp->waves *= sp->waves_per_axis;
     sp->has_cut_families = flow->bonds->rows > 0 || flow->bonds->axisym.laplacian_weight;
-    PDI_TRY(pdi_array_registry_build(ctx, pdi_stability_list, sp));
+    PD_TRY(pdi_array_registry_build(ctx, pdi_stability_list, sp));
     for (int w = 0; w < sp->waves; w++) {
         double k[PD_DIM];
         pdi_stability_get_wave_vector(sp, w, k);

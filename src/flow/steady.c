@@ -56,9 +56,9 @@ static void pdi_steady_apply_scales(const pd_ctx *ctx, const pd_flow *flow, doub
                                     double *x)
 {
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
-    int nt = pdi_par_threads(ctx, pdi_steady_count_unknowns(flow));
+    int nt = pd_par_threads(ctx, pdi_steady_count_unknowns(flow));
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int64_t i = 0; i < split + total; i++) x[i] *= i < split ? momentum : continuity;
 }
 
@@ -183,7 +183,7 @@ static pd_status pdi_steady_build_pressure_multigrid(pd_ctx *ctx, pd_steady *s, 
 static pd_status pdi_steady_update_poisson_multigrid(pd_ctx *ctx, pd_steady *s)
 {
     if (s->poisson_version == s->flow->bonds->version) return PD_OK;
-    PDI_TRY(pdi_steady_build_pressure_multigrid(ctx, s, NULL, &s->mg_p));
+    PD_TRY(pdi_steady_build_pressure_multigrid(ctx, s, NULL, &s->mg_p));
     s->poisson_version = s->flow->bonds->version;
     return PD_OK;
 }
@@ -201,9 +201,9 @@ static pd_status pdi_steady_build_multigrids(pd_ctx *ctx, pd_steady *s)
     seep.node_value = s->advecting;
     pdi_schur_precond_compute_mobility(ctx, s->flow, s->pseudo_rate, seep.node_value);
     pd_ghosts_set_scalar(&s->flow->bonds->ghosts, seep.node_value);
-    PDI_TRY(pdi_steady_build_pressure_multigrid(ctx, s, &seep, &s->mg_darcy));
+    PD_TRY(pdi_steady_build_pressure_multigrid(ctx, s, &seep, &s->mg_darcy));
     pdi_compact_operator_assemble(ctx, s->flow->nu, NULL, &moving, s->pseudo_rate, &velocity, c);
-    PDI_TRY(pdi_multigrid_setup(ctx, &s->mg_u, c->active, (const float *const *)c->conductance,
+    PD_TRY(pdi_multigrid_setup(ctx, &s->mg_u, c->active, (const float *const *)c->conductance,
                                 (const float *const *)c->flux, c->dirichlet, c->mass));
     return pdi_steady_update_poisson_multigrid(ctx, s);
 }
@@ -213,7 +213,7 @@ static pd_status pdi_steady_try_build_multigrids(pd_ctx *ctx, pd_steady *s)
 {
     pd_status status = pdi_steady_build_multigrids(ctx, s);
     if (status != PD_ERR_ARGUMENT) return status; /* the coefficients are of single precision */
-    return pdi_fail(ctx, PD_ERR_DIVERGED, "flow", "mu/rho = %g m2/s, h = %g m and speeds give rates beyond the range "
+    return pd_fail(ctx, PD_ERR_DIVERGED, "flow", "mu/rho = %g m2/s, h = %g m and speeds give rates beyond the range "
                     "of numbers of the solver: expected those of a fluid", s->flow->nu, s->flow->grid->h[0]);
 }
 
@@ -229,7 +229,7 @@ static pd_status pdi_steady_apply_with_coefficients(pd_ctx *ctx, pd_steady *s,
                                                     pd_status (*fill)(pd_ctx *ctx, pd_steady *s))
 {
     pd_arena *arena = pdi_steady_get_arena(s);
-    PDI_TRY(pdi_arena_acquire(ctx, arena, pdi_steady_list_coefficients, &s->compact));
+    PD_TRY(pdi_arena_acquire(ctx, arena, pdi_steady_list_coefficients, &s->compact));
     return pdi_arena_release(ctx, arena, pdi_steady_list_coefficients, &s->compact, fill(ctx, s));
 }
 
@@ -238,7 +238,7 @@ static pd_status pdi_steady_update_precond(pd_ctx *ctx, pd_steady *s, double shi
 {
     s->pseudo_rate = shift;
     s->prepared = 0;
-    PDI_TRY(pdi_steady_apply_with_coefficients(ctx, s, pdi_steady_try_build_multigrids));
+    PD_TRY(pdi_steady_apply_with_coefficients(ctx, s, pdi_steady_try_build_multigrids));
     s->prepared = 1;
     return PD_OK;
 }
@@ -282,9 +282,9 @@ static double pdi_steady_compute_max_speed(const pd_ctx *ctx, const pd_steady *s
     const pd_flow *flow = s->flow;
     const uint8_t *kind = flow->grid->kind;
     int64_t total = flow->grid->total, held = flow->inlet_velocity ? (int64_t)PD_DIM * flow->inlet_ghosts : 0;
-    int nt = pdi_par_threads(ctx, PD_DIM * total);
+    int nt = pd_par_threads(ctx, PD_DIM * total);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int64_t i = 0; i < total; i++)
         for (int d = 0; d < PD_DIM; d++)
             s->newton_step[d * total + i] = kind[i] == PD_FLUID ? flow->u[d * total + i] : 0.0;
@@ -396,14 +396,14 @@ PDI_FN pd_status pdi_steady_plan(pd_ctx *ctx, pd_steady *s)
     pdi_steady_init_multigrid(s, &md);
     pdi_compact_operator_init(s->flow->grid, 1, &s->compact);
     md.caller_fields = 1;
-    PDI_TRY(pdi_multigrid_init(ctx, &md, &s->mg_u));
+    PD_TRY(pdi_multigrid_init(ctx, &md, &s->mg_u));
     md.symmetric = 1;
     md.caller_fields = 0;
     md.host = &s->mg_u;
-    PDI_TRY(pdi_multigrid_init(ctx, &md, &s->mg_p));
-    PDI_TRY(pdi_multigrid_init(ctx, &md, &s->mg_darcy));
+    PD_TRY(pdi_multigrid_init(ctx, &md, &s->mg_p));
+    PD_TRY(pdi_multigrid_init(ctx, &md, &s->mg_darcy));
     s->jacobian.flow = s->flow;
-    PDI_TRY(pdi_krylov_init(ctx, &kd, &s->krylov));
+    PD_TRY(pdi_krylov_init(ctx, &kd, &s->krylov));
     pdi_steady_init_potential_krylov(s, &kd);
     return pdi_krylov_init(ctx, &kd, &s->potential_krylov);
 }
@@ -437,22 +437,22 @@ static pd_status pdi_steady_try_build(pd_ctx *ctx, pd_flow *flow, const pd_stead
     s->desc = *desc;
     if (!(desc->tolerance >= 0.0) || desc->tolerance >= 1.0 || desc->max_newton < 0 || desc->max_krylov < 0 ||
         desc->restart < 0)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "steady", "tolerance %g, max_newton %d, max_krylov %d, restart %d",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "steady", "tolerance %g, max_newton %d, max_krylov %d, restart %d",
                         desc->tolerance, desc->max_newton, desc->max_krylov, desc->restart);
     if (!(s->desc.tolerance > 0.0)) s->desc.tolerance = 1e-6;
     pd_krylov_desc kd;
-    PDI_TRY(pdi_flow_set_inlets_on_side(ctx, flow));
+    PD_TRY(pdi_flow_set_inlets_on_side(ctx, flow));
     pdi_steady_set_order(flow);
     s->is_fluid_box = pdi_fourth_order_is_fluid_box(flow->grid) && pdi_steady_is_fully_factorised(flow->grid);
     if (flow->order == 4 && !flow->fourth_order.bonds)
-        PDI_TRY(pdi_fourth_order_build(ctx, flow->bonds, &flow->fourth_order));
-    PDI_TRY(pdi_steady_plan(ctx, s));
+        PD_TRY(pdi_fourth_order_build(ctx, flow->bonds, &flow->fourth_order));
+    PD_TRY(pdi_steady_plan(ctx, s));
     pdi_steady_init_newton_krylov(s, &kd);
-    PDI_TRY(pdi_krylov_build_unallocated(ctx, &kd, &s->krylov));
+    PD_TRY(pdi_krylov_build_unallocated(ctx, &kd, &s->krylov));
     pdi_steady_init_potential_krylov(s, &kd);
-    PDI_TRY(pdi_krylov_build_unallocated(ctx, &kd, &s->potential_krylov));
-    PDI_TRY(pdi_jacobian_build(ctx, flow, &s->jacobian));
-    PDI_TRY(pdi_array_registry_build(ctx, pdi_steady_list, s));
+    PD_TRY(pdi_krylov_build_unallocated(ctx, &kd, &s->potential_krylov));
+    PD_TRY(pdi_jacobian_build(ctx, flow, &s->jacobian));
+    PD_TRY(pdi_array_registry_build(ctx, pdi_steady_list, s));
     return pdi_arena_reserve(ctx, pdi_steady_get_arena(s), pdi_steady_count_work_bytes(s));
 }
 
@@ -471,7 +471,7 @@ PDI_FN pd_status pdi_steady_build_stages(pd_ctx *ctx, pd_steady *s, size_t more)
     s->solves_stages = 1;
     pdi_steady_init_newton_krylov(s, &kd);
     pd_krylov_free(ctx, &s->krylov);
-    PDI_TRY(pdi_krylov_build_unallocated(ctx, &kd, &s->krylov));
+    PD_TRY(pdi_krylov_build_unallocated(ctx, &kd, &s->krylov));
     return pdi_arena_reserve(ctx, pdi_steady_get_arena(s), pdi_steady_count_work_bytes(s) + more);
 }
 
@@ -479,7 +479,7 @@ PDI_FN pd_status pdi_steady_build_stages(pd_ctx *ctx, pd_steady *s, size_t more)
 PDI_FN pd_status pdi_steady_begin_solves(pd_ctx *ctx, pd_steady *s)
 {
     if (!s->nesting) {
-        PDI_TRY(pdi_arena_acquire(ctx, pdi_steady_get_arena(s), pdi_steady_list_work, s));
+        PD_TRY(pdi_arena_acquire(ctx, pdi_steady_get_arena(s), pdi_steady_list_work, s));
         if (s->flow->order != 4) s->advecting = s->flow->advecting;
         s->mg_u.fields = s->jacobian.packed_increment; /* cycles and products take turns */
         s->poisson_version = 0;
@@ -527,7 +527,7 @@ static pd_status pdi_steady_solve_linear(pd_ctx *ctx, pd_steady *s, pd_krylov *k
     pdi_steady_solver_data user;
     user.ctx = ctx;
     user.steady = s;
-    PDI_TRY(pdi_arena_acquire(ctx, arena, pdi_krylov_list, krylov));
+    PD_TRY(pdi_arena_acquire(ctx, arena, pdi_krylov_list, krylov));
     pd_status status =
         pd_krylov_solve(ctx, krylov, apply, precond, &user, s->residual + at, s->newton_step + at, linear);
     return pdi_arena_release(ctx, arena, pdi_krylov_list, krylov, status);
@@ -541,7 +541,7 @@ static pd_status pdi_steady_solve_newton_step(pd_ctx *ctx, pd_steady *s, double 
     pd_krylov_result linear;
     pdi_steady_apply_scales(ctx, s->flow, -s->momentum_weight, -1.0, s->residual);
     s->krylov.desc.rtol = forcing;
-    PDI_TRY(pdi_steady_solve_linear(ctx, s, &s->krylov, 0, pdi_steady_apply_preconditioned_jacobian, NULL, &linear));
+    PD_TRY(pdi_steady_solve_linear(ctx, s, &s->krylov, 0, pdi_steady_apply_preconditioned_jacobian, NULL, &linear));
     pdi_steady_apply_precond(ctx, s, s->newton_step, s->residual);
     pdi_ghosts_set_zero(&s->flow->bonds->ghosts, PD_DIM, s->newton_step); /* the preconditioner leaves its work there */
     *effort = linear.converged ? linear.iterations : s->desc.max_krylov + 1;
@@ -588,7 +588,7 @@ static pd_status pdi_steady_solve_divergence_potential(pd_ctx *ctx, pd_steady *s
     int64_t split = (int64_t)PD_DIM * total;
     pdi_par_axpy(ctx, total, pdi_steady_get_continuity_scale(flow) - 1.0, s->residual + split, s->residual + split);
     pdi_flow_add_divergence_correction(ctx, flow, flow->u, flow->advecting, 1, -1.0, s->residual + split);
-    PDI_TRY(pdi_steady_apply_with_coefficients(ctx, s, pdi_steady_update_poisson_multigrid));
+    PD_TRY(pdi_steady_apply_with_coefficients(ctx, s, pdi_steady_update_poisson_multigrid));
     k->desc.atol = PDI_STEADY_POTENTIAL_ATOL * pdi_steady_get_continuity_scale(flow);
     pd_status status =
         pdi_steady_solve_linear(ctx, s, k, PD_DIM, pdi_steady_apply_laplacian, pdi_steady_apply_poisson_cycle, &linear);
@@ -613,7 +613,7 @@ PDI_FN pd_status pdi_steady_update_divergence_potential(pd_ctx *ctx, pd_steady *
         return PD_OK;
     }
     memset(&result, 0, sizeof result);
-    PDI_TRY(pdi_steady_begin_solves(ctx, s));
+    PD_TRY(pdi_steady_begin_solves(ctx, s));
     pdi_steady_assemble_residual(ctx, s, &result);
     return pdi_steady_end_solves(ctx, s, pdi_steady_solve_divergence_potential(ctx, s));
 }
@@ -663,10 +663,10 @@ static pd_status pdi_steady_solve_pseudo_time_step(pd_ctx *ctx, pd_steady *s, pd
     int effort = 0, taken = 1;
     double norm = path->residual_norm;
     pdi_jacobian_set_state(ctx, &s->jacobian);
-    PDI_TRY(pdi_steady_update_precond(ctx, s,
+    PD_TRY(pdi_steady_update_precond(ctx, s,
                                       PDI_STEADY_FIRST_RATE * path->boost * pdi_steady_get_continuity_scale(s->flow) *
                                           sqrt(norm / s->reference_norm)));
-    PDI_TRY(pdi_steady_solve_newton_step(ctx, s, path->forcing, result, &effort));
+    PD_TRY(pdi_steady_solve_newton_step(ctx, s, path->forcing, result, &effort));
     path->residual_norm = pdi_steady_assemble_residual(ctx, s, result);
     double bend = pdi_min(pdi_steady_compute_nonlinearity(ctx, s), path->residual_norm) / norm;
     if (!(path->residual_norm < PDI_STEADY_MAX_GROWTH * norm))
@@ -705,13 +705,13 @@ static pd_status pdi_steady_solve_steady_state(pd_ctx *ctx, pd_steady *s, pd_ste
             (s->desc.max_newton > 0 && result->newton >= s->desc.max_newton))
             status = PD_NOT_CONVERGED;
         else status = pdi_steady_solve_pseudo_time_step(ctx, s, &path, result);
-        if (status == PD_OK) status = pdi_check_cancel(ctx, "flow: Newton", result->newton);
+        if (status == PD_OK) status = pd_check_cancel(ctx, "flow: Newton", result->newton);
     }
     pdi_krylov_free_growth(ctx, &s->krylov);
     result->evaluations = s->flow->evaluations - start;
     if (status != PD_OK) return status;
     if (!(path.residual_norm < 1e300))
-        return pdi_fail(ctx, PD_ERR_DIVERGED, "steady", "the flow residual is %g after %d Newton steps",
+        return pd_fail(ctx, PD_ERR_DIVERGED, "steady", "the flow residual is %g after %d Newton steps",
                         path.residual_norm, result->newton);
     result->converged = 1;
     return pdi_steady_solve_divergence_potential(ctx, s);
@@ -722,8 +722,8 @@ pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
     pd_flow *flow = s->flow;
     double *impulse = flow->pressure_impulse;
     memset(result, 0, sizeof *result);
-    PDI_TRY(pdi_flow_find_surface_patches(ctx, flow));
-    PDI_TRY(pdi_steady_begin_solves(ctx, s));
+    PD_TRY(pdi_flow_find_surface_patches(ctx, flow));
+    PD_TRY(pdi_steady_begin_solves(ctx, s));
     flow->pressure_impulse = NULL;
     pd_status status = pdi_steady_end_solves(ctx, s, pdi_steady_solve_steady_state(ctx, s, result));
     flow->pressure_impulse = impulse;
@@ -762,7 +762,7 @@ static pd_status pdi_steady_solve_stage_newton(pd_ctx *ctx, pd_steady *s, double
         status = pdi_steady_solve_newton_step(ctx, s, forcing, result, &effort);
         if (status < 0) break;
     }
-    if (pdi_is_fatal(status)) return status;
+    if (pd_is_fatal(status)) return status;
     return result->converged ? PD_OK : PD_RETRY;
 }
 
@@ -770,8 +770,8 @@ PDI_FN pd_status pdi_steady_solve_stage(pd_ctx *ctx, pd_steady *s, double rate, 
                                         pd_steady_result *result)
 {
     memset(result, 0, sizeof *result);
-    PDI_TRY(pdi_flow_find_surface_patches(ctx, s->flow));
-    PDI_TRY(pdi_steady_begin_solves(ctx, s));
+    PD_TRY(pdi_flow_find_surface_patches(ctx, s->flow));
+    PD_TRY(pdi_steady_begin_solves(ctx, s));
     s->stage_rate = rate;
     s->stage_target = target;
     pd_status status = pdi_steady_solve_stage_newton(ctx, s, tolerance, result);
@@ -784,9 +784,9 @@ PDI_COLD_BEGIN
 PDI_FN pd_status pdi_steady_store(pd_ctx *ctx, pd_steady *s, pd_archive *archive)
 {
     if (archive->is_reading) s->flow->divergence_potential = s->divergence_potential;
-    PDI_TRY(pdi_array_registry_store(ctx, pdi_steady_list, s, archive));
+    PD_TRY(pdi_array_registry_store(ctx, pdi_steady_list, s, archive));
     if (!archive->is_reading) return PD_OK;
-    PDI_TRY(pdi_flow_find_surface_patches(ctx, s->flow));
+    PD_TRY(pdi_flow_find_surface_patches(ctx, s->flow));
     pdi_flow_update_derived_fields(ctx, s->flow);
     return PD_OK;
 }

@@ -49,12 +49,12 @@ static pd_status pdi_weakly_compressible_try_build(pd_ctx *ctx, pd_flow *flow, c
     if (!(un->desc.cfl > 0.0)) un->desc.cfl = 0.8;
     if (!(desc->sound_speed > 0.0) || !(desc->sound_speed < 1e100) || un->desc.gamma < 1.0 || !(desc->gamma >= 0.0) ||
         !(desc->density_diffusion >= 0.0) || !(desc->cfl >= 0.0))
-        return pdi_fail(
+        return pd_fail(
             ctx, PD_ERR_ARGUMENT, "unsteady",
             "sound = %g m/s must be positive, gamma = %g at least 1, diffusion = %g and cfl = %g not negative",
             desc->sound_speed, desc->gamma, desc->density_diffusion, desc->cfl);
     if (flow->order == 4)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "unsteady", "order 4 is one of steady and implicit flow, expected 2");
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "unsteady", "order 4 is one of steady and implicit flow, expected 2");
     un->flow = flow;
     /* the limit is that of the weights of the Laplacian */
     memset(&flow->isotropic_stencil, 0, sizeof flow->isotropic_stencil);
@@ -62,12 +62,12 @@ static pd_status pdi_weakly_compressible_try_build(pd_ctx *ctx, pd_flow *flow, c
     for (int d = 1; d < PD_DIM; d++) spacing = pdi_min(spacing, grid->h[d]);
     /* eta c0 delta lap rho, written for the pressure: d rho = rho0 dp/(rho0 c0^2) */
     flow->stabilisation = un->desc.density_diffusion * s->m * spacing / un->desc.sound_speed;
-    PDI_TRY(pdi_array_registry_build(ctx, pdi_weakly_compressible_list, un));
+    PD_TRY(pdi_array_registry_build(ctx, pdi_weakly_compressible_list, un));
     for (int32_t i = 0; i < grid->total; i++) {
         un->density[i] = 1.0;
         if (grid->kind[i] == PD_FLUID) un->density[i] = pdi_weakly_compressible_compute_density(&un->desc, flow->p[i]);
         if (!(un->density[i] > 0.0))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "unsteady", "the pressure %g Pa of node %d has no density",
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "unsteady", "the pressure %g Pa of node %d has no density",
                             flow->p[i] * flow->rho, (int)i);
     }
     return pdi_stability_build(ctx, flow, &un->stability);
@@ -90,15 +90,15 @@ static void pdi_weakly_compressible_update_derived_fields(const pd_ctx *ctx, pd_
     const pd_ghosts *ghosts = &flow->bonds->ghosts;
     const uint8_t *kind = flow->grid->kind;
     int32_t total = flow->grid->total;
-    int nt = pdi_par_threads(ctx, total * 8);
+    int nt = pd_par_threads(ctx, total * 8);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < total; i++)
         if (kind[i] == PD_FLUID) flow->p[i] = pdi_weakly_compressible_compute_pressure(&un->desc, un->density[i]);
     pd_ghosts_set_vector(ghosts, flow->u);
     pdi_ghosts_set_pressure(ghosts, flow->p_out, flow->p);
     pdi_ghosts_set_pressure(ghosts, pdi_weakly_compressible_compute_density(&un->desc, flow->p_out), un->density);
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < total; i++)
         for (int d = 0; d < PD_DIM; d++)
             un->momentum[(int64_t)d * total + i] = un->density[i] * flow->u[(int64_t)d * total + i];
@@ -126,9 +126,9 @@ static void pdi_weakly_compressible_compute_rates(const pd_ctx *ctx, pd_weakly_c
     pdi_flow_assemble_bond_sums(ctx, flow, &t, ru, rc);
     pdi_flow_add_body_force(ctx, flow, ru);
     flow->evaluations++;
-    int nt = pdi_par_threads(ctx, total * 8);
+    int nt = pd_par_threads(ctx, total * 8);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < total; i++) {
         if (kind[i] != PD_FLUID) continue;
         for (int d = 0; d < PD_DIM; d++) {
@@ -147,10 +147,10 @@ static int pdi_weakly_compressible_step_stage(const pd_ctx *ctx, pd_weakly_compr
     pd_flow *flow = un->flow;
     const uint8_t *kind = flow->grid->kind;
     int32_t total = flow->grid->total;
-    int nt = pdi_par_threads(ctx, total * 8), good = 1;
+    int nt = pd_par_threads(ctx, total * 8), good = 1;
     (void)nt;
     pdi_weakly_compressible_compute_rates(ctx, un);
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < total; i++) {
         if (kind[i] != PD_FLUID) continue;
         for (int d = 0; d <= PD_DIM; d++) {
@@ -172,19 +172,19 @@ pd_status pd_weakly_compressible_step(pd_ctx *ctx, pd_weakly_compressible *un, d
     static const double old_share[3] = {0.0, 0.75, 1.0 / 3.0}, instant[3] = {0.0, 1.0, 0.5};
     pd_flow *flow = un->flow;
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
-    if (!(dt > 0.0)) return pdi_fail(ctx, PD_ERR_ARGUMENT, "unsteady", "the step is %g s, expected a positive one", dt);
+    if (!(dt > 0.0)) return pd_fail(ctx, PD_ERR_ARGUMENT, "unsteady", "the step is %g s, expected a positive one", dt);
     pdi_par_copy(ctx, split, flow->u, un->start_state);
     pdi_par_copy(ctx, total, un->density, un->start_state + split);
     for (int stage = 0; stage < 3; stage++) {
-        PDI_TRY(pdi_flow_set_time(ctx, flow, un->time + instant[stage] * dt, 0.5 * dt, NULL));
+        PD_TRY(pdi_flow_set_time(ctx, flow, un->time + instant[stage] * dt, 0.5 * dt, NULL));
         if (pdi_weakly_compressible_step_stage(ctx, un, old_share[stage], dt)) continue;
         pdi_par_copy(ctx, split, un->start_state, flow->u);
         pdi_par_copy(ctx, total, un->start_state + split, un->density);
         pdi_weakly_compressible_update_derived_fields(ctx, un);
-        return pdi_fail(ctx, PD_RETRY, "unsteady", "a density or velocity left its range in a step of %g s at t = %g s",
+        return pd_fail(ctx, PD_RETRY, "unsteady", "a density or velocity left its range in a step of %g s at t = %g s",
                         dt, un->time);
     }
-    PDI_TRY(pdi_flow_set_time(ctx, flow, un->time + dt, 0.5 * dt, NULL));
+    PD_TRY(pdi_flow_set_time(ctx, flow, un->time + dt, 0.5 * dt, NULL));
     pdi_weakly_compressible_update_derived_fields(ctx, un);
     un->time += dt;
     un->steps++;
@@ -273,7 +273,7 @@ static pd_status pdi_weakly_compressible_reject_step(pd_ctx *ctx, void *self, pd
     (void)self;
     s->dt *= 0.5;
     if (s->rejected < PDI_WEAKLY_COMPRESSIBLE_MAX_HALVINGS) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_STATE, "unsteady", "steps down to %g s at t = %g s leave the admissible range", s->dt,
+    return pd_fail(ctx, PD_ERR_STATE, "unsteady", "steps down to %g s at t = %g s leave the admissible range", s->dt,
                     s->time);
 }
 
@@ -281,7 +281,7 @@ static pd_status pdi_weakly_compressible_reject_step(pd_ctx *ctx, void *self, pd
 static pd_status pdi_weakly_compressible_fail_step_underflow(pd_ctx *ctx, void *self, const pd_step *s)
 {
     const pd_weakly_compressible *un = (const pd_weakly_compressible *)self;
-    return pdi_fail(ctx, PD_ERR_STATE, "unsteady",
+    return pd_fail(ctx, PD_ERR_STATE, "unsteady",
                     "steps of %g s do not lead on from t = %g s to %g s: the speed of sound (%g m/s) or the viscosity "
                     "(%g m2/s) asks for them on this lattice",
                     s->dt, s->time, s->latest_end, un->desc.sound_speed, un->flow->nu);
@@ -293,7 +293,7 @@ static pd_status pdi_weakly_compressible_update_geometry(pd_ctx *ctx, void *self
                                                          int32_t count)
 {
     pd_weakly_compressible *un = (pd_weakly_compressible *)self;
-    PDI_TRY(pd_flow_update(ctx, converted, count, un->flow));
+    PD_TRY(pd_flow_update(ctx, converted, count, un->flow));
     for (int32_t n = 0; n < count; n++)
         un->density[converted[n]] = pdi_weakly_compressible_compute_density(&un->desc, un->flow->p[converted[n]]);
     un->limit = 0.0;
@@ -305,8 +305,8 @@ static pd_status pdi_weakly_compressible_update_geometry(pd_ctx *ctx, void *self
 static pd_status pdi_weakly_compressible_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_weakly_compressible *un = (pd_weakly_compressible *)self;
-    PDI_TRY(pdi_flow_store(ctx, un->flow, archive));
-    PDI_TRY(pdi_array_registry_store(ctx, pdi_weakly_compressible_list, un, archive));
+    PD_TRY(pdi_flow_store(ctx, un->flow, archive));
+    PD_TRY(pdi_array_registry_store(ctx, pdi_weakly_compressible_list, un, archive));
     if (archive->is_reading) pdi_weakly_compressible_update_derived_fields(ctx, un);
     return PD_OK;
 }

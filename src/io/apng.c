@@ -8,7 +8,7 @@ PDI_FN pd_status pdi_apng_create(pd_ctx *ctx, const char *path, int count, int d
 {
     memset(film, 0, sizeof *film);
     if (count < 1 || delay < 1 || delay > 6000)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "apng", "%d images, one in %d ms, expected at least 1, and 1 to 6000 ms",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "apng", "%d images, one in %d ms, expected at least 1, and 1 to 6000 ms",
                         count, delay);
     film->frame_count = count;
     film->delay = delay;
@@ -24,7 +24,7 @@ static pd_status pdi_apng_write_header(pd_ctx *ctx, pdi_apng *film, const pd_ima
     film->channels = image->channels;
     pdi_png_put_u32(control, (uint32_t)film->frame_count);
     pdi_png_put_u32(control + 4, 0); /* again and again */
-    PDI_TRY(pdi_png_write_header(ctx, &film->file, image));
+    PD_TRY(pdi_png_write_header(ctx, &film->file, image));
     return pdi_png_write_chunk(ctx, &film->file, "acTL", control, sizeof control);
 }
 
@@ -46,14 +46,14 @@ PDI_FN pd_status pdi_apng_add_frame(pd_ctx *ctx, pdi_apng *film, const pd_image 
 {
     uint8_t number[4];
     pdi_bytes packed = {NULL, 0, 0};
-    PDI_TRY(pdi_png_check_image(ctx, image));
+    PD_TRY(pdi_png_check_image(ctx, image));
     if (film->frames_written >= film->frame_count)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "apng", "more than the %d images that were announced", film->frame_count);
-    if (film->frames_written == 0) PDI_TRY(pdi_apng_write_header(ctx, film, image));
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "apng", "more than the %d images that were announced", film->frame_count);
+    if (film->frames_written == 0) PD_TRY(pdi_apng_write_header(ctx, film, image));
     if (image->width != film->width || image->height != film->height || image->channels != film->channels)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "apng", "an image of %d x %d pixels in a film of %d x %d", image->width,
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "apng", "an image of %d x %d pixels in a film of %d x %d", image->width,
                         image->height, film->width, film->height);
-    PDI_TRY(pdi_apng_write_frame_control(ctx, film));
+    PD_TRY(pdi_apng_write_frame_control(ctx, film));
     pd_status status = PD_OK;
     if (film->frames_written > 0) {
         pdi_png_put_u32(number, film->sequence_number++);
@@ -73,7 +73,7 @@ PDI_FN pd_status pdi_apng_commit(pd_ctx *ctx, pdi_apng *film)
     pd_status status = PD_OK;
     if (film->frames_written != film->frame_count)
         status =
-            pdi_fail(ctx, PD_ERR_ARGUMENT, "apng", "%d images, expected %d", film->frames_written, film->frame_count);
+            pd_fail(ctx, PD_ERR_ARGUMENT, "apng", "%d images, expected %d", film->frames_written, film->frame_count);
     if (status == PD_OK) status = pdi_png_write_chunk(ctx, &film->file, "IEND", NULL, 0);
     if (status == PD_OK) return pdi_file_commit(ctx, &film->file);
     pdi_file_abandon(&film->file);

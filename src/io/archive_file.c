@@ -67,21 +67,21 @@ static void pdi_archive_file_init_header(uint8_t head[PDI_ARCHIVE_FILE_HEADER_SI
 static pd_status pdi_archive_file_fail_mismatch(pd_ctx *ctx, const pd_archive_file *s, const char *what, unsigned found,
                                                 unsigned expected)
 {
-    return pdi_fail(ctx, PD_ERR_ARGUMENT, "store", "'%s' is of %s %u, expected %u", s->file.path, what, found,
+    return pd_fail(ctx, PD_ERR_ARGUMENT, "store", "'%s' is of %s %u, expected %u", s->file.path, what, found,
                     expected);
 }
 
 /* Report a damaged file as PD_ERR_FILE: "'<path>' <what>". */
 static pd_status pdi_archive_file_fail_damaged(pd_ctx *ctx, const pd_archive_file *s, const char *what)
 {
-    return pdi_fail(ctx, PD_ERR_FILE, "store", "'%s' %s", s->file.path, what);
+    return pd_fail(ctx, PD_ERR_FILE, "store", "'%s' %s", s->file.path, what);
 }
 
 /* Report a damaged item `name` as PD_ERR_FILE. */
 static pd_status pdi_archive_file_fail_damaged_item(pd_ctx *ctx, const pd_archive_file *s, const char *what,
                                                     const char *name)
 {
-    return pdi_fail(ctx, PD_ERR_FILE, "store", "'%s' is %s in the item '%s'", s->file.path, what, name);
+    return pd_fail(ctx, PD_ERR_FILE, "store", "'%s' is %s in the item '%s'", s->file.path, what, name);
 }
 
 /* Read the file header and check format, dimension, byte order and version. */
@@ -89,12 +89,12 @@ static pd_status pdi_archive_file_read_header(pd_ctx *ctx, pd_archive_file *s)
 {
     uint8_t head[PDI_ARCHIVE_FILE_HEADER_SIZE], wanted[PDI_ARCHIVE_FILE_HEADER_SIZE];
     size_t got;
-    PDI_TRY(pdi_file_read_bytes(ctx, &s->file, head, sizeof head, &got));
+    PD_TRY(pdi_file_read_bytes(ctx, &s->file, head, sizeof head, &got));
     if (got >= 8 && memcmp(head, PDI_ARCHIVE_FILE_MAGIC, 8) != 0)
         return pdi_archive_file_fail_damaged(ctx, s, "does not begin like a checkpoint: it is none, or damaged");
     if (got < sizeof head) return pdi_archive_file_fail_damaged(ctx, s, "is cut off in its head");
     if (pdi_archive_file_get_u32(head + PDI_ARCHIVE_FILE_OFFSET_ORDER) == PDI_ARCHIVE_FILE_SWAPPED_MARK)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "store", "'%s' was written on a machine of the other byte order",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "store", "'%s' was written on a machine of the other byte order",
                         s->file.path);
     if (!pdi_archive_file_is_checksum_valid(head, sizeof head))
         return pdi_archive_file_fail_damaged(ctx, s, "is damaged in its head");
@@ -105,7 +105,7 @@ static pd_status pdi_archive_file_read_header(pd_ctx *ctx, pd_archive_file *s)
     if (dim != PD_DIM) return pdi_archive_file_fail_mismatch(ctx, s, "dimension", dim, PD_DIM);
     pdi_archive_file_init_header(wanted);
     if (memcmp(head, wanted, sizeof head) != 0)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "store",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "store",
                         "'%s' was written by pdcorr %.31s, expected %s: versions may differ in their steps",
                         s->file.path, (const char *)head + PDI_ARCHIVE_FILE_OFFSET_VERSION, PD_VERSION);
     return PD_OK;
@@ -117,7 +117,7 @@ static pd_status pdi_archive_file_read_item_header(pd_ctx *ctx, pd_archive_file 
 {
     uint8_t head[PDI_ARCHIVE_FILE_ITEM_HEADER_SIZE];
     size_t got;
-    PDI_TRY(pdi_file_read_bytes(ctx, &s->file, head, sizeof head, &got));
+    PD_TRY(pdi_file_read_bytes(ctx, &s->file, head, sizeof head, &got));
     if (got < sizeof head) return pdi_archive_file_fail_damaged_item(ctx, s, "cut off", after);
     if (!pdi_archive_file_is_checksum_valid(head, sizeof head))
         return pdi_archive_file_fail_damaged_item(ctx, s, "damaged behind what is", after);
@@ -138,11 +138,11 @@ static pd_status pdi_archive_file_check_elements(pd_ctx *ctx, pd_archive_file *s
     size_t got;
     for (uint64_t left = item->count * item->element_size; left > 0; left -= got) {
         size_t wanted = left < sizeof bytes ? (size_t)left : sizeof bytes;
-        PDI_TRY(pdi_file_read_bytes(ctx, &s->file, bytes, wanted, &got));
+        PD_TRY(pdi_file_read_bytes(ctx, &s->file, bytes, wanted, &got));
         if (got < wanted) return pdi_archive_file_fail_damaged_item(ctx, s, "cut off", item->name);
         crc = pdi_zlib_crc32(crc, bytes, got);
     }
-    PDI_TRY(pdi_file_read_bytes(ctx, &s->file, bytes, 4, &got));
+    PD_TRY(pdi_file_read_bytes(ctx, &s->file, bytes, 4, &got));
     if (got < 4) return pdi_archive_file_fail_damaged_item(ctx, s, "cut off", item->name);
     return pdi_archive_file_get_u32(bytes) == crc ? PD_OK
                                                   : pdi_archive_file_fail_damaged_item(ctx, s, "damaged", item->name);
@@ -155,18 +155,18 @@ static pd_status pdi_archive_file_check_file(pd_ctx *ctx, pd_archive_file *s)
     char more;
     size_t got;
     memset(&item, 0, sizeof item);
-    PDI_TRY(pdi_archive_file_read_header(ctx, s));
+    PD_TRY(pdi_archive_file_read_header(ctx, s));
     for (uint64_t items = 0;; items++) {
         char after[PD_ARCHIVE_FILE_NAME_SIZE];
         memcpy(after, items ? item.name : "head", items ? sizeof after : 5);
-        PDI_TRY(pdi_archive_file_read_item_header(ctx, s, after, &item));
+        PD_TRY(pdi_archive_file_read_item_header(ctx, s, after, &item));
         if (strcmp(item.name, PDI_ARCHIVE_FILE_END_NAME) == 0) {
             if (item.count != items) return pdi_archive_file_fail_damaged(ctx, s, "has lost items");
             break;
         }
-        PDI_TRY(pdi_archive_file_check_elements(ctx, s, &item));
+        PD_TRY(pdi_archive_file_check_elements(ctx, s, &item));
     }
-    PDI_TRY(pdi_file_read_bytes(ctx, &s->file, &more, 1, &got));
+    PD_TRY(pdi_file_read_bytes(ctx, &s->file, &more, 1, &got));
     return got ? pdi_archive_file_fail_damaged(ctx, s, "goes on behind its end") : PD_OK;
 }
 
@@ -178,7 +178,7 @@ static pd_status pdi_archive_file_write_bytes(pd_ctx *ctx, pd_archive_file *s, c
     if (!s->in_memory) return pdi_file_write(ctx, &s->file, data, size);
     if (size > s->capacity - s->length) {
         size_t wanted = s->length + size + (s->length + size) / 8;
-        PDI_TRY(PDI_GROW(ctx, "store", s->capacity, wanted, s->memory));
+        PD_TRY(PD_GROW(ctx, "store", s->capacity, wanted, s->memory));
         s->capacity = wanted;
     }
     if (size) memcpy(s->memory + s->length, data, size); /* an empty array may have no address */
@@ -203,8 +203,8 @@ static pd_status pdi_archive_file_write_item(pd_ctx *ctx, pd_archive_file *s, co
     pdi_archive_file_put_u32(head + PDI_ARCHIVE_FILE_OFFSET_SIZE, (uint32_t)size);
     pdi_archive_file_set_checksum(head, sizeof head);
     pdi_archive_file_put_u32(tail, s->in_memory ? 0 : pdi_zlib_crc32(0, (const uint8_t *)data, bytes));
-    PDI_TRY(pdi_archive_file_write_bytes(ctx, s, head, sizeof head));
-    PDI_TRY(pdi_archive_file_write_bytes(ctx, s, data, bytes));
+    PD_TRY(pdi_archive_file_write_bytes(ctx, s, head, sizeof head));
+    PD_TRY(pdi_archive_file_write_bytes(ctx, s, data, bytes));
     return pdi_archive_file_write_bytes(ctx, s, tail, sizeof tail);
 }
 
@@ -215,16 +215,16 @@ static pd_status pdi_archive_file_read_item(pd_ctx *ctx, pd_archive_file *s, con
     pdi_archive_file_item item;
     uint8_t tail[4];
     size_t bytes = (size_t)count * size, got;
-    PDI_TRY(pdi_archive_file_read_item_header(ctx, s, name, &item));
+    PD_TRY(pdi_archive_file_read_item_header(ctx, s, name, &item));
     if (strcmp(item.name, name) != 0 || item.element_size != size || item.count != (uint64_t)count)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "store",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "store",
                         "'%s' holds '%s' of %.0f elements of %u bytes, expected '%s' of %.0f of %.0f: it is of another "
                         "run",
                         s->file.path, item.name, (double)item.count, (unsigned)item.element_size, name, (double)count,
                         (double)size);
-    PDI_TRY(pdi_file_read_bytes(ctx, &s->file, data, bytes, &got));
+    PD_TRY(pdi_file_read_bytes(ctx, &s->file, data, bytes, &got));
     if (got < bytes) return pdi_archive_file_fail_damaged_item(ctx, s, "cut off", name);
-    PDI_TRY(pdi_file_read_bytes(ctx, &s->file, tail, sizeof tail, &got));
+    PD_TRY(pdi_file_read_bytes(ctx, &s->file, tail, sizeof tail, &got));
     if (got < sizeof tail || pdi_archive_file_get_u32(tail) != pdi_zlib_crc32(0, (const uint8_t *)data, bytes))
         return pdi_archive_file_fail_damaged_item(ctx, s, "damaged", name);
     return PD_OK;
@@ -246,14 +246,14 @@ static pd_status pdi_archive_file_check_callback(pd_ctx *ctx, void *user, const 
     pd_archive_file *s = (pd_archive_file *)user;
     char was[PDI_FILE_NUMBER_SIZE], is[PDI_FILE_NUMBER_SIZE];
     double kept = value;
-    PDI_TRY(pdi_archive_file_item_callback(ctx, s, name, &kept, sizeof kept, 1));
+    PD_TRY(pdi_archive_file_item_callback(ctx, s, name, &kept, sizeof kept, 1));
     uint64_t bits, expected; /* what is no number equals itself */
     memcpy(&bits, &kept, sizeof bits);
     memcpy(&expected, &value, sizeof expected);
     if (bits == expected) return PD_OK;
     pdi_file_format_number(kept, was);
     pdi_file_format_number(value, is);
-    return pdi_fail(ctx, PD_ERR_ARGUMENT, "store", "'%s' is of another run: %s = %s, expected %s", s->file.path, name,
+    return pd_fail(ctx, PD_ERR_ARGUMENT, "store", "'%s' is of another run: %s = %s, expected %s", s->file.path, name,
                     was, is);
 }
 
@@ -297,7 +297,7 @@ static void pdi_archive_file_compute_checksums(pd_archive_file *s)
 PDI_FN pd_status pdi_archive_file_write_memory(pd_ctx *ctx, pd_archive_file *s, const char *path)
 {
     pdi_archive_file_compute_checksums(s);
-    PDI_TRY(pdi_file_create(ctx, path, &s->file));
+    PD_TRY(pdi_file_create(ctx, path, &s->file));
     pd_status status = pdi_file_write(ctx, &s->file, s->memory, s->length);
     if (status == PD_OK) status = pdi_file_commit(ctx, &s->file);
     pdi_file_abandon(&s->file);
@@ -306,7 +306,7 @@ PDI_FN pd_status pdi_archive_file_write_memory(pd_ctx *ctx, pd_archive_file *s, 
 
 PDI_FN void pdi_archive_file_free_memory(pd_ctx *ctx, pd_archive_file *s)
 {
-    PDI_DELETE(ctx, s->capacity, s->memory);
+    PD_DELETE(ctx, s->capacity, s->memory);
     memset(s, 0, sizeof *s);
 }
 
@@ -317,7 +317,7 @@ pd_status pd_archive_file_create(pd_ctx *ctx, const char *path, pd_archive_file 
     uint8_t head[PDI_ARCHIVE_FILE_HEADER_SIZE];
     memset(s, 0, sizeof *s);
     pdi_archive_file_set_callbacks(s, 0);
-    PDI_TRY(pdi_file_create(ctx, path, &s->file));
+    PD_TRY(pdi_file_create(ctx, path, &s->file));
     pdi_archive_file_init_header(head);
     pd_status status = pdi_archive_file_write_bytes(ctx, s, head, sizeof head);
     if (status < 0) pdi_archive_file_abandon(s);
@@ -328,7 +328,7 @@ pd_status pd_archive_file_open(pd_ctx *ctx, const char *path, pd_archive_file *s
 {
     memset(s, 0, sizeof *s);
     pdi_archive_file_set_callbacks(s, 1);
-    PDI_TRY(pdi_file_open_read(ctx, path, &s->file));
+    PD_TRY(pdi_file_open_read(ctx, path, &s->file));
     pd_status status = pdi_archive_file_check_file(ctx, s);
     pdi_archive_file_abandon(s);
     if (status == PD_OK) status = pdi_file_open_read(ctx, path, &s->file);
@@ -345,9 +345,9 @@ static pd_status pdi_archive_file_end(pd_ctx *ctx, pd_archive_file *s)
     pdi_archive_file_item item;
     uint8_t head[PDI_ARCHIVE_FILE_ITEM_HEADER_SIZE];
     if (s->archive.is_reading) {
-        PDI_TRY(pdi_archive_file_read_item_header(ctx, s, "last", &item));
+        PD_TRY(pdi_archive_file_read_item_header(ctx, s, "last", &item));
         if (strcmp(item.name, PDI_ARCHIVE_FILE_END_NAME) != 0)
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "store", "'%s' holds '%s', expected its end: it is of another run",
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "store", "'%s' holds '%s', expected its end: it is of another run",
                             s->file.path, item.name);
         return PD_OK;
     }
@@ -355,7 +355,7 @@ static pd_status pdi_archive_file_end(pd_ctx *ctx, pd_archive_file *s)
     memcpy(head, PDI_ARCHIVE_FILE_END_NAME, sizeof PDI_ARCHIVE_FILE_END_NAME);
     memcpy(head + PDI_ARCHIVE_FILE_OFFSET_COUNT, &s->item_count, sizeof s->item_count);
     pdi_archive_file_set_checksum(head, sizeof head);
-    PDI_TRY(pdi_archive_file_write_bytes(ctx, s, head, sizeof head));
+    PD_TRY(pdi_archive_file_write_bytes(ctx, s, head, sizeof head));
     return s->in_memory ? PD_OK : pdi_file_commit(ctx, &s->file);
 }
 

@@ -42,7 +42,7 @@ PDI_FN double pdi_canvas_hypot(double x, double y) { return sqrt(x * x + y * y);
 static pd_status pdi_canvas_check_size(pd_ctx *ctx, int width, int height)
 {
     if (width >= 1 && height >= 1 && width <= PD_PNG_MAX_PIXELS / height) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_SIZE, "picture", "%d x %d pixels, at most %d in all are possible", width, height,
+    return pd_fail(ctx, PD_ERR_SIZE, "picture", "%d x %d pixels, at most %d in all are possible", width, height,
                     PD_PNG_MAX_PIXELS);
 }
 
@@ -50,7 +50,7 @@ PDI_FN pd_status pdi_canvas_build_svg(pd_ctx *ctx, int width, int height, pdi_sv
 {
     memset(canvas, 0, sizeof *canvas);
     memset(svg, 0, sizeof *svg);
-    PDI_TRY(pdi_canvas_check_size(ctx, width, height));
+    PD_TRY(pdi_canvas_check_size(ctx, width, height));
     pdi_svg_begin(ctx, width, height, svg);
     canvas->svg = svg;
     canvas->image.width = width;
@@ -92,7 +92,7 @@ PDI_FN pd_status pdi_canvas_draw_to_file(pd_ctx *ctx, const char *path, pdi_canv
         pdi_svg_free(&svg);
         return drawn;
     }
-    PDI_TRY(pdi_canvas_draw_to_image(ctx, draw, what, &image));
+    PD_TRY(pdi_canvas_draw_to_image(ctx, draw, what, &image));
     pd_status status = pdi_png_write(ctx, path, &image);
     pdi_image_free(ctx, &image);
     return status;
@@ -101,9 +101,9 @@ PDI_FN pd_status pdi_canvas_draw_to_file(pd_ctx *ctx, const char *path, pdi_canv
 PDI_FN pd_status pdi_canvas_build_image(pd_ctx *ctx, int width, int height, pdi_canvas *canvas)
 {
     memset(canvas, 0, sizeof *canvas);
-    PDI_TRY(pdi_canvas_check_size(ctx, width, height));
+    PD_TRY(pdi_canvas_check_size(ctx, width, height));
     size_t bytes = (size_t)width * (size_t)height * 3;
-    PDI_TRY(PDI_NEW(ctx, "picture", bytes, canvas->image.pixels));
+    PD_TRY(PD_NEW(ctx, "picture", bytes, canvas->image.pixels));
     memset(canvas->image.pixels, 0xff, bytes);
     canvas->image.width = width;
     canvas->image.height = height;
@@ -240,7 +240,7 @@ PDI_FN pd_status pdi_canvas_begin_strokes(pd_ctx *ctx, pdi_canvas *canvas, doubl
 {
     size_t pixels = (size_t)canvas->image.width * (size_t)canvas->image.height;
     if (canvas->svg) pdi_svg_begin_path(canvas->svg);
-    else PDI_TRY(PDI_NEW(ctx, "picture", pixels, canvas->coverage));
+    else PD_TRY(PD_NEW(ctx, "picture", pixels, canvas->coverage));
     canvas->strokes_open = 1;
     canvas->stroke_width = width;
     canvas->stroke_colour = colour;
@@ -266,7 +266,7 @@ PDI_FN void pdi_canvas_end_strokes(pd_ctx *ctx, pdi_canvas *canvas)
             uint8_t cover = canvas->coverage[(size_t)y * (size_t)width + (size_t)x];
             if (cover) pdi_canvas_blend_pixel(canvas, x, y, canvas->stroke_colour, cover / 255.0);
         }
-    PDI_DELETE(ctx, (size_t)width * (size_t)height, canvas->coverage);
+    PD_DELETE(ctx, (size_t)width * (size_t)height, canvas->coverage);
 }
 
 /* Text. A glyph is enlarged four times by the Scale2x rule, which rounds its diagonals, and averaged over 2 x 2 dots:

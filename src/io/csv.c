@@ -8,18 +8,18 @@
 static pd_status pdi_csv_check_names(pd_ctx *ctx, const char *path, const char *const *names, int columns)
 {
     if (columns < 1 || columns > PD_CSV_MAX_COLUMNS)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "csv", "%s: %d columns, expected 1 to %d", path, columns,
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "csv", "%s: %d columns, expected 1 to %d", path, columns,
                         PD_CSV_MAX_COLUMNS);
     for (int k = 0; k < columns; k++) {
         if (!names[k] || !names[k][0])
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "csv", "%s: column %d has no name", path, k);
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "csv", "%s: column %d has no name", path, k);
         for (const char *c = names[k]; *c; c++)
             if ((unsigned char)*c < 32)
-                return pdi_fail(ctx, PD_ERR_ARGUMENT, "csv", "%s: the name of column %d holds a control character",
+                return pd_fail(ctx, PD_ERR_ARGUMENT, "csv", "%s: the name of column %d holds a control character",
                                 path, k);
         for (int j = 0; j < k; j++)
             if (strcmp(names[j], names[k]) == 0)
-                return pdi_fail(ctx, PD_ERR_ARGUMENT, "csv", "%s: two columns are named '%s'", path, names[k]);
+                return pd_fail(ctx, PD_ERR_ARGUMENT, "csv", "%s: two columns are named '%s'", path, names[k]);
     }
     return PD_OK;
 }
@@ -29,8 +29,8 @@ static pd_status pdi_csv_write_name(pd_ctx *ctx, pd_file *file, const char *name
 {
     if (!strpbrk(name, ",\"") && name[0] != '#' && name[0] != ' ' && name[strlen(name) - 1] != ' ')
         return pdi_file_write_text(ctx, file, name);
-    PDI_TRY(pdi_file_write_text(ctx, file, "\""));
-    for (; *name; name++) PDI_TRY(pdi_file_write(ctx, file, *name == '"' ? "\"\"" : name, *name == '"' ? 2 : 1));
+    PD_TRY(pdi_file_write_text(ctx, file, "\""));
+    for (; *name; name++) PD_TRY(pdi_file_write(ctx, file, *name == '"' ? "\"\"" : name, *name == '"' ? 2 : 1));
     return pdi_file_write_text(ctx, file, "\"");
 }
 
@@ -38,8 +38,8 @@ static pd_status pdi_csv_write_name(pd_ctx *ctx, pd_file *file, const char *name
 static pd_status pdi_csv_write_header(pd_ctx *ctx, pd_file *file, const char *const *names, int columns)
 {
     for (int k = 0; k < columns; k++) {
-        if (k) PDI_TRY(pdi_file_write_text(ctx, file, ","));
-        PDI_TRY(pdi_csv_write_name(ctx, file, names[k]));
+        if (k) PD_TRY(pdi_file_write_text(ctx, file, ","));
+        PD_TRY(pdi_csv_write_name(ctx, file, names[k]));
     }
     return pdi_file_write_text(ctx, file, "\n");
 }
@@ -62,8 +62,8 @@ PDI_FN pd_status pdi_csv_write_table(pd_ctx *ctx, const char *path, const char *
                                      const double *values, int64_t rows)
 {
     pd_file file;
-    PDI_TRY(pdi_csv_check_names(ctx, path, names, columns));
-    PDI_TRY(pdi_file_create(ctx, path, &file));
+    PD_TRY(pdi_csv_check_names(ctx, path, names, columns));
+    PD_TRY(pdi_file_create(ctx, path, &file));
     pd_status status = pdi_csv_write_header(ctx, &file, names, columns);
     for (int64_t k = 0; k < rows && status == PD_OK; k++)
         status = pdi_csv_write_values(ctx, &file, values + k * columns, columns);
@@ -76,8 +76,8 @@ PDI_FN pd_status pdi_csv_create(pd_ctx *ctx, const char *path, const char *const
                                 pd_csv *csv)
 {
     memset(csv, 0, sizeof *csv);
-    PDI_TRY(pdi_csv_write_table(ctx, path, names, columns, NULL, 0));
-    PDI_TRY(pdi_file_open_append(ctx, path, &csv->file));
+    PD_TRY(pdi_csv_write_table(ctx, path, names, columns, NULL, 0));
+    PD_TRY(pdi_file_open_append(ctx, path, &csv->file));
     csv->columns = columns;
     return PD_OK;
 }
@@ -85,18 +85,18 @@ PDI_FN pd_status pdi_csv_create(pd_ctx *ctx, const char *path, const char *const
 PDI_FN pd_status pdi_csv_store(pd_ctx *ctx, pd_archive *archive, const char *path, int columns, pd_csv *csv)
 {
     int64_t length = 0;
-    if (!archive->is_reading) PDI_TRY(pdi_file_get_length(ctx, &csv->file, &length));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "length of a table", &length, 1));
+    if (!archive->is_reading) PD_TRY(pdi_file_get_length(ctx, &csv->file, &length));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "length of a table", &length, 1));
     if (!archive->is_reading) return PD_OK;
     memset(csv, 0, sizeof *csv);
-    PDI_TRY(pdi_file_resume(ctx, path, length, &csv->file));
+    PD_TRY(pdi_file_resume(ctx, path, length, &csv->file));
     csv->columns = columns;
     return PD_OK;
 }
 
 PDI_FN pd_status pdi_csv_write_row(pd_ctx *ctx, pd_csv *csv, const double *values)
 {
-    PDI_TRY(pdi_csv_write_values(ctx, &csv->file, values, csv->columns));
+    PD_TRY(pdi_csv_write_values(ctx, &csv->file, values, csv->columns));
     return pdi_file_flush(ctx, &csv->file);
 }
 
@@ -118,7 +118,7 @@ typedef struct pdi_csv_reader {
 /* Report an error at the current line as PD_ERR_PARSE. */
 static pd_status pdi_csv_fail_at_line(pd_ctx *ctx, const pdi_csv_reader *r, const char *text)
 {
-    return pdi_fail(ctx, PD_ERR_PARSE, "csv", "%s:%d: %s", r->table->path, r->line, text);
+    return pd_fail(ctx, PD_ERR_PARSE, "csv", "%s:%d: %s", r->table->path, r->line, text);
 }
 
 /* Append the offset of a field to the table. */
@@ -127,7 +127,7 @@ static pd_status pdi_csv_add_field(pd_ctx *ctx, pdi_csv_reader *r, size_t offset
     pd_table *t = r->table;
     if (r->field_count == t->capacity) {
         size_t capacity = 2 * t->capacity + 64;
-        PDI_TRY(PDI_GROW(ctx, "csv", t->capacity, capacity, t->field_offset));
+        PD_TRY(PD_GROW(ctx, "csv", t->capacity, capacity, t->field_offset));
         t->capacity = capacity;
     }
     t->field_offset[r->field_count++] = offset;
@@ -141,7 +141,7 @@ static pd_status pdi_csv_read_quoted_field(pd_ctx *ctx, pdi_csv_reader *r, size_
 {
     char *text = r->table->text;
     size_t out = ++r->position;
-    PDI_TRY(pdi_csv_add_field(ctx, r, out));
+    PD_TRY(pdi_csv_add_field(ctx, r, out));
     for (;; r->position++) {
         char c = text[r->position];
         if (!c || c == '\n') return pdi_csv_fail_at_line(ctx, r, "a quote is not closed on its line");
@@ -164,7 +164,7 @@ static pd_status pdi_csv_read_plain_field(pd_ctx *ctx, pdi_csv_reader *r, size_t
 {
     char *text = r->table->text;
     size_t start = r->position;
-    PDI_TRY(pdi_csv_add_field(ctx, r, start));
+    PD_TRY(pdi_csv_add_field(ctx, r, start));
     r->position += strcspn(text + r->position, ",\n");
     *stop = r->position;
     while (*stop > start && strchr(" \t\r", text[*stop - 1])) --*stop;
@@ -179,8 +179,8 @@ static pd_status pdi_csv_read_line(pd_ctx *ctx, pdi_csv_reader *r, int *fields)
         size_t stop = 0;
         while (text[r->position] == ' ' || text[r->position] == '\t') r->position++;
         if (++*fields > PD_CSV_MAX_COLUMNS) return pdi_csv_fail_at_line(ctx, r, "more than 256 fields");
-        if (text[r->position] == '"') PDI_TRY(pdi_csv_read_quoted_field(ctx, r, &stop));
-        else PDI_TRY(pdi_csv_read_plain_field(ctx, r, &stop));
+        if (text[r->position] == '"') PD_TRY(pdi_csv_read_quoted_field(ctx, r, &stop));
+        else PD_TRY(pdi_csv_read_plain_field(ctx, r, &stop));
         char end = text[r->position];
         text[stop] = 0;
         if (end) r->position++;
@@ -197,7 +197,7 @@ static pd_status pdi_csv_set_column_names(pd_ctx *ctx, pdi_csv_reader *r, int fi
         const char *name = pdi_table_get_text(t, -1, k);
         if (!name[0]) return pdi_csv_fail_at_line(ctx, r, "a column has no name");
         if (pdi_table_find_column(t, name) != k)
-            return pdi_fail(ctx, PD_ERR_PARSE, "csv", "%s:%d: two columns are named '%s'", t->path, r->line, name);
+            return pd_fail(ctx, PD_ERR_PARSE, "csv", "%s:%d: two columns are named '%s'", t->path, r->line, name);
     }
     return PD_OK;
 }
@@ -207,11 +207,11 @@ static pd_status pdi_csv_add_row(pd_ctx *ctx, pdi_csv_reader *r, int fields)
 {
     pd_table *t = r->table;
     if (fields != t->columns)
-        return pdi_fail(ctx, PD_ERR_PARSE, "csv", "%s:%d: %d fields, expected %d as in the line of names", t->path,
+        return pd_fail(ctx, PD_ERR_PARSE, "csv", "%s:%d: %d fields, expected %d as in the line of names", t->path,
                         r->line, fields, t->columns);
     if ((size_t)t->rows == t->line_capacity) {
         size_t capacity = 2 * t->line_capacity + 64;
-        PDI_TRY(PDI_GROW(ctx, "csv", t->line_capacity, capacity, t->row_line));
+        PD_TRY(PD_GROW(ctx, "csv", t->line_capacity, capacity, t->row_line));
         t->line_capacity = capacity;
     }
     t->row_line[t->rows++] = r->line;
@@ -224,7 +224,7 @@ static pd_status pdi_csv_parse(pd_ctx *ctx, pd_table *table)
     pdi_csv_reader r = {table, 0, 0, 0};
     char *text = table->text;
     if (strlen(text) + 1 != table->text_size)
-        return pdi_fail(ctx, PD_ERR_PARSE, "csv", "%s: byte %lu is 0: not a text file", table->path,
+        return pd_fail(ctx, PD_ERR_PARSE, "csv", "%s: byte %lu is 0: not a text file", table->path,
                         (unsigned long)strlen(text));
     if (strncmp(text, "\xEF\xBB\xBF", 3) == 0) r.position = 3; /* the mark some editors put before UTF-8 */
     while (text[r.position]) {
@@ -236,11 +236,11 @@ static pd_status pdi_csv_parse(pd_ctx *ctx, pd_table *table)
             continue;
         }
         int fields;
-        PDI_TRY(pdi_csv_read_line(ctx, &r, &fields));
-        if (table->columns == 0) PDI_TRY(pdi_csv_set_column_names(ctx, &r, fields));
-        else PDI_TRY(pdi_csv_add_row(ctx, &r, fields));
+        PD_TRY(pdi_csv_read_line(ctx, &r, &fields));
+        if (table->columns == 0) PD_TRY(pdi_csv_set_column_names(ctx, &r, fields));
+        else PD_TRY(pdi_csv_add_row(ctx, &r, fields));
     }
-    if (table->columns == 0) return pdi_fail(ctx, PD_ERR_PARSE, "csv", "%s: no line of column names", table->path);
+    if (table->columns == 0) return pd_fail(ctx, PD_ERR_PARSE, "csv", "%s: no line of column names", table->path);
     return PD_OK;
 }
 
@@ -248,7 +248,7 @@ PDI_FN pd_status pdi_table_read(pd_ctx *ctx, const char *path, pd_table *table)
 {
     size_t size = 0;
     memset(table, 0, sizeof *table);
-    PDI_TRY(pdi_file_read_all(ctx, path, PD_CSV_MAX_FILE_SIZE, &table->text, &size));
+    PD_TRY(pdi_file_read_all(ctx, path, PD_CSV_MAX_FILE_SIZE, &table->text, &size));
     table->text_size = size + 1;
     strcpy(table->path, path);
     pd_status status = pdi_csv_parse(ctx, table);
@@ -258,9 +258,9 @@ PDI_FN pd_status pdi_table_read(pd_ctx *ctx, const char *path, pd_table *table)
 
 PDI_FN void pdi_table_free(pd_ctx *ctx, pd_table *table)
 {
-    PDI_DELETE(ctx, table->text_size, table->text);
-    PDI_DELETE(ctx, table->capacity, table->field_offset);
-    PDI_DELETE(ctx, table->line_capacity, table->row_line);
+    PD_DELETE(ctx, table->text_size, table->text);
+    PD_DELETE(ctx, table->capacity, table->field_offset);
+    PD_DELETE(ctx, table->line_capacity, table->row_line);
     memset(table, 0, sizeof *table);
 }
 
@@ -285,12 +285,12 @@ PDI_FN pd_status pdi_table_parse_column(pd_ctx *ctx, const pd_table *table, cons
 {
     int column = pdi_table_find_column(table, name);
     if (column < 0)
-        return pdi_fail(ctx, PD_ERR_PARSE, "csv", "%s: no column is named '%s'; the first of %d is '%s'", table->path,
+        return pd_fail(ctx, PD_ERR_PARSE, "csv", "%s: no column is named '%s'; the first of %d is '%s'", table->path,
                         name, table->columns, table->columns ? pdi_table_get_text(table, -1, 0) : "");
     for (int r = 0; r < table->rows; r++) {
         const char *text = pdi_table_get_text(table, r, column);
         if (!pdi_file_parse_number(text, strlen(text), &values[r]))
-            return pdi_fail(ctx, PD_ERR_PARSE, "csv", "%s:%d: column '%s': '%.40s' is not a number", table->path,
+            return pd_fail(ctx, PD_ERR_PARSE, "csv", "%s:%d: column '%s': '%.40s' is not a number", table->path,
                             table->row_line[r], name, text);
     }
     return PD_OK;

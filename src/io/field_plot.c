@@ -54,33 +54,33 @@ typedef struct pdi_field_plot_layout {
 static pd_status pdi_field_plot_check(pd_ctx *ctx, const pd_field_plot *p)
 {
     if (p->nx < 1 || p->ny < 1 || p->nx > INT32_MAX / p->ny || !p->values)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "%d x %d cells cannot be drawn", p->nx, p->ny);
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "picture", "%d x %d cells cannot be drawn", p->nx, p->ny);
     for (int d = 0; d < 2; d++)
         if (!(p->hi[d] - p->lo[d] > 0) || isinf(p->hi[d] - p->lo[d]))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "the extent %g .. %g m of axis %d is empty", p->lo[d],
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "picture", "the extent %g .. %g m of axis %d is empty", p->lo[d],
                             p->hi[d], d);
     if (p->width != 0 && (p->width < PD_FIELD_PLOT_MIN_WIDTH || p->width > PD_FIELD_PLOT_MAX_WIDTH))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "a width of %d pixels, expected %d to %d", p->width,
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "picture", "a width of %d pixels, expected %d to %d", p->width,
                         PD_FIELD_PLOT_MIN_WIDTH, PD_FIELD_PLOT_MAX_WIDTH);
     if (p->magnification < 0 || p->magnification > 256)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "magnification %d, expected 0 (automatic) to 256",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "picture", "magnification %d, expected 0 (automatic) to 256",
                         p->magnification);
     if (!(p->range_lo <= p->range_hi) || isinf(p->range_hi - p->range_lo))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "the colour range %g .. %g is empty", p->range_lo,
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "picture", "the colour range %g .. %g is empty", p->range_lo,
                         p->range_hi);
     if (p->log && p->range_lo < p->range_hi && !(p->range_lo > 0))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "a logarithmic range from %g on, expected a positive one",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "picture", "a logarithmic range from %g on, expected a positive one",
                         p->range_lo);
     if ((int)p->map < 0 || (int)p->map > PD_COLOUR_MAP_VIRIDIS)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "colour map %d does not exist", (int)p->map);
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "picture", "colour map %d does not exist", (int)p->map);
     if (p->contour_count < 0 || p->contour_count > PD_FIELD_PLOT_MAX_CONTOURS ||
         (p->contour_count && p->map == PD_COLOUR_MAP_LABELS))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "%d contours, expected 0 to %d, and none of labels",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "picture", "%d contours, expected 0 to %d, and none of labels",
                         p->contour_count, PD_FIELD_PLOT_MAX_CONTOURS);
     for (int k = 0; k < 2; k++) {
         int across = k ? p->arrows : p->streamlines;
         if (across && (across < PD_FIELD_PLOT_MIN_DENSITY || across > PD_FIELD_PLOT_MAX_DENSITY || !p->velocity))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture",
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "picture",
                             "%d %s side by side, expected 0 or %d to %d, with "
                             "velocities",
                             across, k ? "vectors" : "streamlines", PD_FIELD_PLOT_MIN_DENSITY,
@@ -88,7 +88,7 @@ static pd_status pdi_field_plot_check(pd_ctx *ctx, const pd_field_plot *p)
     }
     for (int64_t k = 0; p->cell_paint && k < (int64_t)p->nx * p->ny; k++)
         if (p->cell_paint[k] > PD_PAINT_OUTSIDE)
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "cell %ld has paint %d, expected 0 to %d", (long)k,
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "picture", "cell %ld has paint %d, expected 0 to %d", (long)k,
                             p->cell_paint[k], PD_PAINT_OUTSIDE);
     return PD_OK;
 }
@@ -378,9 +378,9 @@ static uint32_t pdi_field_plot_get_pixel_colour(const pd_field_plot *p, const pd
 static void pdi_field_plot_draw_cells(const pd_ctx *ctx, const pd_field_plot *p, const pdi_field_plot_layout *l,
                                       const uint32_t *table, int left, int top, pdi_canvas *canvas)
 {
-    int nt = pdi_par_threads(ctx, (int64_t)p->nx * p->ny * 8);
+    int nt = pd_par_threads(ctx, (int64_t)p->nx * p->ny * 8);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int row = 0; row < (l->y.pixels + l->y.pixels_per_cell - 1) / l->y.pixels_per_cell; row++)
         for (int x = 0; x < l->x.pixels; x += l->x.pixels_per_cell) {
             int y = row * l->y.pixels_per_cell, bottom = top + l->y.pixels - y;
@@ -436,7 +436,7 @@ static pd_status pdi_field_plot_draw_contours(pd_ctx *ctx, const pd_field_plot *
     double *position = NULL;
     pd_status status = PD_OK;
     if (!p->contour_count) return PD_OK;
-    PDI_TRY(PDI_NEW(ctx, "picture", cells, position));
+    PD_TRY(PD_NEW(ctx, "picture", cells, position));
     pdi_field_plot_compute_bar_positions(p, l, position);
     pdi_contour contour = {p->nx, p->ny, position};
     pdi_field_plot_segment_context pen = {l, canvas};
@@ -451,7 +451,7 @@ static pd_status pdi_field_plot_draw_contours(pd_ctx *ctx, const pd_field_plot *
         pdi_canvas_end_strokes(ctx, canvas);
     }
     pdi_canvas_reset_clip(canvas);
-    PDI_DELETE(ctx, cells, position);
+    PD_DELETE(ctx, cells, position);
     return status;
 }
 
@@ -499,13 +499,13 @@ static pd_status pdi_field_plot_draw_field(pd_ctx *ctx, const pd_field_plot *p, 
     pdi_canvas cells;
     if (!canvas->svg) pdi_field_plot_draw_cells(ctx, p, l, table, l->left, l->top, canvas);
     else {
-        PDI_TRY(pdi_canvas_build_image(ctx, l->x.pixels, l->y.pixels, &cells));
+        PD_TRY(pdi_canvas_build_image(ctx, l->x.pixels, l->y.pixels, &cells));
         pdi_field_plot_draw_cells(ctx, p, l, table, 0, 0, &cells);
         pdi_canvas_draw_image(canvas, l->left, l->top, &cells.image);
         pdi_image_free(ctx, &cells.image);
     }
     pdi_canvas_draw_frame(canvas, l->left, l->top, l->left + l->x.pixels, l->top + l->y.pixels, PDI_CANVAS_TEXT_COLOUR);
-    PDI_TRY(pdi_field_plot_draw_contours(ctx, p, l, canvas));
+    PD_TRY(pdi_field_plot_draw_contours(ctx, p, l, canvas));
     return pdi_field_plot_draw_velocity(ctx, p, l, canvas);
 }
 
@@ -553,7 +553,7 @@ static pd_status pdi_field_plot_draw_key(pd_ctx *ctx, const pdi_field_plot_layou
     int end = l->x_label_left + pdi_canvas_compute_text_width(l->x_label) + 20;
     if (l->reference_length > 0) {
         int width = pdi_field_plot_reference_width(l), start = x - width > end ? x - width : end;
-        PDI_TRY(pdi_velocity_plot_draw_one_arrow(ctx, canvas, start, y + 0.5 * PDI_CANVAS_CAPITAL_HEIGHT,
+        PD_TRY(pdi_velocity_plot_draw_one_arrow(ctx, canvas, start, y + 0.5 * PDI_CANVAS_CAPITAL_HEIGHT,
                                                  l->reference_length));
         pdi_canvas_draw_text(canvas, start + width, y, PDI_ALIGN_END, PDI_CANVAS_TEXT_COLOUR, l->reference_label);
         x = start - 24;
@@ -595,7 +595,7 @@ static pd_status pdi_field_plot_draw_on_canvas(pd_ctx *ctx, const void *what, pd
     pdi_field_plot_layout l;
     memset(canvas, 0, sizeof *canvas);
     memset(&l, 0, sizeof l);
-    PDI_TRY(pdi_field_plot_check(ctx, picture));
+    PD_TRY(pdi_field_plot_check(ctx, picture));
     pdi_field_plot_compute_range(picture, &l);
     pdi_field_plot_compute_scales(picture, &l);
     pdi_field_plot_format_x_label(picture, &l);
@@ -603,9 +603,9 @@ static pd_status pdi_field_plot_draw_on_canvas(pd_ctx *ctx, const void *what, pd
     if (picture->label) pdi_unit_label_format(picture->label, l.label);
     pdi_field_plot_compute_layout(picture, &l);
     pdi_colour_fill_table(picture->map == PD_COLOUR_MAP_LABELS ? PD_COLOUR_MAP_SEQUENTIAL : picture->map, table);
-    PDI_TRY(svg ? pdi_canvas_build_svg(ctx, l.width, l.height, svg, canvas)
+    PD_TRY(svg ? pdi_canvas_build_svg(ctx, l.width, l.height, svg, canvas)
                 : pdi_canvas_build_image(ctx, l.width, l.height, canvas));
-    PDI_TRY(pdi_field_plot_draw_field(ctx, picture, &l, table, canvas));
+    PD_TRY(pdi_field_plot_draw_field(ctx, picture, &l, table, canvas));
     pdi_field_plot_draw_axes(picture, &l, canvas);
     if (l.has_bar) pdi_field_plot_draw_colour_bar(picture, &l, table, canvas);
     else pdi_legend_draw(&l.legend, l.bar_left, l.top, canvas);

@@ -54,15 +54,15 @@ static const char *pdi_file_error_text(int error)
 /* Report "cannot <what> '<path>': <reason>" as PD_ERR_FILE. */
 static pd_status pdi_file_fail(pd_ctx *ctx, const char *what, const char *path, int error)
 {
-    return pdi_fail(ctx, PD_ERR_FILE, "file", "cannot %s '%s': %s", what, path, pdi_file_error_text(error));
+    return pd_fail(ctx, PD_ERR_FILE, "file", "cannot %s '%s': %s", what, path, pdi_file_error_text(error));
 }
 
 /* Check that a path is not empty and fits PD_PATH_SIZE. */
 static pd_status pdi_file_check_path(pd_ctx *ctx, const char *path)
 {
-    if (!path || !path[0]) return pdi_fail(ctx, PD_ERR_ARGUMENT, "file", "the path is empty");
+    if (!path || !path[0]) return pd_fail(ctx, PD_ERR_ARGUMENT, "file", "the path is empty");
     if (strlen(path) >= PD_PATH_SIZE)
-        return pdi_fail(ctx, PD_ERR_SIZE, "file", "a path of %lu characters, at most %d are possible: %.80s...",
+        return pd_fail(ctx, PD_ERR_SIZE, "file", "a path of %lu characters, at most %d are possible: %.80s...",
                         (unsigned long)strlen(path), PD_PATH_SIZE - 1, path);
     return PD_OK;
 }
@@ -281,7 +281,7 @@ static int pdi_file_make_one_directory(const char *path)
 pd_status pd_file_make_directory(pd_ctx *ctx, const char *path)
 {
     char partial[PD_PATH_SIZE];
-    PDI_TRY(pdi_file_check_path(ctx, path));
+    PD_TRY(pdi_file_check_path(ctx, path));
     strcpy(partial, path);
     /* Failures at parents are ignored: a parent may exist without write permission. The last call reports. */
     for (size_t i = 1; partial[i]; i++) {
@@ -311,7 +311,7 @@ static int pdi_file_is_unwritable(const char *path)
 PDI_FN pd_status pdi_file_check_writable(pd_ctx *ctx, const char *path)
 {
     char above[PD_PATH_SIZE];
-    PDI_TRY(pdi_file_check_path(ctx, path));
+    PD_TRY(pdi_file_check_path(ctx, path));
     strcpy(above, path);
     /* the deepest directory that is there */
     for (size_t end = strlen(above); !pdi_file_is_directory(above); above[end] = 0) {
@@ -341,7 +341,7 @@ pd_status pd_file_join(pd_ctx *ctx, const char *directory, const char *name, cha
     size_t length = strlen(directory), size = strlen(name) + 1;
     path[0] = 0;
     if (length + size + 1 > PD_PATH_SIZE)
-        return pdi_fail(ctx, PD_ERR_SIZE, "file", "the path '%.60s.../%.60s' is longer than %d characters", directory,
+        return pd_fail(ctx, PD_ERR_SIZE, "file", "the path '%.60s.../%.60s' is longer than %d characters", directory,
                         name, PD_PATH_SIZE - 1);
     memcpy(path, directory, length);
     if (length > 0 && !pdi_file_is_separator(directory[length - 1])) path[length++] = '/';
@@ -355,11 +355,11 @@ PDI_FN pd_status pdi_file_format_frame_name(pd_ctx *ctx, const char *prefix, int
     char stamp[PDI_FILE_NUMBER_SIZE];
     name[0] = 0;
     if (frame < 0 || frame > 999999)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "file", "frame %d, expected 0 to 999999", frame);
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "file", "frame %d, expected 0 to 999999", frame);
     if (!(time >= 0 && time < 1e18))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "file", "frame time %g s, expected 0 or more", time);
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "file", "frame time %g s, expected 0 or more", time);
     if (strlen(prefix) + strlen(extension) + sizeof stamp + 16 > PD_PATH_SIZE)
-        return pdi_fail(ctx, PD_ERR_SIZE, "file", "the name '%.60s...' is too long", prefix);
+        return pd_fail(ctx, PD_ERR_SIZE, "file", "the name '%.60s...' is too long", prefix);
     /* as many decimals as the time needs, one to six */
     int decimals = 1;
     double scale = 10.0;
@@ -381,7 +381,7 @@ PDI_FN pd_status pdi_file_format_frame_name(pd_ctx *ctx, const char *prefix, int
 /* Report that a file exceeds its size limit, as PD_ERR_FILE. */
 static pd_status pdi_file_fail_too_large(pd_ctx *ctx, const char *path, size_t limit)
 {
-    return pdi_fail(ctx, PD_ERR_FILE, "file", "'%s' is larger than %.0f bytes, the limit for this kind of file", path,
+    return pd_fail(ctx, PD_ERR_FILE, "file", "'%s' is larger than %.0f bytes, the limit for this kind of file", path,
                     (double)limit);
 }
 
@@ -399,7 +399,7 @@ static pd_status pdi_file_read_stream(pd_ctx *ctx, const char *path, FILE *strea
             return PD_OK;
         }
         size_t larger = *capacity * 2;
-        PDI_TRY(PDI_GROW(ctx, "file", *capacity, larger, *data));
+        PD_TRY(PD_GROW(ctx, "file", *capacity, larger, *data));
         *capacity = larger;
     }
 }
@@ -409,22 +409,22 @@ PDI_FN pd_status pdi_file_read_all(pd_ctx *ctx, const char *path, size_t limit, 
     size_t capacity = 16384;
     *data = NULL;
     *size = 0;
-    PDI_TRY(pdi_file_check_path(ctx, path));
+    PD_TRY(pdi_file_check_path(ctx, path));
     double found = 0.0;
     int error;
     FILE *stream = pdi_file_open_read_stream(path, &found, &error);
     if (!stream) return pdi_file_fail(ctx, "open", path, error);
     pd_status status = found > (double)limit ? pdi_file_fail_too_large(ctx, path, limit) : PD_OK;
     if (found >= (double)capacity && found <= (double)limit) capacity = (size_t)found + 1;
-    if (status == PD_OK) status = PDI_NEW(ctx, "file", capacity, *data);
+    if (status == PD_OK) status = PD_NEW(ctx, "file", capacity, *data);
     if (status == PD_OK) status = pdi_file_read_stream(ctx, path, stream, limit, data, size, &capacity);
     fclose(stream);
     if (status == PD_OK) {
-        status = PDI_GROW(ctx, "file", capacity, *size + 1, *data);
+        status = PD_GROW(ctx, "file", capacity, *size + 1, *data);
         if (status == PD_OK) (*data)[*size] = 0;
     }
     if (status != PD_OK) {
-        PDI_DELETE(ctx, capacity, *data);
+        PD_DELETE(ctx, capacity, *data);
         *size = 0;
     }
     return status;
@@ -435,7 +435,7 @@ PDI_FN pd_status pdi_file_read_all(pd_ctx *ctx, const char *path, size_t limit, 
 PDI_FN pd_status pdi_file_create(pd_ctx *ctx, const char *path, pd_file *file)
 {
     memset(file, 0, sizeof *file);
-    PDI_TRY(pdi_file_check_path(ctx, path));
+    PD_TRY(pdi_file_check_path(ctx, path));
     strcpy(file->path, path);
     snprintf(file->temporary_path, sizeof file->temporary_path, "%s.part", path);
     int error = EEXIST;
@@ -456,7 +456,7 @@ static pd_status pdi_file_open_in_place(pd_ctx *ctx, const char *path, int appen
     double size;
     int error;
     memset(file, 0, sizeof *file);
-    PDI_TRY(pdi_file_check_path(ctx, path));
+    PD_TRY(pdi_file_check_path(ctx, path));
     strcpy(file->path, path);
     file->stream = append ? pdi_file_open_append_stream(path, &error) : pdi_file_open_read_stream(path, &size, &error);
     return file->stream ? PD_OK : pdi_file_fail(ctx, verb, path, error);
@@ -475,7 +475,7 @@ static const char *pdi_file_current_name(const pd_file *file)
 
 PDI_FN pd_status pdi_file_write(pd_ctx *ctx, pd_file *file, const void *data, size_t size)
 {
-    if (!file->stream) return pdi_fail(ctx, PD_ERR_ARGUMENT, "file", "write to a file that is not open");
+    if (!file->stream) return pd_fail(ctx, PD_ERR_ARGUMENT, "file", "write to a file that is not open");
     errno = 0;
     if (fwrite(data, 1, size, (FILE *)file->stream) != size)
         return pdi_file_fail(ctx, "write", pdi_file_current_name(file), errno);
@@ -489,7 +489,7 @@ PDI_FN pd_status pdi_file_write_text(pd_ctx *ctx, pd_file *file, const char *tex
 
 PDI_FN pd_status pdi_file_flush(pd_ctx *ctx, pd_file *file)
 {
-    if (!file->stream) return pdi_fail(ctx, PD_ERR_ARGUMENT, "file", "flush of a file that is not open");
+    if (!file->stream) return pd_fail(ctx, PD_ERR_ARGUMENT, "file", "flush of a file that is not open");
     errno = 0;
     if (fflush((FILE *)file->stream) != 0) return pdi_file_fail(ctx, "write", pdi_file_current_name(file), errno);
     return PD_OK;
@@ -511,7 +511,7 @@ static int pdi_file_rename(const char *from, const char *to)
 
 PDI_FN pd_status pdi_file_commit(pd_ctx *ctx, pd_file *file)
 {
-    if (!file->stream) return pdi_fail(ctx, PD_ERR_ARGUMENT, "file", "commit of a file that is not open");
+    if (!file->stream) return pd_fail(ctx, PD_ERR_ARGUMENT, "file", "commit of a file that is not open");
     pd_status status = PD_OK;
     errno = 0;
     /* A caller may have ignored the error of an earlier write: the file must not get its final name then. */
@@ -561,7 +561,7 @@ PDI_FN pd_status pdi_file_read_bytes(pd_ctx *ctx, pd_file *file, void *data, siz
 
 PDI_FN pd_status pdi_file_get_length(pd_ctx *ctx, pd_file *file, int64_t *length)
 {
-    PDI_TRY(pdi_file_flush(ctx, file));
+    PD_TRY(pdi_file_flush(ctx, file));
     errno = 0;
     long end = fseek((FILE *)file->stream, 0, SEEK_END) == 0 ? ftell((FILE *)file->stream) : -1;
     if (end < 0) return pdi_file_fail(ctx, "measure", file->path, errno);
@@ -576,15 +576,15 @@ static pd_status pdi_file_copy_bytes(pd_ctx *ctx, pd_file *from, int64_t length,
     size_t got;
     for (int64_t left = length; left > 0; left -= (int64_t)got) {
         size_t wanted = left < (int64_t)sizeof bytes ? (size_t)left : sizeof bytes;
-        PDI_TRY(pdi_file_read_bytes(ctx, from, bytes, wanted, &got));
+        PD_TRY(pdi_file_read_bytes(ctx, from, bytes, wanted, &got));
         if (got < wanted)
-            return pdi_fail(ctx, PD_ERR_FILE, "file", "'%s' holds %.0f bytes, expected at least the %.0f to go on from",
+            return pd_fail(ctx, PD_ERR_FILE, "file", "'%s' holds %.0f bytes, expected at least the %.0f to go on from",
                             from->path, (double)(length - left) + (double)got, (double)length);
-        PDI_TRY(pdi_file_write(ctx, to, bytes, got));
+        PD_TRY(pdi_file_write(ctx, to, bytes, got));
         last = bytes[got - 1];
     }
     if (last != '\n')
-        return pdi_fail(ctx, PD_ERR_FILE, "file", "no line of '%s' ends at byte %.0f: it is not the file to go on from",
+        return pd_fail(ctx, PD_ERR_FILE, "file", "no line of '%s' ends at byte %.0f: it is not the file to go on from",
                         from->path, (double)length);
     return PD_OK;
 }
@@ -592,7 +592,7 @@ static pd_status pdi_file_copy_bytes(pd_ctx *ctx, pd_file *from, int64_t length,
 PDI_FN pd_status pdi_file_resume(pd_ctx *ctx, const char *path, int64_t length, pd_file *file)
 {
     pd_file from;
-    PDI_TRY(pdi_file_open_read(ctx, path, &from));
+    PD_TRY(pdi_file_open_read(ctx, path, &from));
     pd_status status = pdi_file_create(ctx, path, file);
     if (status == PD_OK) {
         status = pdi_file_copy_bytes(ctx, &from, length, file);

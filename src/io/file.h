@@ -14,8 +14,6 @@
 #define PD_FILE_H
 #include "core/base.h"
 
-#define PD_PATH_SIZE 1024 /* longest path with its end, [byte] */
-
 /* An open file, for writing or reading. Zero it, or let a function that opens a file fill it. */
 typedef struct pd_file {
     void *stream;                    /* FILE, NULL: closed */
@@ -60,7 +58,7 @@ PDI_FN int pdi_file_is_subpath(const char *path);
  * reason. */
 PDI_FN pd_status pdi_file_check_writable(pd_ctx *ctx, const char *path);
 /* Read a whole regular file of at most `limit` bytes into new memory. data gets size + 1 bytes, the last one 0, so
- * that text can be parsed in place; free with PDI_DELETE(ctx, size + 1, data). PD_ERR_FILE: missing, unreadable, a
+ * that text can be parsed in place; free with PD_DELETE(ctx, size + 1, data). PD_ERR_FILE: missing, unreadable, a
  * folder, pipe or device, larger than the limit. */
 PDI_FN pd_status pdi_file_read_all(pd_ctx *ctx, const char *path, size_t limit, char **data, size_t *size);
 

@@ -57,7 +57,7 @@ static int pdi_gmsh_compare_entities(const void *a, const void *b)
 static pd_status pdi_gmsh_skip_numbers(pdi_gmsh_reader *m, const char *what, int64_t count)
 {
     double value;
-    for (int64_t k = 0; k < count; k++) PDI_TRY(pdi_tokenizer_read_number(m->tokenizer, what, &value));
+    for (int64_t k = 0; k < count; k++) PD_TRY(pdi_tokenizer_read_number(m->tokenizer, what, &value));
     return PD_OK;
 }
 
@@ -69,11 +69,11 @@ static pd_status pdi_gmsh_read_format(pdi_gmsh_reader *m)
     const char *at = m->tokenizer->position;
     double version;
     int64_t binary, bytes;
-    PDI_TRY(pdi_tokenizer_read_number(m->tokenizer, "the version", &version));
+    PD_TRY(pdi_tokenizer_read_number(m->tokenizer, "the version", &version));
     m->version = fabs(version - 2.2) < 1e-9 ? 2 : fabs(version - 4.1) < 1e-9 ? 4 : 0;
     if (!m->version) return pdi_tokenizer_fail(m->tokenizer, at, "MSH version %g, expected 2.2 or 4.1", version);
-    PDI_TRY(pdi_tokenizer_read_integer(m->tokenizer, "the file type", 0, 1, &binary));
-    PDI_TRY(pdi_tokenizer_read_integer(m->tokenizer, "the size of numbers", 1, 16, &bytes));
+    PD_TRY(pdi_tokenizer_read_integer(m->tokenizer, "the file type", 0, 1, &binary));
+    PD_TRY(pdi_tokenizer_read_integer(m->tokenizer, "the size of numbers", 1, 16, &bytes));
     if (binary)
         return pdi_tokenizer_fail(m->tokenizer, at, "a binary file, expected text: save it with Mesh.Binary = 0");
     return pdi_tokenizer_expect_word(m->tokenizer, "$EndMeshFormat");
@@ -84,9 +84,9 @@ static pd_status pdi_gmsh_read_groups(pdi_gmsh_reader *m, int64_t *tag)
 {
     int64_t count, group;
     *tag = 0;
-    PDI_TRY(pdi_tokenizer_read_count(m->tokenizer, "the number of groups", 2, &count));
+    PD_TRY(pdi_tokenizer_read_count(m->tokenizer, "the number of groups", 2, &count));
     for (int64_t k = 0; k < count; k++) {
-        PDI_TRY(pdi_tokenizer_read_integer(m->tokenizer, "a group", -INT32_MAX, INT32_MAX, &group));
+        PD_TRY(pdi_tokenizer_read_integer(m->tokenizer, "a group", -INT32_MAX, INT32_MAX, &group));
         if (k == 0) *tag = group < 0 ? -group : group;
     }
     return PD_OK;
@@ -99,16 +99,16 @@ static pd_status pdi_gmsh_read_entities(pdi_gmsh_reader *m)
     pdi_tokenizer *s = m->tokenizer;
     const char *begin = s->position;
     if (m->has_entities++) return pdi_tokenizer_fail(s, begin, "a second section $Entities");
-    for (int d = 0; d < 4; d++) PDI_TRY(pdi_tokenizer_read_count(s, "the number of entities", 10, &count[d]));
+    for (int d = 0; d < 4; d++) PD_TRY(pdi_tokenizer_read_count(s, "the number of entities", 10, &count[d]));
     m->entity_count = count[PD_DIM];
-    PDI_TRY(PDI_NEW(s->ctx, "msh", m->entity_count, m->entity));
+    PD_TRY(PD_NEW(s->ctx, "msh", m->entity_count, m->entity));
     for (int d = 0; d < 4; d++)
         for (int64_t k = 0; k < count[d]; k++) {
-            PDI_TRY(pdi_tokenizer_read_integer(s, "an entity", -PDI_GMSH_MAX_ID, PDI_GMSH_MAX_ID, &id));
-            PDI_TRY(pdi_gmsh_skip_numbers(m, "the extent of an entity", d ? 6 : 3));
-            PDI_TRY(pdi_gmsh_read_groups(m, &tag));
-            if (d) PDI_TRY(pdi_tokenizer_read_count(s, "the number of its bounds", 2, &bounds));
-            if (d) PDI_TRY(pdi_gmsh_skip_numbers(m, "a bound of an entity", bounds));
+            PD_TRY(pdi_tokenizer_read_integer(s, "an entity", -PDI_GMSH_MAX_ID, PDI_GMSH_MAX_ID, &id));
+            PD_TRY(pdi_gmsh_skip_numbers(m, "the extent of an entity", d ? 6 : 3));
+            PD_TRY(pdi_gmsh_read_groups(m, &tag));
+            if (d) PD_TRY(pdi_tokenizer_read_count(s, "the number of its bounds", 2, &bounds));
+            if (d) PD_TRY(pdi_gmsh_skip_numbers(m, "a bound of an entity", bounds));
             if (d != PD_DIM) continue;
             m->entity[k].id = id;
             m->entity[k].tag = (int32_t)tag;
@@ -121,7 +121,7 @@ static pd_status pdi_gmsh_read_entities(pdi_gmsh_reader *m)
 static pd_status pdi_gmsh_read_coordinates(pdi_gmsh_reader *m, pdi_gmsh_node *node)
 {
     for (int d = 0; d < 3; d++) {
-        PDI_TRY(pdi_tokenizer_read_number(m->tokenizer, "a coordinate", &node->x[d]));
+        PD_TRY(pdi_tokenizer_read_number(m->tokenizer, "a coordinate", &node->x[d]));
         if (!(fabs(node->x[d]) < 1e100))
             return pdi_tokenizer_fail(m->tokenizer, m->tokenizer->position,
                                       "the coordinate %g, expected less than 1e100", node->x[d]);
@@ -135,18 +135,18 @@ static pd_status pdi_gmsh_read_node_blocks(pdi_gmsh_reader *m, int64_t blocks)
     int64_t value, count, done = 0;
     pdi_tokenizer *s = m->tokenizer;
     for (int64_t b = 0; b < blocks; b++) {
-        PDI_TRY(pdi_tokenizer_read_integer(s, "the dimension of a block", 0, 3, &value));
-        PDI_TRY(pdi_tokenizer_read_integer(s, "the entity of a block", -PDI_GMSH_MAX_ID, PDI_GMSH_MAX_ID, &value));
-        PDI_TRY(pdi_tokenizer_read_integer(s, "whether a block has parameters", 0, 1, &value));
+        PD_TRY(pdi_tokenizer_read_integer(s, "the dimension of a block", 0, 3, &value));
+        PD_TRY(pdi_tokenizer_read_integer(s, "the entity of a block", -PDI_GMSH_MAX_ID, PDI_GMSH_MAX_ID, &value));
+        PD_TRY(pdi_tokenizer_read_integer(s, "whether a block has parameters", 0, 1, &value));
         const char *at = s->position;
-        PDI_TRY(pdi_tokenizer_read_integer(s, "the number of nodes of a block", 0, PDI_GMSH_MAX_ID, &count));
+        PD_TRY(pdi_tokenizer_read_integer(s, "the number of nodes of a block", 0, PDI_GMSH_MAX_ID, &count));
         if (count > m->node_count - done)
             return pdi_tokenizer_fail(s, at, "blocks with more than the %.0f nodes of the section",
                                       (double)m->node_count);
         for (int64_t k = 0; k < count; k++)
-            PDI_TRY(pdi_tokenizer_read_integer(s, "a node", 1, PDI_GMSH_MAX_ID, &m->node[done + k].id));
+            PD_TRY(pdi_tokenizer_read_integer(s, "a node", 1, PDI_GMSH_MAX_ID, &m->node[done + k].id));
         for (int64_t k = 0; k < count; k++) {
-            PDI_TRY(pdi_gmsh_read_coordinates(m, &m->node[done + k]));
+            PD_TRY(pdi_gmsh_read_coordinates(m, &m->node[done + k]));
             pdi_tokenizer_skip_line(s);
         }
         done += count;
@@ -163,17 +163,17 @@ static pd_status pdi_gmsh_read_nodes(pdi_gmsh_reader *m)
     pdi_tokenizer *s = m->tokenizer;
     const char *begin = s->position;
     if (m->has_nodes++) return pdi_tokenizer_fail(s, begin, "a second section $Nodes");
-    if (m->version == 4) PDI_TRY(pdi_tokenizer_read_count(s, "the number of blocks", 4, &blocks));
-    PDI_TRY(pdi_tokenizer_read_count(s, "the number of nodes", 8, &m->node_count));
+    if (m->version == 4) PD_TRY(pdi_tokenizer_read_count(s, "the number of blocks", 4, &blocks));
+    PD_TRY(pdi_tokenizer_read_count(s, "the number of nodes", 8, &m->node_count));
     for (int k = 0; m->version == 4 && k < 2; k++)
-        PDI_TRY(pdi_tokenizer_read_integer(s, "the bounds of nodes", 0, PDI_GMSH_MAX_ID, &bound));
-    PDI_TRY(PDI_NEW(s->ctx, "msh", m->node_count, m->node));
-    if (m->version == 4) PDI_TRY(pdi_gmsh_read_node_blocks(m, blocks));
+        PD_TRY(pdi_tokenizer_read_integer(s, "the bounds of nodes", 0, PDI_GMSH_MAX_ID, &bound));
+    PD_TRY(PD_NEW(s->ctx, "msh", m->node_count, m->node));
+    if (m->version == 4) PD_TRY(pdi_gmsh_read_node_blocks(m, blocks));
     for (int64_t k = 0; m->version == 2 && k < m->node_count; k++) {
-        PDI_TRY(pdi_tokenizer_read_integer(s, "a node", 1, PDI_GMSH_MAX_ID, &m->node[k].id));
-        PDI_TRY(pdi_gmsh_read_coordinates(m, &m->node[k]));
+        PD_TRY(pdi_tokenizer_read_integer(s, "a node", 1, PDI_GMSH_MAX_ID, &m->node[k].id));
+        PD_TRY(pdi_gmsh_read_coordinates(m, &m->node[k]));
     }
-    PDI_TRY(pdi_tokenizer_expect_word(s, "$EndNodes"));
+    PD_TRY(pdi_tokenizer_expect_word(s, "$EndNodes"));
     qsort(m->node, (size_t)m->node_count, sizeof *m->node, pdi_gmsh_compare_nodes);
     for (int64_t k = 0; k < m->node_count; k++) {
         if (k && m->node[k].id == m->node[k - 1].id)
@@ -228,10 +228,10 @@ static pd_status pdi_gmsh_grow_hash_table(pdi_gmsh_reader *m)
     if (2 * m->key_count < m->slot_count) return PD_OK;
     larger.slot_count = m->slot_count ? 2 * m->slot_count : 1024;
     larger.slot = NULL;
-    PDI_TRY(PDI_NEW(m->tokenizer->ctx, "mesh", larger.slot_count, larger.slot));
+    PD_TRY(PD_NEW(m->tokenizer->ctx, "mesh", larger.slot_count, larger.slot));
     for (int64_t k = 0; k < m->slot_count; k++)
         if (m->slot[k].node[0]) *pdi_gmsh_find_slot(&larger, &m->slot[k]) = m->slot[k];
-    PDI_DELETE(m->tokenizer->ctx, m->slot_count, m->slot);
+    PD_DELETE(m->tokenizer->ctx, m->slot_count, m->slot);
     m->slot_count = larger.slot_count;
     m->slot = larger.slot;
     return PD_OK;
@@ -244,8 +244,8 @@ static pd_status pdi_gmsh_add_cell_key(pdi_gmsh_reader *m, pdi_points_cell_type 
 {
     pdi_gmsh_cell_key key;
     memset(&key, 0, sizeof key);
-    PDI_TRY(pdi_gmsh_grow_hash_table(m));
-    for (int k = 0; k < pdi_points_count_corners(form); k++) {
+    PD_TRY(pdi_gmsh_grow_hash_table(m));
+    for (int k = 0; k < pd_points_count_corners(form); k++) {
         int to = k;
         for (; to > 0 && key.node[to - 1] > node_index[k]; to--) key.node[to] = key.node[to - 1];
         key.node[to] = node_index[k];
@@ -266,9 +266,9 @@ static pd_status pdi_gmsh_read_cell(pdi_gmsh_reader *m, pdi_points_cell_type for
     int32_t node_index[8];
     int again;
     const char *begin = m->tokenizer->position, *fault;
-    for (int k = 0; k < pdi_points_count_corners(form); k++) {
+    for (int k = 0; k < pd_points_count_corners(form); k++) {
         pdi_gmsh_node key;
-        PDI_TRY(pdi_tokenizer_read_integer(m->tokenizer, "a node of an element", 1, PDI_GMSH_MAX_ID, &key.id));
+        PD_TRY(pdi_tokenizer_read_integer(m->tokenizer, "a node of an element", 1, PDI_GMSH_MAX_ID, &key.id));
         const void *found =
             m->node_count ? bsearch(&key, m->node, (size_t)m->node_count, sizeof key, pdi_gmsh_compare_nodes) : NULL;
         if (!found)
@@ -277,18 +277,18 @@ static pd_status pdi_gmsh_read_cell(pdi_gmsh_reader *m, pdi_points_cell_type for
         node[k] = key.id;
         node_index[k] = (int32_t)((const pdi_gmsh_node *)found - m->node) + 1;
     }
-    PDI_TRY(pdi_gmsh_add_cell_key(m, form, node_index, &again));
+    PD_TRY(pdi_gmsh_add_cell_key(m, form, node_index, &again));
     if (surface != m->previous_entity) m->cells.orientation = 0.0;
     m->previous_entity = surface;
-    PDI_TRY(pdi_points_add_cell(m->tokenizer->ctx, &m->cells, form, corner, 0, tag, &fault));
+    PD_TRY(pd_points_add_cell(m->tokenizer->ctx, &m->cells, form, corner, 0, tag, &fault));
     if (fault) return pdi_tokenizer_fail(m->tokenizer, begin, "%s", fault);
     if (again) m->cells.points->count--; /* it was added to check its orientation only */
     else
-        PDI_TRY(
-            pdi_boundary_faces_add_cell(m->tokenizer->ctx, &m->faces, form, node, corner, m->cells.points->count - 1));
+        PD_TRY(
+            pd_boundary_faces_add_cell(m->tokenizer->ctx, &m->faces, form, node, corner, m->cells.points->count - 1));
     if (pdi_tokenizer_skip_line(m->tokenizer)) return PD_OK;
     return pdi_tokenizer_fail(m->tokenizer, begin, "an element that does not end with its node %d",
-                              pdi_points_count_corners(form));
+                              pd_points_count_corners(form));
 }
 
 /* Read an element of format 2.2: number, type, tags (physical group first), nodes. */
@@ -296,14 +296,14 @@ static pd_status pdi_gmsh_read_element(pdi_gmsh_reader *m)
 {
     int64_t id, type, count, tag[2] = {0, 0}, value;
     int counts;
-    PDI_TRY(pdi_tokenizer_read_integer(m->tokenizer, "an element", 0, PDI_GMSH_MAX_ID, &id));
+    PD_TRY(pdi_tokenizer_read_integer(m->tokenizer, "an element", 0, PDI_GMSH_MAX_ID, &id));
     const char *at = m->tokenizer->position;
-    PDI_TRY(pdi_tokenizer_read_integer(m->tokenizer, "the type of an element", 0, PDI_GMSH_MAX_ID, &type));
-    PDI_TRY(pdi_gmsh_check_element_type(m, at, type, &counts));
+    PD_TRY(pdi_tokenizer_read_integer(m->tokenizer, "the type of an element", 0, PDI_GMSH_MAX_ID, &type));
+    PD_TRY(pdi_gmsh_check_element_type(m, at, type, &counts));
     if (counts) {
-        PDI_TRY(pdi_tokenizer_read_count(m->tokenizer, "the number of tags", 2, &count));
+        PD_TRY(pdi_tokenizer_read_count(m->tokenizer, "the number of tags", 2, &count));
         for (int64_t k = 0; k < count; k++) {
-            PDI_TRY(pdi_tokenizer_read_integer(m->tokenizer, "a tag", -INT32_MAX, INT32_MAX, &value));
+            PD_TRY(pdi_tokenizer_read_integer(m->tokenizer, "a tag", -INT32_MAX, INT32_MAX, &value));
             if (k < 2) tag[k] = value < 0 ? -value : value;
         }
         return pdi_gmsh_read_cell(m, pdi_gmsh_find_cell_type(type, &counts), tag[1], (int32_t)tag[0]);
@@ -319,12 +319,12 @@ static pd_status pdi_gmsh_read_element_block(pdi_gmsh_reader *m, int64_t *remain
     int counts, known;
     pdi_gmsh_entity key, *found = NULL;
     pdi_tokenizer *s = m->tokenizer;
-    PDI_TRY(pdi_tokenizer_read_integer(s, "the dimension of a block", 0, 3, &dimension));
+    PD_TRY(pdi_tokenizer_read_integer(s, "the dimension of a block", 0, 3, &dimension));
     const char *at = s->position;
-    PDI_TRY(pdi_tokenizer_read_integer(s, "the entity of a block", -PDI_GMSH_MAX_ID, PDI_GMSH_MAX_ID, &key.id));
-    PDI_TRY(pdi_tokenizer_read_integer(s, "the type of elements", 0, PDI_GMSH_MAX_ID, &type));
-    PDI_TRY(pdi_gmsh_check_element_type(m, at, type, &counts));
-    PDI_TRY(pdi_tokenizer_read_integer(s, "the number of elements of a block", 0, PDI_GMSH_MAX_ID, &count));
+    PD_TRY(pdi_tokenizer_read_integer(s, "the entity of a block", -PDI_GMSH_MAX_ID, PDI_GMSH_MAX_ID, &key.id));
+    PD_TRY(pdi_tokenizer_read_integer(s, "the type of elements", 0, PDI_GMSH_MAX_ID, &type));
+    PD_TRY(pdi_gmsh_check_element_type(m, at, type, &counts));
+    PD_TRY(pdi_tokenizer_read_integer(s, "the number of elements of a block", 0, PDI_GMSH_MAX_ID, &count));
     if (count > *remaining) return pdi_tokenizer_fail(s, at, "blocks with more elements than their section");
     *remaining -= count;
     if (counts && m->entity_count)
@@ -333,9 +333,9 @@ static pd_status pdi_gmsh_read_element_block(pdi_gmsh_reader *m, int64_t *remain
     if (counts && m->has_entities && !found)
         return pdi_tokenizer_fail(s, at, "elements of the entity %.0f, which $Entities does not have", (double)key.id);
     for (int64_t k = 0; k < count; k++) {
-        PDI_TRY(pdi_tokenizer_read_integer(s, "an element", 0, PDI_GMSH_MAX_ID, &id));
+        PD_TRY(pdi_tokenizer_read_integer(s, "an element", 0, PDI_GMSH_MAX_ID, &id));
         if (counts)
-            PDI_TRY(pdi_gmsh_read_cell(m, pdi_gmsh_find_cell_type(type, &known), key.id, found ? found->tag : 0));
+            PD_TRY(pdi_gmsh_read_cell(m, pdi_gmsh_find_cell_type(type, &known), key.id, found ? found->tag : 0));
         else pdi_tokenizer_skip_line(s);
     }
     return PD_OK;
@@ -349,12 +349,12 @@ static pd_status pdi_gmsh_read_elements(pdi_gmsh_reader *m)
     if (!m->has_nodes) return pdi_tokenizer_fail(s, s->position, "$Elements before $Nodes");
     if (m->has_elements++) return pdi_tokenizer_fail(s, s->position, "a second section $Elements");
     m->previous_entity = -1;
-    if (m->version == 4) PDI_TRY(pdi_tokenizer_read_count(s, "the number of blocks", 4, &blocks));
-    PDI_TRY(pdi_tokenizer_read_count(s, "the number of elements", 4, &count));
+    if (m->version == 4) PD_TRY(pdi_tokenizer_read_count(s, "the number of blocks", 4, &blocks));
+    PD_TRY(pdi_tokenizer_read_count(s, "the number of elements", 4, &count));
     for (int k = 0; m->version == 4 && k < 2; k++)
-        PDI_TRY(pdi_tokenizer_read_integer(s, "the bounds of elements", 0, PDI_GMSH_MAX_ID, &bound));
-    for (int64_t b = 0; b < blocks; b++) PDI_TRY(pdi_gmsh_read_element_block(m, &count));
-    for (int64_t k = 0; m->version == 2 && k < count; k++) PDI_TRY(pdi_gmsh_read_element(m));
+        PD_TRY(pdi_tokenizer_read_integer(s, "the bounds of elements", 0, PDI_GMSH_MAX_ID, &bound));
+    for (int64_t b = 0; b < blocks; b++) PD_TRY(pdi_gmsh_read_element_block(m, &count));
+    for (int64_t k = 0; m->version == 2 && k < count; k++) PD_TRY(pdi_gmsh_read_element(m));
     if (m->version == 4 && count)
         return pdi_tokenizer_fail(s, s->position, "%.0f elements too few in blocks", (double)count);
     return pdi_tokenizer_expect_word(s, "$EndElements");
@@ -376,21 +376,21 @@ static pd_status pdi_gmsh_skip_section(pdi_gmsh_reader *m, const char *name, siz
 static pd_status pdi_gmsh_read_sections(pdi_gmsh_reader *m)
 {
     const char *word;
-    PDI_TRY(pdi_tokenizer_expect_word(m->tokenizer, "$MeshFormat"));
-    PDI_TRY(pdi_gmsh_read_format(m));
+    PD_TRY(pdi_tokenizer_expect_word(m->tokenizer, "$MeshFormat"));
+    PD_TRY(pdi_gmsh_read_format(m));
     for (size_t size; (size = pdi_tokenizer_read_word(m->tokenizer, &word)) > 0;) {
         if (word[0] != '$') return pdi_tokenizer_fail(m->tokenizer, word, "text outside of sections");
-        if (pdi_tokenizer_is_word(m->tokenizer, word, size, "$Nodes")) PDI_TRY(pdi_gmsh_read_nodes(m));
-        else if (pdi_tokenizer_is_word(m->tokenizer, word, size, "$Elements")) PDI_TRY(pdi_gmsh_read_elements(m));
+        if (pdi_tokenizer_is_word(m->tokenizer, word, size, "$Nodes")) PD_TRY(pdi_gmsh_read_nodes(m));
+        else if (pdi_tokenizer_is_word(m->tokenizer, word, size, "$Elements")) PD_TRY(pdi_gmsh_read_elements(m));
         else if (pdi_tokenizer_is_word(m->tokenizer, word, size, "$Entities") && m->version == 4)
-            PDI_TRY(pdi_gmsh_read_entities(m));
+            PD_TRY(pdi_gmsh_read_entities(m));
         else if (pdi_tokenizer_is_word(m->tokenizer, word, size, "$ParametricNodes"))
             return pdi_tokenizer_fail(m->tokenizer, word,
                                       "$ParametricNodes, expected $Nodes: save the mesh with "
                                       "Mesh.SaveParametric = 0");
         else if (pdi_tokenizer_is_word(m->tokenizer, word, size, "$PartitionedEntities"))
             return pdi_tokenizer_fail(m->tokenizer, word, "a partitioned mesh, expected one in one piece");
-        else PDI_TRY(pdi_gmsh_skip_section(m, word, size));
+        else PD_TRY(pdi_gmsh_skip_section(m, word, size));
     }
     if (!m->has_elements)
         return pdi_tokenizer_fail(m->tokenizer, m->tokenizer->end, "the file has no section $Elements");
@@ -405,11 +405,11 @@ PDI_FN pd_status pdi_gmsh_read(pdi_tokenizer *scan, double scale, pd_points *poi
     m.cells.points = points;
     m.cells.scale = scale;
     pd_status status = pdi_gmsh_read_sections(&m);
-    if (status == PD_OK) status = pdi_boundary_faces_finish(scan->ctx, &m.faces, scale, points);
-    pdi_boundary_faces_free(scan->ctx, &m.faces);
-    PDI_DELETE(scan->ctx, m.node_count, m.node);
-    PDI_DELETE(scan->ctx, m.entity_count, m.entity);
-    PDI_DELETE(scan->ctx, m.slot_count, m.slot);
+    if (status == PD_OK) status = pd_boundary_faces_finish(scan->ctx, &m.faces, scale, points);
+    pd_boundary_faces_free(scan->ctx, &m.faces);
+    PD_DELETE(scan->ctx, m.node_count, m.node);
+    PD_DELETE(scan->ctx, m.entity_count, m.entity);
+    PD_DELETE(scan->ctx, m.slot_count, m.slot);
     return status;
 }
 

@@ -6,9 +6,9 @@
  */
 #ifndef PD_GMSH_H
 #define PD_GMSH_H
-#include "io/points.h"
+#include "solid/points.h"
 #include "io/tokenizer.h"
-#include "io/boundary_faces.h"
+#include "solid/boundary_faces.h"
 
 #ifdef PDI_INTERNAL
 /* Add the cells of the text as points; lengths times scale are in metres. PD_ERR_PARSE with path:line: a format error,

@@ -150,7 +150,7 @@ static pd_status pdi_output_folder_fail_in_use(pd_ctx *ctx, const char *folder, 
     if (pdi_file_open_read(ctx, lock, &file) == PD_OK && !fgets(number, sizeof number, (FILE *)file.stream))
         number[0] = '\0';
     pdi_file_abandon(&file);
-    return pdi_fail(ctx, PD_ERR_STATE, "folder",
+    return pd_fail(ctx, PD_ERR_STATE, "folder",
                     "another run (process %.0f) writes into '%.200s', expected a folder of its own: wait for it or "
                     "choose another folder; if none runs, remove '%.200s'", strtod(number, NULL), folder, lock);
 }
@@ -158,7 +158,7 @@ static pd_status pdi_output_folder_fail_in_use(pd_ctx *ctx, const char *folder, 
 /* Report that the file in place of the lock is none, as PD_ERR_STATE. */
 static pd_status pdi_output_folder_fail_not_lock(pd_ctx *ctx, const char *lock)
 {
-    return pdi_fail(ctx, PD_ERR_STATE, "folder",
+    return pd_fail(ctx, PD_ERR_STATE, "folder",
                     "'%.300s' is a link or holds something else, expected the lock of a run or none: remove it", lock);
 }
 
@@ -167,11 +167,11 @@ static pd_status pdi_output_folder_acquire_lock(pd_ctx *ctx, pd_output_folder *f
 {
     char path[PD_PATH_SIZE], number[32];
     pdi_output_folder_lock_state state = PDI_OUTPUT_FOLDER_LOCK_MISSING;
-    PDI_TRY(pd_file_join(ctx, f->path, PD_OUTPUT_FOLDER_LOCK, path));
+    PD_TRY(pd_file_join(ctx, f->path, PD_OUTPUT_FOLDER_LOCK, path));
     for (int k = 0; k < PDI_OUTPUT_FOLDER_LOCK_ATTEMPTS && state == PDI_OUTPUT_FOLDER_LOCK_MISSING; k++)
         state = pdi_output_folder_try_lock(path, 1, &f->lock_descriptor);
     if (state == PDI_OUTPUT_FOLDER_LOCK_ERROR)
-        return pdi_fail(ctx, PD_ERR_FILE, "folder", "cannot create '%.300s': %s", path, strerror(errno));
+        return pd_fail(ctx, PD_ERR_FILE, "folder", "cannot create '%.300s': %s", path, strerror(errno));
     if (state == PDI_OUTPUT_FOLDER_LOCK_FOREIGN) return pdi_output_folder_fail_not_lock(ctx, path);
     if (state != PDI_OUTPUT_FOLDER_LOCK_OURS) return pdi_output_folder_fail_in_use(ctx, f->path, path);
     f->lock_held = 1;
@@ -210,11 +210,11 @@ static int pdi_output_folder_read_line(pd_file *file, char *line)
 static pd_status pdi_output_folder_open_list(pd_ctx *ctx, const char *folder, pd_file *file, char *run_name, int *found)
 {
     char path[PD_PATH_SIZE], line[PD_PATH_SIZE];
-    PDI_TRY(pd_file_join(ctx, folder, PD_OUTPUT_FOLDER_LIST, path));
+    PD_TRY(pd_file_join(ctx, folder, PD_OUTPUT_FOLDER_LIST, path));
     *found = pdi_file_exists(path);
     memset(file, 0, sizeof *file);
     if (!*found) return PD_OK;
-    PDI_TRY(pdi_file_open_read(ctx, path, file));
+    PD_TRY(pdi_file_open_read(ctx, path, file));
     int head = pdi_output_folder_read_line(file, line) &&
                strncmp(line, PDI_OUTPUT_FOLDER_LIST_HEADER, strlen(PDI_OUTPUT_FOLDER_LIST_HEADER) - 1) == 0;
     if (head && pdi_output_folder_read_line(file, line) && strncmp(line, "run ", 4) == 0) {
@@ -222,7 +222,7 @@ static pd_status pdi_output_folder_open_list(pd_ctx *ctx, const char *folder, pd
         return PD_OK;
     }
     pdi_file_abandon(file);
-    return pdi_fail(ctx, PD_ERR_FILE, "folder", "'%.300s' is not the list of files that a run keeps: remove it", path);
+    return pd_fail(ctx, PD_ERR_FILE, "folder", "'%.300s' is not the list of files that a run keeps: remove it", path);
 }
 
 /* Delete the files that the rest of the list names, and count them. */
@@ -241,7 +241,7 @@ static pd_status pdi_output_folder_check_run_name(pd_ctx *ctx, const char *folde
                                                   const char *found_name)
 {
     if (strcmp(run_name, found_name) == 0) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_ARGUMENT, "folder",
+    return pd_fail(ctx, PD_ERR_ARGUMENT, "folder",
                     "'%.200s' holds the files of the run '%.80s', expected those of '%.80s' or none: choose another "
                     "folder, or remove '%.200s'", folder, found_name, run_name, folder);
 }
@@ -252,13 +252,13 @@ static pd_status pdi_output_folder_begin_list(pd_ctx *ctx, pd_output_folder *f)
     char path[PD_PATH_SIZE], found[PD_PATH_SIZE];
     pd_file former;
     int listed;
-    PDI_TRY(pdi_output_folder_open_list(ctx, f->path, &former, found, &listed));
+    PD_TRY(pdi_output_folder_open_list(ctx, f->path, &former, found, &listed));
     pd_status status = listed ? pdi_output_folder_check_run_name(ctx, f->path, f->run_name, found) : PD_OK;
     if (listed && status == PD_OK) pdi_output_folder_remove_listed(ctx, f, &former);
     pdi_file_abandon(&former);
-    PDI_TRY(status);
-    PDI_TRY(pd_file_join(ctx, f->path, PD_OUTPUT_FOLDER_LIST, path));
-    PDI_TRY(pdi_file_create(ctx, path, &f->list));
+    PD_TRY(status);
+    PD_TRY(pd_file_join(ctx, f->path, PD_OUTPUT_FOLDER_LIST, path));
+    PD_TRY(pdi_file_create(ctx, path, &f->list));
     status = pdi_file_write_text(ctx, &f->list, PDI_OUTPUT_FOLDER_LIST_HEADER "run ");
     if (status == PD_OK) status = pdi_file_write_text(ctx, &f->list, f->run_name);
     if (status == PD_OK) status = pdi_file_write_text(ctx, &f->list, "\n");
@@ -274,7 +274,7 @@ static pd_status pdi_output_folder_init(pd_ctx *ctx, const char *path, const cha
 {
     memset(f, 0, sizeof *f);
     if (strlen(path) >= PD_PATH_SIZE || strlen(run_name) >= PD_PATH_SIZE - 8)
-        return pdi_fail(ctx, PD_ERR_SIZE, "folder", "the path '%.60s...' is too long", path);
+        return pd_fail(ctx, PD_ERR_SIZE, "folder", "the path '%.60s...' is too long", path);
     memcpy(f->path, path, strlen(path) + 1);
     memcpy(f->run_name, run_name, strlen(run_name) + 1);
     for (char *c = f->run_name; *c; c++)
@@ -284,8 +284,8 @@ static pd_status pdi_output_folder_init(pd_ctx *ctx, const char *path, const cha
 
 PDI_FN pd_status pdi_output_folder_open(pd_ctx *ctx, const char *path, const char *run_name, pd_output_folder *f)
 {
-    PDI_TRY(pdi_output_folder_init(ctx, path, run_name, f));
-    PDI_TRY(pd_file_make_directory(ctx, path));
+    PD_TRY(pdi_output_folder_init(ctx, path, run_name, f));
+    PD_TRY(pd_file_make_directory(ctx, path));
     pd_status status = pdi_output_folder_acquire_lock(ctx, f);
     if (status == PD_OK) status = pdi_output_folder_begin_list(ctx, f);
     if (status < 0) pdi_output_folder_close(f);
@@ -298,15 +298,15 @@ PDI_FN pd_status pdi_output_folder_check(pd_ctx *ctx, const char *path, const ch
     pd_output_folder f;
     pd_file list;
     int listed;
-    PDI_TRY(pdi_output_folder_init(ctx, path, run_name, &f));
-    PDI_TRY(pdi_file_check_writable(ctx, path));
-    PDI_TRY(pd_file_join(ctx, path, PD_OUTPUT_FOLDER_LOCK, lock));
+    PD_TRY(pdi_output_folder_init(ctx, path, run_name, &f));
+    PD_TRY(pdi_file_check_writable(ctx, path));
+    PD_TRY(pd_file_join(ctx, path, PD_OUTPUT_FOLDER_LOCK, lock));
     pdi_output_folder_lock_state state = pdi_output_folder_try_lock(lock, 0, &f.lock_descriptor);
     if (state == PDI_OUTPUT_FOLDER_LOCK_BUSY) return pdi_output_folder_fail_in_use(ctx, path, lock);
     if (state == PDI_OUTPUT_FOLDER_LOCK_FOREIGN) return pdi_output_folder_fail_not_lock(ctx, lock);
     /* of a run that was killed */
     if (state == PDI_OUTPUT_FOLDER_LOCK_OURS) pdi_output_folder_release_lock(lock, f.lock_descriptor);
-    PDI_TRY(pdi_output_folder_open_list(ctx, path, &list, found, &listed));
+    PD_TRY(pdi_output_folder_open_list(ctx, path, &list, found, &listed));
     pdi_file_abandon(&list);
     return listed ? pdi_output_folder_check_run_name(ctx, path, f.run_name, found) : PD_OK;
 }
@@ -315,8 +315,8 @@ PDI_FN pd_status pdi_output_folder_lock_existing(pd_ctx *ctx, const char *path, 
                                                  pd_output_folder *f)
 {
     char list[PD_PATH_SIZE];
-    PDI_TRY(pdi_output_folder_init(ctx, path, run_name, f));
-    PDI_TRY(pd_file_join(ctx, path, PD_OUTPUT_FOLDER_LIST, list));
+    PD_TRY(pdi_output_folder_init(ctx, path, run_name, f));
+    PD_TRY(pd_file_join(ctx, path, PD_OUTPUT_FOLDER_LIST, list));
     /* nothing to go on with: reading the checkpoint fails later, with a message */
     if (!pdi_file_exists(list)) return PD_OK;
     return pdi_output_folder_acquire_lock(ctx, f);
@@ -325,16 +325,16 @@ PDI_FN pd_status pdi_output_folder_lock_existing(pd_ctx *ctx, const char *path, 
 PDI_FN pd_status pdi_output_folder_add_file(pd_ctx *ctx, pd_output_folder *f, const char *name, char *path)
 {
     PD_ASSERT(pdi_output_folder_is_output_name(name));
-    PDI_TRY(pd_file_join(ctx, f->path, name, path));
-    PDI_TRY(pdi_file_write_text(ctx, &f->list, name));
-    PDI_TRY(pdi_file_write_text(ctx, &f->list, "\n"));
+    PD_TRY(pd_file_join(ctx, f->path, name, path));
+    PD_TRY(pdi_file_write_text(ctx, &f->list, name));
+    PD_TRY(pdi_file_write_text(ctx, &f->list, "\n"));
     return pdi_file_flush(ctx, &f->list);
 }
 
 PDI_FN pd_status pdi_output_folder_store(pd_ctx *ctx, pd_output_folder *f, pd_archive *archive)
 {
-    if (!archive->is_reading) PDI_TRY(pdi_file_get_length(ctx, &f->list, &f->list_length));
-    return PDI_ARCHIVE_ARRAY(ctx, archive, "length of the list", &f->list_length, 1);
+    if (!archive->is_reading) PD_TRY(pdi_file_get_length(ctx, &f->list, &f->list_length));
+    return PD_ARCHIVE_ARRAY(ctx, archive, "length of the list", &f->list_length, 1);
 }
 
 PDI_FN pd_status pdi_output_folder_resume_list(pd_ctx *ctx, pd_output_folder *f)
@@ -342,10 +342,10 @@ PDI_FN pd_status pdi_output_folder_resume_list(pd_ctx *ctx, pd_output_folder *f)
     char path[PD_PATH_SIZE], found[PD_PATH_SIZE];
     pd_file former;
     int listed;
-    PDI_TRY(pd_file_join(ctx, f->path, PD_OUTPUT_FOLDER_LIST, path));
-    PDI_TRY(pdi_output_folder_open_list(ctx, f->path, &former, found, &listed));
+    PD_TRY(pd_file_join(ctx, f->path, PD_OUTPUT_FOLDER_LIST, path));
+    PD_TRY(pdi_output_folder_open_list(ctx, f->path, &former, found, &listed));
     pd_status status = listed ? pdi_output_folder_check_run_name(ctx, f->path, f->run_name, found)
-                              : pdi_fail(ctx, PD_ERR_FILE, "folder",
+                              : pd_fail(ctx, PD_ERR_FILE, "folder",
                                          "'%.300s' is missing, expected the list of the run that goes on", path);
     if (status == PD_OK && fseek((FILE *)former.stream, (long)f->list_length, SEEK_SET) == 0)
         pdi_output_folder_remove_listed(ctx, f, &former);

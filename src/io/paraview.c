@@ -113,7 +113,7 @@ static const char *const pdi_paraview_script_lines[] = {
 PDI_FN pd_status pdi_paraview_write_script(pd_ctx *ctx, const char *path)
 {
     pd_file file;
-    PDI_TRY(pdi_file_create(ctx, path, &file));
+    PD_TRY(pdi_file_create(ctx, path, &file));
     pd_status status = PD_OK;
     for (size_t k = 0; k < sizeof pdi_paraview_script_lines / sizeof pdi_paraview_script_lines[0] && status == PD_OK;
          k++) {

@@ -44,15 +44,15 @@ static double pdi_plot_error_bar_end(const pd_plot *plot, const pd_series *s, in
 static pd_status pdi_plot_check(pd_ctx *ctx, const pd_plot *plot)
 {
     if (plot->count < 1 || plot->count > PD_PLOT_MAX_SERIES)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "plot", "%d series, expected 1 to %d", plot->count, PD_PLOT_MAX_SERIES);
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "plot", "%d series, expected 1 to %d", plot->count, PD_PLOT_MAX_SERIES);
     if (plot->width < 0 || plot->height < 0 || (plot->width && plot->width < 320) ||
         (plot->height && plot->height < 240) || plot->width > 8000 || plot->height > 8000)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "plot", "%d x %d pixels, expected 320 x 240 to 8000 x 8000",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "plot", "%d x %d pixels, expected 320 x 240 to 8000 x 8000",
                         plot->width, plot->height);
     for (int k = 0; k < plot->count; k++) {
         const pd_series *s = &plot->series[k];
         if (s->count < 0 || (s->count > 0 && (!s->x || !s->y)))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "plot", "series %d has %d points without data", k, s->count);
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "plot", "series %d has %d points without data", k, s->count);
     }
     return PD_OK;
 }
@@ -69,7 +69,7 @@ static pd_status pdi_plot_set_axis_range(pd_ctx *ctx, const char *name, int log_
         axis->hi = data_hi;
         pdi_axis_ticks_widen_range(0.03, axis);
     } else if (!(lo < hi) || isinf(hi - lo) || (log_axis && !(lo > 0)))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "plot", "the range %g .. %g of axis %s cannot be drawn", lo, hi, name);
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "plot", "the range %g .. %g of axis %s cannot be drawn", lo, hi, name);
     return PD_OK;
 }
 
@@ -106,7 +106,7 @@ static pd_status pdi_plot_compute_ranges(pd_ctx *ctx, const pd_plot *plot, pdi_p
         y_lo = plot->y_log ? 1.0 : 0.0;
         y_hi = plot->y_log ? 10.0 : 1.0;
     }
-    PDI_TRY(pdi_plot_set_axis_range(ctx, "x", plot->x_log, plot->x_lo, plot->x_hi, x_lo, x_hi, &l->x));
+    PD_TRY(pdi_plot_set_axis_range(ctx, "x", plot->x_log, plot->x_lo, plot->x_hi, x_lo, x_hi, &l->x));
     return pdi_plot_set_axis_range(ctx, "y", plot->y_log, plot->y_lo, plot->y_hi, y_lo, y_hi, &l->y);
 }
 
@@ -362,12 +362,12 @@ static pd_status pdi_plot_draw_on_canvas(pd_ctx *ctx, const void *what, pdi_svg 
     int width = plot->width ? plot->width : 1100, height = plot->height ? plot->height : 760;
     memset(canvas, 0, sizeof *canvas);
     memset(&l, 0, sizeof l);
-    PDI_TRY(pdi_plot_check(ctx, plot));
-    PDI_TRY(pdi_plot_compute_ranges(ctx, plot, &l));
+    PD_TRY(pdi_plot_check(ctx, plot));
+    PD_TRY(pdi_plot_compute_ranges(ctx, plot, &l));
     pdi_plot_compute_layout(plot, width, height, &l);
     if (l.right - l.left < 80)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "plot", "%d pixels are too narrow for the labels", width);
-    PDI_TRY(svg ? pdi_canvas_build_svg(ctx, width, height, svg, canvas)
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "plot", "%d pixels are too narrow for the labels", width);
+    PD_TRY(svg ? pdi_canvas_build_svg(ctx, width, height, svg, canvas)
                 : pdi_canvas_build_image(ctx, width, height, canvas));
     pdi_plot_draw_axes(plot, &l, canvas);
     pdi_canvas_set_clip(canvas, l.left, l.top, l.right, l.bottom);

@@ -19,7 +19,7 @@ static size_t pdi_png_pixel_bytes(const pd_image *image)
 
 PDI_FN void pdi_image_free(pd_ctx *ctx, pd_image *image)
 {
-    PDI_DELETE(ctx, pdi_png_pixel_bytes(image), image->pixels);
+    PD_DELETE(ctx, pdi_png_pixel_bytes(image), image->pixels);
     memset(image, 0, sizeof *image);
 }
 
@@ -140,8 +140,8 @@ PDI_FN pd_status pdi_png_write_chunk(pd_ctx *ctx, pd_file *file, const char *typ
 {
     uint8_t head[8], tail[4];
     pdi_png_init_chunk_ends(type, data, size, head, tail);
-    PDI_TRY(pdi_file_write(ctx, file, head, sizeof head));
-    if (size) PDI_TRY(pdi_file_write(ctx, file, data, size));
+    PD_TRY(pdi_file_write(ctx, file, head, sizeof head));
+    if (size) PD_TRY(pdi_file_write(ctx, file, data, size));
     return pdi_file_write(ctx, file, tail, sizeof tail);
 }
 
@@ -159,7 +159,7 @@ PDI_FN pd_status pdi_png_write_header(pd_ctx *ctx, pd_file *file, const pd_image
 {
     uint8_t header[13];
     pdi_png_init_header(image, header);
-    PDI_TRY(pdi_file_write(ctx, file, pdi_png_signature, sizeof pdi_png_signature));
+    PD_TRY(pdi_file_write(ctx, file, pdi_png_signature, sizeof pdi_png_signature));
     return pdi_png_write_chunk(ctx, file, "IHDR", header, sizeof header);
 }
 
@@ -167,7 +167,7 @@ PDI_FN pd_status pdi_png_write_header(pd_ctx *ctx, pd_file *file, const pd_image
 static pd_status pdi_png_write_file(pd_ctx *ctx, const char *path, const pd_image *image, const pdi_bytes *packed)
 {
     pd_file file;
-    PDI_TRY(pdi_file_create(ctx, path, &file));
+    PD_TRY(pdi_file_create(ctx, path, &file));
     pd_status status = pdi_png_write_header(ctx, &file, image);
     if (status == PD_OK) status = pdi_png_write_chunk(ctx, &file, "IDAT", packed->data, packed->size);
     if (status == PD_OK) status = pdi_png_write_chunk(ctx, &file, "IEND", NULL, 0);
@@ -179,12 +179,12 @@ static pd_status pdi_png_write_file(pd_ctx *ctx, const char *path, const pd_imag
 PDI_FN pd_status pdi_png_check_image(pd_ctx *ctx, const pd_image *image)
 {
     if (!image->pixels || image->width < 1 || image->height < 1)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "png", "an image of %d x %d pixels cannot be written", image->width,
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "png", "an image of %d x %d pixels cannot be written", image->width,
                         image->height);
     if (image->channels != 1 && image->channels != 3)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "png", "%d channels, expected 1 (gray) or 3 (RGB)", image->channels);
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "png", "%d channels, expected 1 (gray) or 3 (RGB)", image->channels);
     if (image->width > PD_PNG_MAX_PIXELS / image->height)
-        return pdi_fail(ctx, PD_ERR_SIZE, "png", "%d x %d pixels, at most %d in all are possible", image->width,
+        return pd_fail(ctx, PD_ERR_SIZE, "png", "%d x %d pixels, at most %d in all are possible", image->width,
                         image->height, PD_PNG_MAX_PIXELS);
     return PD_OK;
 }
@@ -193,25 +193,25 @@ PDI_FN pd_status pdi_png_compress_pixels(pd_ctx *ctx, const pd_image *image, pdi
 {
     size_t step = (size_t)image->channels, stride = (size_t)image->width * step, rows = (size_t)image->height;
     size_t size = (rows + 1) * (stride + 1);
-    int nt = pdi_par_threads(ctx, (int64_t)(size / 4));
+    int nt = pd_par_threads(ctx, (int64_t)(size / 4));
     (void)nt;
     uint8_t *filtered = NULL;
-    PDI_TRY(PDI_NEW(ctx, "png", size, filtered));
+    PD_TRY(PD_NEW(ctx, "png", size, filtered));
     const uint8_t *zeros = filtered + rows * (stride + 1);
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int r = 0; r < image->height; r++) {
         const uint8_t *row = image->pixels + (size_t)r * stride;
         pdi_png_filter_row(row, r ? row - stride : zeros, stride, step, filtered + (size_t)r * (stride + 1));
     }
     pd_status status = pdi_zlib_deflate(ctx, filtered, rows * (stride + 1), packed);
-    PDI_DELETE(ctx, size, filtered);
+    PD_DELETE(ctx, size, filtered);
     return status;
 }
 
 PDI_FN pd_status pdi_png_write(pd_ctx *ctx, const char *path, const pd_image *image)
 {
     pdi_bytes packed = {NULL, 0, 0};
-    PDI_TRY(pdi_png_check_image(ctx, image));
+    PD_TRY(pdi_png_check_image(ctx, image));
     pd_status status = pdi_png_compress_pixels(ctx, image, &packed);
     if (status == PD_OK) status = pdi_png_write_file(ctx, path, image, &packed);
     pdi_bytes_free(ctx, &packed);
@@ -223,8 +223,8 @@ static pd_status pdi_png_add_chunk(pd_ctx *ctx, pdi_bytes *out, const char *type
 {
     uint8_t head[8], tail[4];
     pdi_png_init_chunk_ends(type, data, size, head, tail);
-    PDI_TRY(pdi_bytes_add(ctx, out, head, sizeof head));
-    if (size) PDI_TRY(pdi_bytes_add(ctx, out, data, size));
+    PD_TRY(pdi_bytes_add(ctx, out, head, sizeof head));
+    if (size) PD_TRY(pdi_bytes_add(ctx, out, data, size));
     return pdi_bytes_add(ctx, out, tail, sizeof tail);
 }
 
@@ -232,10 +232,10 @@ PDI_FN pd_status pdi_png_encode(pd_ctx *ctx, const pd_image *image, pdi_bytes *o
 {
     uint8_t header[13];
     pdi_bytes packed = {NULL, 0, 0};
-    PDI_TRY(pdi_png_check_image(ctx, image));
+    PD_TRY(pdi_png_check_image(ctx, image));
     pdi_png_init_header(image, header);
-    PDI_TRY(pdi_bytes_add(ctx, out, pdi_png_signature, sizeof pdi_png_signature));
-    PDI_TRY(pdi_png_add_chunk(ctx, out, "IHDR", header, sizeof header));
+    PD_TRY(pdi_bytes_add(ctx, out, pdi_png_signature, sizeof pdi_png_signature));
+    PD_TRY(pdi_png_add_chunk(ctx, out, "IHDR", header, sizeof header));
     pd_status status = pdi_png_compress_pixels(ctx, image, &packed);
     if (status == PD_OK) status = pdi_png_add_chunk(ctx, out, "IDAT", packed.data, packed.size);
     pdi_bytes_free(ctx, &packed);
@@ -267,7 +267,7 @@ static uint32_t pdi_png_get_u32(const uint8_t *bytes)
 /* Report a damaged or unsupported file as PD_ERR_PARSE. */
 static pd_status pdi_png_fail(pd_ctx *ctx, const pdi_png_reader *png, const char *text)
 {
-    return pdi_fail(ctx, PD_ERR_PARSE, "png", "%s: %s", png->path, text);
+    return pd_fail(ctx, PD_ERR_PARSE, "png", "%s: %s", png->path, text);
 }
 
 /* Read and check the IHDR chunk. */
@@ -278,7 +278,7 @@ static pd_status pdi_png_parse_header(pd_ctx *ctx, pdi_png_reader *png, const ui
     uint32_t width = pdi_png_get_u32(data), height = pdi_png_get_u32(data + 4);
     if (width == 0 || height == 0) return pdi_png_fail(ctx, png, "the image has no pixels");
     if (width > PD_PNG_MAX_PIXELS || height > PD_PNG_MAX_PIXELS / width)
-        return pdi_fail(ctx, PD_ERR_PARSE, "png", "%s: %.0f x %.0f pixels, at most %d in all are read", png->path,
+        return pd_fail(ctx, PD_ERR_PARSE, "png", "%s: %.0f x %.0f pixels, at most %d in all are read", png->path,
                         (double)width, (double)height, PD_PNG_MAX_PIXELS);
     png->width = (int)width;
     png->height = (int)height;
@@ -289,11 +289,11 @@ static pd_status pdi_png_parse_header(pd_ctx *ctx, pdi_png_reader *png, const ui
     case 2: png->samples = 3; break;
     case 4: png->samples = 2; break;
     case 6: png->samples = 4; break;
-    default: return pdi_fail(ctx, PD_ERR_PARSE, "png", "%s: colour type %d does not exist", png->path, png->colour);
+    default: return pd_fail(ctx, PD_ERR_PARSE, "png", "%s: colour type %d does not exist", png->path, png->colour);
     }
     int small = png->depth == 1 || png->depth == 2 || png->depth == 4;
     if (png->depth != 8 && !(small && png->samples == 1))
-        return pdi_fail(ctx, PD_ERR_PARSE, "png", "%s: %d bits a channel, expected 8 (or 1, 2, 4 for gray and palette)",
+        return pd_fail(ctx, PD_ERR_PARSE, "png", "%s: %d bits a channel, expected 8 (or 1, 2, 4 for gray and palette)",
                         png->path, png->depth);
     if (data[10] || data[11]) return pdi_png_fail(ctx, png, "an unknown compression or filter method");
     if (data[12]) return pdi_png_fail(ctx, png, "the image is interlaced, expected one without interlacing");
@@ -347,7 +347,7 @@ static pd_status pdi_png_parse_chunks(pd_ctx *ctx, pdi_png_reader *png, const ui
         if (length > size - at - 12) return pdi_png_fail(ctx, png, "the file ends early");
         if (pdi_zlib_crc32(0, data + at + 4, length + 4) != pdi_png_get_u32(data + at + 8 + length))
             return pdi_png_fail(ctx, png, "a chunk has a wrong checksum");
-        PDI_TRY(pdi_png_parse_chunk(ctx, png, data + at + 4, data + at + 8, length));
+        PD_TRY(pdi_png_parse_chunk(ctx, png, data + at + 4, data + at + 8, length));
         at += 12 + length;
     }
     if (!png->compressed.size) return pdi_png_fail(ctx, png, "no image data");
@@ -428,18 +428,18 @@ static pd_status pdi_png_decode_pixels(pd_ctx *ctx, const pdi_png_reader *png, p
     uint8_t *raw = NULL;
     /* Deflate compresses at most 1032 to 1: a small file that claims a huge image is refused before allocation. */
     if (size / 1032 > png->compressed.size) return pdi_png_fail(ctx, png, "too few data for this number of pixels");
-    PDI_TRY(PDI_NEW(ctx, "png", size, raw));
+    PD_TRY(PD_NEW(ctx, "png", size, raw));
     pd_status status = pdi_zlib_inflate(ctx, png->path, png->compressed.data, png->compressed.size, raw, size);
     if (status == PD_OK) status = pdi_png_unfilter(ctx, png, raw, stride, step);
     if (status == PD_OK) {
         image->channels = png->colour == 3 ? (png->alpha_count ? 4 : 3) : png->samples + png->has_key;
         image->width = png->width;
         image->height = png->height;
-        status = PDI_NEW(ctx, "png", pdi_png_pixel_bytes(image), image->pixels);
+        status = PD_NEW(ctx, "png", pdi_png_pixel_bytes(image), image->pixels);
         if (status == PD_OK) status = pdi_png_expand_pixels(ctx, png, raw, stride, image);
         if (status != PD_OK) pdi_image_free(ctx, image);
     }
-    PDI_DELETE(ctx, size, raw);
+    PD_DELETE(ctx, size, raw);
     return status;
 }
 
@@ -451,11 +451,11 @@ PDI_FN pd_status pdi_png_read(pd_ctx *ctx, const char *path, pd_image *image)
     memset(&png, 0, sizeof png);
     memset(image, 0, sizeof *image);
     png.path = path;
-    PDI_TRY(pdi_file_read_all(ctx, path, PDI_PNG_MAX_FILE, &data, &size));
+    PD_TRY(pdi_file_read_all(ctx, path, PDI_PNG_MAX_FILE, &data, &size));
     pd_status status = pdi_png_parse_chunks(ctx, &png, (const uint8_t *)data, size);
     if (status == PD_OK) status = pdi_png_decode_pixels(ctx, &png, image);
     pdi_bytes_free(ctx, &png.compressed);
-    PDI_DELETE(ctx, size + 1, data);
+    PD_DELETE(ctx, size + 1, data);
     return status;
 }
 PDI_COLD_END

@@ -34,11 +34,11 @@ static pd_status pdi_points_file_find_columns(pd_ctx *ctx, const pd_table *t, in
         for (int c = 0; c < t->columns; c++) {
             if (!pdi_points_file_is_column_name(pdi_table_get_text(t, -1, c), names[k])) continue;
             if (column[k] >= 0)
-                return pdi_fail(ctx, PD_ERR_PARSE, "mesh", "%s: two columns for '%s'", t->path, names[k]);
+                return pd_fail(ctx, PD_ERR_PARSE, "mesh", "%s: two columns for '%s'", t->path, names[k]);
             column[k] = c;
         }
         if ((k < PD_DIM || k == PDI_POINTS_FILE_VOLUME) && column[k] < 0)
-            return pdi_fail(ctx, PD_ERR_PARSE, "mesh", "%s: no column is named '%s', expected %s volume and maybe tag",
+            return pd_fail(ctx, PD_ERR_PARSE, "mesh", "%s: no column is named '%s', expected %s volume and maybe tag",
                             t->path, names[k], PD_DIM == 1 ? "x," : PD_DIM == 2 ? "x, y," : "x, y, z,");
     }
     return PD_OK;
@@ -49,7 +49,7 @@ static pd_status pdi_points_file_parse_number(pd_ctx *ctx, const pd_table *t, in
 {
     const char *text = pdi_table_get_text(t, row, column);
     if (pdi_file_parse_number(text, strlen(text), value) && fabs(*value) < 1e100) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_PARSE, "mesh", "%s:%d: column '%.40s': '%.40s', expected a finite number", t->path,
+    return pd_fail(ctx, PD_ERR_PARSE, "mesh", "%s:%d: column '%.40s': '%.40s', expected a finite number", t->path,
                     t->row_line[row], pdi_table_get_text(t, -1, column), text);
 }
 
@@ -59,7 +59,7 @@ static pd_status pdi_points_file_add_row(pd_ctx *ctx, const pd_table *t, const i
 {
     double value[PDI_POINTS_FILE_COLUMNS] = {0.0}, position[PD_DIM], volume_scale = 1.0;
     for (int k = 0; k < PDI_POINTS_FILE_COLUMNS; k++)
-        if (column[k] >= 0) PDI_TRY(pdi_points_file_parse_number(ctx, t, row, column[k], &value[k]));
+        if (column[k] >= 0) PD_TRY(pdi_points_file_parse_number(ctx, t, row, column[k], &value[k]));
     for (int d = 0; d < PD_DIM; d++) {
         position[d] = value[d] * scale;
         volume_scale *= scale;
@@ -67,19 +67,19 @@ static pd_status pdi_points_file_add_row(pd_ctx *ctx, const pd_table *t, const i
     for (int d = PD_DIM; d < 3; d++) {
         if (row == 0) constant[d] = value[d];
         if (value[d] < constant[d] || value[d] > constant[d])
-            return pdi_fail(ctx, PD_ERR_PARSE, "mesh",
+            return pd_fail(ctx, PD_ERR_PARSE, "mesh",
                             "%s:%d: %c = %g, expected %g as in the first row: this program"
                             " has %d dimensions",
                             t->path, t->row_line[row], "xyz"[d], value[d], constant[d], PD_DIM);
     }
     double volume = value[PDI_POINTS_FILE_VOLUME] * volume_scale, tag = value[PDI_POINTS_FILE_TAG];
     if (!(volume > 0.0) || !(volume < 1e100))
-        return pdi_fail(ctx, PD_ERR_PARSE, "mesh", "%s:%d: the volume %g, expected a positive one", t->path,
+        return pd_fail(ctx, PD_ERR_PARSE, "mesh", "%s:%d: the volume %g, expected a positive one", t->path,
                         t->row_line[row], value[PDI_POINTS_FILE_VOLUME]);
     if (!(fabs(tag) <= 2147483647.0) || tag > floor(tag))
-        return pdi_fail(ctx, PD_ERR_PARSE, "mesh", "%s:%d: the tag %g, expected a whole number of 32 bits", t->path,
+        return pd_fail(ctx, PD_ERR_PARSE, "mesh", "%s:%d: the tag %g, expected a whole number of 32 bits", t->path,
                         t->row_line[row], tag);
-    return pdi_points_add(ctx, points, position, volume, (int32_t)tag);
+    return pd_points_add(ctx, points, position, volume, (int32_t)tag);
 }
 
 /* Read all points of a CSV table. */
@@ -88,7 +88,7 @@ static pd_status pdi_points_file_read_table(pd_ctx *ctx, const char *path, doubl
     pd_table table;
     int column[PDI_POINTS_FILE_COLUMNS];
     double constant[3] = {0.0};
-    PDI_TRY(pdi_table_read(ctx, path, &table));
+    PD_TRY(pdi_table_read(ctx, path, &table));
     pd_status status = pdi_points_file_find_columns(ctx, &table, column);
     for (int row = 0; row < table.rows && status == PD_OK; row++)
         status = pdi_points_file_add_row(ctx, &table, column, row, scale, constant, points);
@@ -119,7 +119,7 @@ static pd_status pdi_points_file_read_any_format(pd_ctx *ctx, const char *path, 
     char *text;
     size_t size;
     if (pdi_points_file_has_extension(path, ".csv")) return pdi_points_file_read_table(ctx, path, scale, points);
-    PDI_TRY(pdi_file_read_all(ctx, path, (size_t)PDI_POINTS_FILE_MAX_SIZE, &text, &size));
+    PD_TRY(pdi_file_read_all(ctx, path, (size_t)PDI_POINTS_FILE_MAX_SIZE, &text, &size));
     pdi_tokenizer scan = pdi_tokenizer_init(ctx, "mesh", path, text, size);
     const char *at = text + strspn(text, " \t\r\n");
     int msh = pdi_points_file_has_extension(path, ".msh"), vtu = pdi_points_file_has_extension(path, ".vtu"), table = 0;
@@ -128,7 +128,7 @@ static pd_status pdi_points_file_read_any_format(pd_ctx *ctx, const char *path, 
     else if (vtu || pdi_points_file_has_prefix(at, "<?xml") || pdi_points_file_has_prefix(at, "<VTKFile"))
         status = pdi_vtu_read(&scan, scale, points);
     else table = 1;
-    PDI_DELETE(ctx, size + 1, text);
+    PD_DELETE(ctx, size + 1, text);
     return table ? pdi_points_file_read_table(ctx, path, scale, points) : status;
 }
 
@@ -136,11 +136,11 @@ pd_status pd_points_read(pd_ctx *ctx, const char *path, double scale, pd_points 
 {
     memset(points, 0, sizeof *points);
     if (!(scale > 0.0) || !(scale < 1e100))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "mesh", "the scale %g, expected a positive one", scale);
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "mesh", "the scale %g, expected a positive one", scale);
     pd_status status = pdi_points_file_read_any_format(ctx, path, scale, points);
     if (status == PD_OK && points->count == 0)
-        status = pdi_fail(ctx, PD_ERR_PARSE, "mesh", "%.250s: no point, and no cell of %d dimensions", path, PD_DIM);
-    if (status == PD_OK) status = pdi_points_shrink(ctx, points);
+        status = pd_fail(ctx, PD_ERR_PARSE, "mesh", "%.250s: no point, and no cell of %d dimensions", path, PD_DIM);
+    if (status == PD_OK) status = pd_points_shrink(ctx, points);
     if (status != PD_OK) pd_points_free(ctx, points);
     return status;
 }

@@ -79,19 +79,19 @@ PDI_FN pd_status pdi_renderer_build(pd_ctx *ctx, const double *lo, const double 
 {
     pdi_renderer_init_view(lo, hi, direction, width, s);
     int64_t pixels = (int64_t)s->width * s->height;
-    PDI_TRY(PDI_NEW(ctx, "shade", pixels, s->value));
-    PDI_TRY(PDI_NEW(ctx, "shade", pixels, s->brightness));
-    PDI_TRY(PDI_NEW(ctx, "shade", pixels, s->coverage));
-    return PDI_NEW(ctx, "shade", pixels, s->edge);
+    PD_TRY(PD_NEW(ctx, "shade", pixels, s->value));
+    PD_TRY(PD_NEW(ctx, "shade", pixels, s->brightness));
+    PD_TRY(PD_NEW(ctx, "shade", pixels, s->coverage));
+    return PD_NEW(ctx, "shade", pixels, s->edge);
 }
 
 PDI_FN void pdi_renderer_free(pd_ctx *ctx, pd_rendering *s)
 {
     int64_t pixels = (int64_t)s->width * s->height;
-    PDI_DELETE(ctx, pixels, s->value);
-    PDI_DELETE(ctx, pixels, s->brightness);
-    PDI_DELETE(ctx, pixels, s->coverage);
-    PDI_DELETE(ctx, pixels, s->edge);
+    PD_DELETE(ctx, pixels, s->value);
+    PD_DELETE(ctx, pixels, s->brightness);
+    PD_DELETE(ctx, pixels, s->coverage);
+    PD_DELETE(ctx, pixels, s->edge);
     memset(s, 0, sizeof *s);
 }
 
@@ -287,19 +287,19 @@ PDI_FN pd_status pdi_renderer_draw_surface(pd_ctx *ctx, const pdi_surface_nets_m
     int64_t pixels = (int64_t)s->width * s->height;
     memset(&p, 0, sizeof p);
     memset(&sums, 0, sizeof sums);
-    pd_status status = PDI_NEW(ctx, "shade", pixels, p.depth);
-    if (status == PD_OK) status = PDI_NEW(ctx, "shade", pixels, p.value);
-    if (status == PD_OK) status = PDI_NEW(ctx, "shade", pixels, p.light);
-    if (status == PD_OK) status = PDI_NEW(ctx, "shade", pixels, sums.value);
-    if (status == PD_OK) status = PDI_NEW(ctx, "shade", pixels, sums.light);
-    if (status == PD_OK) status = PDI_NEW(ctx, "shade", pixels, sums.value_count);
+    pd_status status = PD_NEW(ctx, "shade", pixels, p.depth);
+    if (status == PD_OK) status = PD_NEW(ctx, "shade", pixels, p.value);
+    if (status == PD_OK) status = PD_NEW(ctx, "shade", pixels, p.light);
+    if (status == PD_OK) status = PD_NEW(ctx, "shade", pixels, sums.value);
+    if (status == PD_OK) status = PD_NEW(ctx, "shade", pixels, sums.light);
+    if (status == PD_OK) status = PD_NEW(ctx, "shade", pixels, sums.value_count);
     if (status == PD_OK) pdi_renderer_draw_samples(s, shell, labels, &p, &sums);
-    PDI_DELETE(ctx, pixels, p.depth);
-    PDI_DELETE(ctx, pixels, p.value);
-    PDI_DELETE(ctx, pixels, p.light);
-    PDI_DELETE(ctx, pixels, sums.value);
-    PDI_DELETE(ctx, pixels, sums.light);
-    PDI_DELETE(ctx, pixels, sums.value_count);
+    PD_DELETE(ctx, pixels, p.depth);
+    PD_DELETE(ctx, pixels, p.value);
+    PD_DELETE(ctx, pixels, p.light);
+    PD_DELETE(ctx, pixels, sums.value);
+    PD_DELETE(ctx, pixels, sums.light);
+    PD_DELETE(ctx, pixels, sums.value_count);
     return status;
 }
 

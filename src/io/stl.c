@@ -27,7 +27,7 @@ static uint32_t pdi_stl_get_u32(const char *bytes)
 /* Set the capacity for triangles. */
 static pd_status pdi_stl_reserve(pd_ctx *ctx, pdi_stl_triangles *c, int64_t capacity)
 {
-    PDI_TRY(PDI_GROW(ctx, "stl", c->capacity * 9, capacity * 9, c->x));
+    PD_TRY(PD_GROW(ctx, "stl", c->capacity * 9, capacity * 9, c->x));
     c->capacity = capacity;
     return PD_OK;
 }
@@ -41,7 +41,7 @@ static double pdi_stl_transform(const pdi_stl_triangles *c, double x, int axis)
 /* Read `count` binary triangles: normal, three corners and two bytes each, numbers little-endian. */
 static pd_status pdi_stl_parse_binary(pd_ctx *ctx, const char *text, uint32_t count, pdi_stl_triangles *c)
 {
-    PDI_TRY(pdi_stl_reserve(ctx, c, count));
+    PD_TRY(pdi_stl_reserve(ctx, c, count));
     for (uint32_t k = 0; k < count; k++)
         for (int n = 0; n < 9; n++) {
             uint32_t bits =
@@ -59,20 +59,20 @@ static pd_status pdi_stl_parse_facet(pdi_tokenizer *s, pdi_stl_triangles *c)
 {
     const char *word;
     double value;
-    if (c->count == c->capacity) PDI_TRY(pdi_stl_reserve(s->ctx, c, 2 * c->capacity + 64));
-    PDI_TRY(pdi_tokenizer_expect_word(s, "normal"));
+    if (c->count == c->capacity) PD_TRY(pdi_stl_reserve(s->ctx, c, 2 * c->capacity + 64));
+    PD_TRY(pdi_tokenizer_expect_word(s, "normal"));
     for (int d = 0; d < 3; d++) (void)pdi_tokenizer_read_word(s, &word);
-    PDI_TRY(pdi_tokenizer_expect_word(s, "outer"));
-    PDI_TRY(pdi_tokenizer_expect_word(s, "loop"));
+    PD_TRY(pdi_tokenizer_expect_word(s, "outer"));
+    PD_TRY(pdi_tokenizer_expect_word(s, "loop"));
     for (int p = 0; p < 3; p++) {
-        PDI_TRY(pdi_tokenizer_expect_word(s, "vertex"));
+        PD_TRY(pdi_tokenizer_expect_word(s, "vertex"));
         for (int d = 0; d < 3; d++) {
-            PDI_TRY(pdi_tokenizer_read_number(s, "a coordinate", &value));
+            PD_TRY(pdi_tokenizer_read_number(s, "a coordinate", &value));
             c->x[9 * c->count + 3 * p + d] = pdi_stl_transform(c, value, d);
         }
     }
-    PDI_TRY(pdi_tokenizer_expect_word(s, "endloop"));
-    PDI_TRY(pdi_tokenizer_expect_word(s, "endfacet"));
+    PD_TRY(pdi_tokenizer_expect_word(s, "endloop"));
+    PD_TRY(pdi_tokenizer_expect_word(s, "endfacet"));
     c->count++;
     return PD_OK;
 }
@@ -97,7 +97,7 @@ static pd_status pdi_stl_parse_text(pdi_tokenizer *s, pdi_stl_triangles *c)
         if (!open && pdi_tokenizer_is_word(s, word, size, "solid")) open = 1;
         else if (open && pdi_tokenizer_is_word(s, word, size, "endsolid")) open = 0;
         else if (open && pdi_tokenizer_is_word(s, word, size, "facet")) {
-            PDI_TRY(pdi_stl_parse_facet(s, c));
+            PD_TRY(pdi_stl_parse_facet(s, c));
             continue;
         } else
             return pdi_tokenizer_fail(s, word, "found '%.*s', expected %s", size < 40 ? (int)size : 40, word,
@@ -119,7 +119,7 @@ static pd_status pdi_stl_parse(pd_ctx *ctx, const char *path, const char *text, 
     first.ignore_case = 1;
     size_t length = pdi_tokenizer_read_word(&first, &word);
     if (pdi_tokenizer_is_word(&first, word, length, "solid")) return pdi_stl_parse_text(&scan, c);
-    return pdi_fail(ctx, PD_ERR_PARSE, "stl",
+    return pd_fail(ctx, PD_ERR_PARSE, "stl",
                     "%.250s: %.0f bytes, which do not begin with 'solid', and are no binary "
                     "file of %.0f triangles, whose size is %.0f: no STL file, or cut off",
                     path, (double)size, pdi_max(count, 0.0), pdi_max(whole, PDI_STL_HEADER_SIZE));
@@ -133,14 +133,14 @@ pd_status pd_facets_read(pd_ctx *ctx, const char *path, double scale, const doub
     memset(facets, 0, sizeof *facets);
     memset(&c, 0, sizeof c);
     if (!(scale > 0.0) || !(scale < 1e100))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "stl", "the scale %g, expected a positive one", scale);
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "stl", "the scale %g, expected a positive one", scale);
     c.scale = scale;
     for (int d = 0; shift && d < 3; d++) c.shift[d] = shift[d];
-    PDI_TRY(pdi_file_read_all(ctx, path, (size_t)PDI_STL_MAX_SIZE, &text, &size));
+    PD_TRY(pdi_file_read_all(ctx, path, (size_t)PDI_STL_MAX_SIZE, &text, &size));
     pd_status status = pdi_stl_parse(ctx, path, text, size, &c);
-    PDI_DELETE(ctx, size + 1, text);
+    PD_DELETE(ctx, size + 1, text);
     if (status == PD_OK) status = pd_facets_build(ctx, c.x, c.count, facets);
-    PDI_DELETE(ctx, c.capacity * 9, c.x);
+    PD_DELETE(ctx, c.capacity * 9, c.x);
     return status;
 }
 

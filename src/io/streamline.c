@@ -137,7 +137,7 @@ static pd_status pdi_streamline_add_to_bucket(pdi_streamline_work *s, const doub
 {
     if (s->bucket_point_count == s->bucket_point_capacity) {
         int64_t room = 2 * s->bucket_point_capacity + 1024;
-        PDI_TRY(PDI_GROW(s->ctx, "streamline", s->bucket_point_capacity, room, s->bucket_point));
+        PD_TRY(PD_GROW(s->ctx, "streamline", s->bucket_point_capacity, room, s->bucket_point));
         s->bucket_point_capacity = room;
     }
     pdi_streamline_bucket_point *mark = &s->bucket_point[s->bucket_point_count];
@@ -165,7 +165,7 @@ static void pdi_streamline_remove_from_buckets(pdi_streamline_work *s, int64_t m
 static int pdi_streamline_is_point_near(const pdi_streamline_work *s, const double *position, double distance, int own,
                                         double arc_length)
 {
-    double half_turn = PDI_PI * PDI_STREAMLINE_MIN_DISTANCE * s->field->spacing;
+    double half_turn = PD_PI * PDI_STREAMLINE_MIN_DISTANCE * s->field->spacing;
     int column = (int)(position[0] / s->field->spacing), row = (int)(position[1] / s->field->spacing);
     for (int j = row - 1; j <= row + 1; j++)
         for (int i = column - 1; i <= column + 1; i++) {
@@ -216,7 +216,7 @@ static pd_status pdi_streamline_add_point(pdi_streamline_work *s, const double *
     pdi_streamlines *l = s->lines;
     if (l->point_count == l->point_capacity) {
         int64_t room = 2 * l->point_capacity + 1024;
-        PDI_TRY(PDI_GROW(s->ctx, "streamline", 2 * l->point_capacity, 2 * room, l->point));
+        PD_TRY(PD_GROW(s->ctx, "streamline", 2 * l->point_capacity, 2 * room, l->point));
         l->point_capacity = room;
     }
     l->point[2 * l->point_count] = point[0];
@@ -287,10 +287,10 @@ static pd_status pdi_streamline_trace_half(pdi_streamline_work *s, const double 
             points = l->point_count;
             marks = s->bucket_point_count;
         }
-        if (arc_length > near_self + PDI_PI * s->field->spacing) break;
+        if (arc_length > near_self + PD_PI * s->field->spacing) break;
         memcpy(at, to, sizeof at);
         *length = arc_length;
-        if (n % s->store_interval == 0 || step < s->step) PDI_TRY(pdi_streamline_add_point(s, at, sense * arc_length));
+        if (n % s->store_interval == 0 || step < s->step) PD_TRY(pdi_streamline_add_point(s, at, sense * arc_length));
     }
     if (!(near_self < HUGE_VAL)) return PD_OK;
     l->point_count = points;
@@ -322,13 +322,13 @@ static pd_status pdi_streamline_try_seed(pdi_streamline_work *s, const double *s
     if (pdi_streamline_is_crowded(s, seed, s->field->spacing)) return PD_OK;
     if (l->count == l->capacity) {
         int64_t room = 2 * l->capacity + 64;
-        PDI_TRY(PDI_GROW(s->ctx, "streamline", l->capacity, room, l->line));
+        PD_TRY(PD_GROW(s->ctx, "streamline", l->capacity, room, l->line));
         l->capacity = room;
     }
-    PDI_TRY(pdi_streamline_add_point(s, seed, 0.0));
-    PDI_TRY(pdi_streamline_trace_half(s, seed, -1.0, &length[0], &closed));
+    PD_TRY(pdi_streamline_add_point(s, seed, 0.0));
+    PD_TRY(pdi_streamline_trace_half(s, seed, -1.0, &length[0], &closed));
     pdi_streamline_reverse_points(&l->point[2 * first], l->point_count - first);
-    if (!closed) PDI_TRY(pdi_streamline_trace_half(s, seed, 1.0, &length[1], &closed));
+    if (!closed) PD_TRY(pdi_streamline_trace_half(s, seed, 1.0, &length[1], &closed));
     if (!closed && length[0] + length[1] < PDI_STREAMLINE_MIN_LENGTH * s->field->spacing) {
         l->point_count = first;
         pdi_streamline_remove_from_buckets(s, marks);
@@ -350,7 +350,7 @@ static pd_status pdi_streamline_seed_beside_lines(pdi_streamline_work *s, int64_
                 double dx = l->point[2 * p + 2] - l->point[2 * p], dy = l->point[2 * p + 3] - l->point[2 * p + 1];
                 double out = side * s->field->spacing * (1.0 + 1e-6) / pdi_canvas_hypot(dx, dy);
                 double seed[2] = {l->point[2 * p] - dy * out, l->point[2 * p + 1] + dx * out};
-                PDI_TRY(pdi_streamline_try_seed(s, seed));
+                PD_TRY(pdi_streamline_try_seed(s, seed));
             }
     return PD_OK;
 }
@@ -362,15 +362,15 @@ static pd_status pdi_streamline_trace_all(pdi_streamline_work *s, int64_t fastes
     const pdi_streamline_field *f = s->field;
     double seed[2] = {((double)(fastest % f->nx) + 0.5) * f->pixel_size[0],
                       ((double)(fastest / f->nx) + 0.5) * f->pixel_size[1]};
-    PDI_TRY(pdi_streamline_try_seed(s, seed));
-    PDI_TRY(pdi_streamline_seed_beside_lines(s, 0));
+    PD_TRY(pdi_streamline_try_seed(s, seed));
+    PD_TRY(pdi_streamline_seed_beside_lines(s, 0));
     for (int j = 0; j < 2 * s->rows; j++) /* regions that no line so far is connected with */
         for (int i = 0; i < 2 * s->columns; i++) {
             int64_t count = s->lines->count;
             seed[0] = (i + 0.5) * f->nx * f->pixel_size[0] / (2.0 * s->columns);
             seed[1] = (j + 0.5) * f->ny * f->pixel_size[1] / (2.0 * s->rows);
-            PDI_TRY(pdi_streamline_try_seed(s, seed));
-            PDI_TRY(pdi_streamline_seed_beside_lines(s, count));
+            PD_TRY(pdi_streamline_try_seed(s, seed));
+            PD_TRY(pdi_streamline_seed_beside_lines(s, count));
         }
     return PD_OK;
 }
@@ -392,18 +392,18 @@ PDI_FN pd_status pdi_streamlines_compute(pd_ctx *ctx, const pdi_streamline_field
     s.columns = (int)ceil(f->nx * f->pixel_size[0] / f->spacing);
     s.rows = (int)ceil(f->ny * f->pixel_size[1] / f->spacing);
     int64_t squares = (int64_t)s.columns * s.rows;
-    PDI_TRY(PDI_NEW(ctx, "streamline", squares, s.bucket_head));
+    PD_TRY(PD_NEW(ctx, "streamline", squares, s.bucket_head));
     for (int64_t k = 0; k < squares; k++) s.bucket_head[k] = -1;
     pd_status status = pdi_streamline_trace_all(&s, fastest);
-    PDI_DELETE(ctx, squares, s.bucket_head);
-    PDI_DELETE(ctx, s.bucket_point_capacity, s.bucket_point);
+    PD_DELETE(ctx, squares, s.bucket_head);
+    PD_DELETE(ctx, s.bucket_point_capacity, s.bucket_point);
     return status;
 }
 
 PDI_FN void pdi_streamlines_free(pd_ctx *ctx, pdi_streamlines *lines)
 {
-    PDI_DELETE(ctx, lines->capacity, lines->line);
-    PDI_DELETE(ctx, 2 * lines->point_capacity, lines->point);
+    PD_DELETE(ctx, lines->capacity, lines->line);
+    PD_DELETE(ctx, 2 * lines->point_capacity, lines->point);
     memset(lines, 0, sizeof *lines);
 }
 

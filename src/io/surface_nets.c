@@ -37,13 +37,13 @@ static pd_status pdi_surface_nets_reserve_vertex(pdi_surface_nets_work *w)
     if (s->vertex_count == s->vertex_capacity) {
         int64_t room = 2 * s->vertex_capacity + 4096;
         if (w->bound_capacity < room)
-            PDI_TRY(PDI_GROW(w->ctx, "shell", 3 * w->bound_capacity, 3 * room, w->lower_bound));
+            PD_TRY(PD_GROW(w->ctx, "shell", 3 * w->bound_capacity, 3 * room, w->lower_bound));
         w->bound_capacity = room;
-        PDI_TRY(PDI_GROW(w->ctx, "shell", 3 * s->vertex_capacity, 3 * room, s->x));
+        PD_TRY(PD_GROW(w->ctx, "shell", 3 * s->vertex_capacity, 3 * room, s->x));
         s->vertex_capacity = room;
     }
     if (s->vertex_count < INT32_MAX - 1) return PD_OK;
-    return pdi_fail(w->ctx, PD_ERR_SIZE, "shell", "a surface of more than %ld corners", (long)s->vertex_count);
+    return pd_fail(w->ctx, PD_ERR_SIZE, "shell", "a surface of more than %ld corners", (long)s->vertex_count);
 }
 
 /* Volume fraction of cell (i, j) of a layer; 0: it is not in the set. */
@@ -104,7 +104,7 @@ static pd_status pdi_surface_nets_add_vertex(pdi_surface_nets_work *w, const int
 {
     double mean[3];
     if (!pdi_surface_nets_vertex_position(w, index, fraction, mean)) return PD_OK;
-    PDI_TRY(pdi_surface_nets_reserve_vertex(w));
+    PD_TRY(pdi_surface_nets_reserve_vertex(w));
     *number = (int32_t)w->mesh->vertex_count;
     for (int d = 0; d < 3; d++) {
         w->lower_bound[3 * w->mesh->vertex_count + d] = index[d] - 0.5;
@@ -121,11 +121,11 @@ static pd_status pdi_surface_nets_add_face(pdi_surface_nets_work *w, const int32
     pdi_surface_nets_mesh *s = w->mesh;
     int64_t room = 2 * s->face_count + 4096;
     if (s->face_count == s->face_capacity) {
-        PDI_TRY(PDI_GROW(w->ctx, "shell", 4 * s->face_capacity, 4 * room, s->face_vertex));
+        PD_TRY(PD_GROW(w->ctx, "shell", 4 * s->face_capacity, 4 * room, s->face_vertex));
         s->face_capacity = room;
     }
     if (s->face_count == s->value_capacity) {
-        PDI_TRY(PDI_GROW(w->ctx, "shell", s->value_capacity, room, s->face_value));
+        PD_TRY(PD_GROW(w->ctx, "shell", s->value_capacity, room, s->face_value));
         s->value_capacity = room;
     }
     for (int k = 0; k < 4; k++) s->face_vertex[4 * s->face_count + k] = corner[k];
@@ -149,7 +149,7 @@ static pd_status pdi_surface_nets_add_vertex_faces(pdi_surface_nets_work *w, con
         }
         for (int a = 0; a < 3; a++) in[a] = out[a] = index[a] - 1;
         (fraction[0] > 0.0 ? out : in)[d]++;
-        PDI_TRY(pdi_surface_nets_add_face(w, corner, in, out));
+        PD_TRY(pdi_surface_nets_add_face(w, corner, in, out));
     }
     return PD_OK;
 }
@@ -166,7 +166,7 @@ static pd_status pdi_surface_nets_march_layers(pdi_surface_nets_work *w)
         w->vertex_index[0] = w->vertex_index[1];
         w->vertex_index[1] = number;
         pdi_surface_nets_set_fractions(w, 1, k);
-        PDI_TRY(pdi_check_cancel(w->ctx, "pictures", k));
+        PD_TRY(pd_check_cancel(w->ctx, "pictures", k));
         for (int j = 0; j < w->m[1]; j++)
             for (int i = 0; i < w->m[0]; i++) {
                 int at[3] = {i, j, k};
@@ -175,8 +175,8 @@ static pd_status pdi_surface_nets_march_layers(pdi_surface_nets_work *w)
                     f[a] = pdi_surface_nets_get_fraction(w, a >> 2, i - 1 + (a & 1), j - 1 + (a >> 1 & 1));
                 int32_t *here = &w->vertex_index[1][(int64_t)j * w->m[0] + i];
                 *here = -1;
-                PDI_TRY(pdi_surface_nets_add_vertex(w, at, f, here));
-                if (*here >= 0) PDI_TRY(pdi_surface_nets_add_vertex_faces(w, at, f));
+                PD_TRY(pdi_surface_nets_add_vertex(w, at, f, here));
+                if (*here >= 0) PD_TRY(pdi_surface_nets_add_vertex_faces(w, at, f));
             }
     }
     return PD_OK;
@@ -337,13 +337,13 @@ static pd_status pdi_surface_nets_build_faces(pdi_surface_nets_work *w)
     for (int d = 0; d < 3; d++) w->m[d] = desc->n[d] + 1;
     int64_t layer = (int64_t)w->m[0] * w->m[1], shares = ((int64_t)desc->n[0] + 2) * (desc->n[1] + 2);
     for (int k = 0; k < 2 && status == PD_OK; k++) {
-        status = PDI_NEW(w->ctx, "shell", shares, w->fraction[k]);
-        if (status == PD_OK) status = PDI_NEW(w->ctx, "shell", layer, w->vertex_index[k]);
+        status = PD_NEW(w->ctx, "shell", shares, w->fraction[k]);
+        if (status == PD_OK) status = PD_NEW(w->ctx, "shell", layer, w->vertex_index[k]);
     }
     if (status == PD_OK) status = pdi_surface_nets_march_layers(w);
     for (int k = 0; k < 2; k++) {
-        PDI_DELETE(w->ctx, shares, w->fraction[k]);
-        PDI_DELETE(w->ctx, layer, w->vertex_index[k]);
+        PD_DELETE(w->ctx, shares, w->fraction[k]);
+        PD_DELETE(w->ctx, layer, w->vertex_index[k]);
     }
     return status;
 }
@@ -357,31 +357,31 @@ PDI_FN pd_status pdi_surface_nets_build(pd_ctx *ctx, const pdi_surface_nets_desc
     w.desc = desc;
     w.mesh = s;
     pd_status status = pdi_surface_nets_build_faces(&w);
-    if (status == PD_OK) status = PDI_NEW(ctx, "shell", 3 * s->vertex_count, w.sum);
-    if (status == PD_OK) status = PDI_NEW(ctx, "shell", s->vertex_count, w.weight);
-    for (int k = 0; k < 2 && status == PD_OK; k++) status = PDI_NEW(ctx, "shell", 3 * s->face_count, w.face_normal[k]);
-    if (status == PD_OK) status = PDI_NEW(ctx, "shell", s->vertex_count + 1, w.first_face);
-    if (status == PD_OK) status = PDI_NEW(ctx, "shell", 4 * s->face_count, w.vertex_face);
-    if (status == PD_OK) status = PDI_NEW(ctx, "shell", 12 * s->face_capacity, s->corner_normal);
-    if (status == PD_OK) status = PDI_NEW(ctx, "shell", s->vertex_capacity, s->vertex_value);
+    if (status == PD_OK) status = PD_NEW(ctx, "shell", 3 * s->vertex_count, w.sum);
+    if (status == PD_OK) status = PD_NEW(ctx, "shell", s->vertex_count, w.weight);
+    for (int k = 0; k < 2 && status == PD_OK; k++) status = PD_NEW(ctx, "shell", 3 * s->face_count, w.face_normal[k]);
+    if (status == PD_OK) status = PD_NEW(ctx, "shell", s->vertex_count + 1, w.first_face);
+    if (status == PD_OK) status = PD_NEW(ctx, "shell", 4 * s->face_count, w.vertex_face);
+    if (status == PD_OK) status = PD_NEW(ctx, "shell", 12 * s->face_capacity, s->corner_normal);
+    if (status == PD_OK) status = PD_NEW(ctx, "shell", s->vertex_capacity, s->vertex_value);
     if (status == PD_OK) pdi_surface_nets_finish(&w);
-    PDI_DELETE(ctx, 3 * s->vertex_count, w.sum);
-    PDI_DELETE(ctx, s->vertex_count, w.weight);
-    for (int k = 0; k < 2; k++) PDI_DELETE(ctx, 3 * s->face_count, w.face_normal[k]);
-    PDI_DELETE(ctx, s->vertex_count + 1, w.first_face);
-    PDI_DELETE(ctx, 4 * s->face_count, w.vertex_face);
-    PDI_DELETE(ctx, 3 * w.bound_capacity, w.lower_bound);
+    PD_DELETE(ctx, 3 * s->vertex_count, w.sum);
+    PD_DELETE(ctx, s->vertex_count, w.weight);
+    for (int k = 0; k < 2; k++) PD_DELETE(ctx, 3 * s->face_count, w.face_normal[k]);
+    PD_DELETE(ctx, s->vertex_count + 1, w.first_face);
+    PD_DELETE(ctx, 4 * s->face_count, w.vertex_face);
+    PD_DELETE(ctx, 3 * w.bound_capacity, w.lower_bound);
     if (status != PD_OK) pdi_surface_nets_free(ctx, s);
     return status;
 }
 
 PDI_FN void pdi_surface_nets_free(pd_ctx *ctx, pdi_surface_nets_mesh *s)
 {
-    PDI_DELETE(ctx, 3 * s->vertex_capacity, s->x);
-    PDI_DELETE(ctx, 12 * s->face_capacity, s->corner_normal);
-    PDI_DELETE(ctx, s->vertex_capacity, s->vertex_value);
-    PDI_DELETE(ctx, 4 * s->face_capacity, s->face_vertex);
-    PDI_DELETE(ctx, s->value_capacity, s->face_value);
+    PD_DELETE(ctx, 3 * s->vertex_capacity, s->x);
+    PD_DELETE(ctx, 12 * s->face_capacity, s->corner_normal);
+    PD_DELETE(ctx, s->vertex_capacity, s->vertex_value);
+    PD_DELETE(ctx, 4 * s->face_capacity, s->face_vertex);
+    PD_DELETE(ctx, s->value_capacity, s->face_value);
     memset(s, 0, sizeof *s);
 }
 

@@ -192,11 +192,11 @@ static pd_status pdi_surface_plot_draw_on_canvas(pd_ctx *ctx, const void *what, 
     pdi_surface_plot_compute_scale_bar(s, &l);
     pdi_surface_plot_init_legend(r, &l);
     pdi_surface_plot_compute_layout(r, &l);
-    PDI_TRY(svg ? pdi_canvas_build_svg(ctx, l.width, l.height, svg, canvas)
+    PD_TRY(svg ? pdi_canvas_build_svg(ctx, l.width, l.height, svg, canvas)
                 : pdi_canvas_build_image(ctx, l.width, l.height, canvas));
     if (!svg) pdi_surface_plot_draw_pixels(r, &l, l.left, l.top, canvas);
     else {
-        PDI_TRY(pdi_canvas_build_image(ctx, s->width, s->height, &view));
+        PD_TRY(pdi_canvas_build_image(ctx, s->width, s->height, &view));
         pdi_surface_plot_draw_pixels(r, &l, 0, 0, &view);
         pdi_canvas_draw_image(canvas, l.left, l.top, &view.image);
         pdi_image_free(ctx, &view.image);

@@ -212,7 +212,7 @@ PDI_FN pd_status pdi_svg_write(pdi_svg *svg, const char *path)
     pdi_svg_set_clip(svg, 0, 0, 0, 0);
     pdi_svg_add_string(svg, "</svg>\n");
     if (svg->status != PD_OK) return svg->status;
-    PDI_TRY(pdi_file_create(svg->ctx, path, &file));
+    PD_TRY(pdi_file_create(svg->ctx, path, &file));
     pd_status status = pdi_file_write(svg->ctx, &file, svg->text.data, svg->text.size);
     if (status == PD_OK) return pdi_file_commit(svg->ctx, &file);
     pdi_file_abandon(&file);

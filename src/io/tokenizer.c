@@ -22,7 +22,7 @@ PDI_FN pd_status pdi_tokenizer_fail(const pdi_tokenizer *s, const char *position
     vsnprintf(text, sizeof text, format, args);
     va_end(args);
     for (const char *c = s->text; c < position && c < s->end; c++) line += *c == '\n';
-    return pdi_fail(s->ctx, PD_ERR_PARSE, s->module, "%.250s:%d: %s", s->path, line, text);
+    return pd_fail(s->ctx, PD_ERR_PARSE, s->module, "%.250s:%d: %s", s->path, line, text);
 }
 
 /* Returns 1 for white space. */
@@ -85,7 +85,7 @@ PDI_FN pd_status pdi_tokenizer_read_integer(pdi_tokenizer *s, const char *what, 
 
 PDI_FN pd_status pdi_tokenizer_read_count(pdi_tokenizer *s, const char *what, int bytes, int64_t *count)
 {
-    PDI_TRY(pdi_tokenizer_read_integer(s, what, 0, INT64_C(999999999999999999), count));
+    PD_TRY(pdi_tokenizer_read_integer(s, what, 0, INT64_C(999999999999999999), count));
     if (*count <= (int64_t)(s->end - s->position) / bytes + 1 && *count <= INT32_MAX) return PD_OK;
     return pdi_tokenizer_fail(s, s->position, "%s: %.0f, which is more than the rest of the file can hold", what,
                               (double)*count);

@@ -52,20 +52,20 @@ static pd_status pdi_vti_check_fields(pd_ctx *ctx, const pd_grid *grid, double t
                                       int count)
 {
     char name[PDI_VTI_TEXT_SIZE];
-    if (isnan(time) || isinf(time)) return pdi_fail(ctx, PD_ERR_ARGUMENT, "vti", "the time is %g", time);
-    if (count < 0 || (count > 0 && !fields)) return pdi_fail(ctx, PD_ERR_ARGUMENT, "vti", "%d fields", count);
+    if (isnan(time) || isinf(time)) return pd_fail(ctx, PD_ERR_ARGUMENT, "vti", "the time is %g", time);
+    if (count < 0 || (count > 0 && !fields)) return pd_fail(ctx, PD_ERR_ARGUMENT, "vti", "%d fields", count);
     for (int d = 0; d < PD_DIM; d++)
         if (grid->n[d] < 1 || !(grid->h[d] > 0))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "vti", "axis %d has %d cells of %g m", d, grid->n[d], grid->h[d]);
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "vti", "axis %d has %d cells of %g m", d, grid->n[d], grid->h[d]);
     for (int k = 0; k < count; k++) {
         const pd_vti_field *f = &fields[k];
         if (!f->name || !f->name[0] || !pdi_vti_escape_xml(f->name, name, 256))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "vti", "field %d has no usable name", k);
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "vti", "field %d has no usable name", k);
         if (!f->data || (int)f->type < 0 || (int)f->type > PD_VTI_INT32)
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "vti", "field '%s' has no data or an unknown type", f->name);
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "vti", "field '%s' has no data or an unknown type", f->name);
         for (int j = 0; j < k; j++)
             if (strcmp(fields[j].name, f->name) == 0)
-                return pdi_fail(ctx, PD_ERR_ARGUMENT, "vti", "two fields are named '%s'", f->name);
+                return pd_fail(ctx, PD_ERR_ARGUMENT, "vti", "two fields are named '%s'", f->name);
     }
     return PD_OK;
 }
@@ -96,15 +96,15 @@ static pd_status pdi_vti_write_data(pd_ctx *ctx, pd_file *file, const pd_grid *g
     uint64_t bytes = (uint64_t)pdi_vti_count_cells(grid) * components * size;
     int64_t rows = pdi_vti_count_cells(grid) / grid->n[0];
     int index[PD_DIM] = {0};
-    PDI_TRY(pdi_file_write(ctx, file, &bytes, sizeof bytes));
+    PD_TRY(pdi_file_write(ctx, file, &bytes, sizeof bytes));
     for (int64_t r = 0; r < rows; r++) {
         int32_t node = grid->ghost;
-        PDI_TRY(pdi_check_cancel(ctx, "vti", r));
+        PD_TRY(pd_check_cancel(ctx, "vti", r));
         for (int d = 1; d < PD_DIM; d++) node += (index[d] + grid->ghost) * grid->stride[d];
         uint8_t *out = row;
         for (int i = 0; i < grid->n[0]; i++)
             for (int c = 0; c < (int)components; c++, out += size) pdi_vti_convert_value(grid, f, c, node + i, out);
-        PDI_TRY(pdi_file_write(ctx, file, row, (size_t)(out - row)));
+        PD_TRY(pdi_file_write(ctx, file, row, (size_t)(out - row)));
         for (int d = 1; d < PD_DIM; d++) {
             if (++index[d] < grid->n[d]) break;
             index[d] = 0;
@@ -151,13 +151,13 @@ static pd_status pdi_vti_write_value_names(pd_ctx *ctx, pd_file *file, const pd_
     snprintf(text, sizeof text,
              "      <Array type=\"String\" Name=\"%s_names\" NumberOfTuples=\"%d\" format=\"ascii\">", name,
              f->value_name_count);
-    PDI_TRY(pdi_file_write_text(ctx, file, text));
+    PD_TRY(pdi_file_write_text(ctx, file, text));
     for (int k = 0; k < f->value_name_count; k++) {
         for (const char *c = f->value_names[k]; *c; c++) {
             snprintf(text, sizeof text, "%d ", (int)(unsigned char)*c);
-            PDI_TRY(pdi_file_write_text(ctx, file, text));
+            PD_TRY(pdi_file_write_text(ctx, file, text));
         }
-        PDI_TRY(pdi_file_write_text(ctx, file, "0 "));
+        PD_TRY(pdi_file_write_text(ctx, file, "0 "));
     }
     return pdi_file_write_text(ctx, file, "</Array>\n");
 }
@@ -169,7 +169,7 @@ static pd_status pdi_vti_begin_cell_data(pd_ctx *ctx, pd_file *file, const pd_gr
     char text[PDI_VTI_TEXT_SIZE], name[256], active[2][256] = {"", ""};
     int n[3] = {1, 1, 1};
     for (int k = 0; k < count; k++) {
-        if (fields[k].value_names) PDI_TRY(pdi_vti_write_value_names(ctx, file, &fields[k]));
+        if (fields[k].value_names) PD_TRY(pdi_vti_write_value_names(ctx, file, &fields[k]));
         int vector = fields[k].vector != 0;
         pdi_vti_escape_xml(fields[k].name, name, sizeof name);
         if (!active[vector][0]) memcpy(active[vector], name, sizeof name);
@@ -194,7 +194,7 @@ static pd_status pdi_vti_write_array_tag(pd_ctx *ctx, pd_file *file, const pd_vt
              "        <DataArray type=\"%s\" Name=\"%s\" NumberOfComponents=\"%d\" format=\"appended\" "
              "offset=\"%.0f\"",
              pdi_vti_type_names[f->type], name, (int)pdi_vti_count_components(f), (double)offset);
-    PDI_TRY(pdi_file_write_text(ctx, file, text));
+    PD_TRY(pdi_file_write_text(ctx, file, text));
     if (!unit[0]) return pdi_file_write_text(ctx, file, "/>\n");
     snprintf(text, sizeof text,
              "><InformationKey name=\"UNITS_LABEL\" location=\"vtkDataArray\">%s</InformationKey></DataArray>\n", unit);
@@ -206,16 +206,16 @@ static pd_status pdi_vti_write_file(pd_ctx *ctx, pd_file *file, const pd_grid *g
                                     const pd_vti_field *fields, int count, uint8_t *row)
 {
     uint64_t offset = 0;
-    PDI_TRY(pdi_vti_write_header(ctx, file, grid, time));
-    PDI_TRY(pdi_vti_begin_cell_data(ctx, file, grid, fields, count));
+    PD_TRY(pdi_vti_write_header(ctx, file, grid, time));
+    PD_TRY(pdi_vti_begin_cell_data(ctx, file, grid, fields, count));
     for (int k = 0; k < count; k++) {
         const pd_vti_field *f = &fields[k];
-        PDI_TRY(pdi_vti_write_array_tag(ctx, file, f, offset));
+        PD_TRY(pdi_vti_write_array_tag(ctx, file, f, offset));
         offset += 8 + (uint64_t)pdi_vti_count_cells(grid) * pdi_vti_count_components(f) * pdi_vti_type_sizes[f->type];
     }
-    PDI_TRY(pdi_file_write_text(
+    PD_TRY(pdi_file_write_text(
         ctx, file, "      </CellData>\n    </Piece>\n  </ImageData>\n  <AppendedData encoding=\"raw\">\n_"));
-    for (int k = 0; k < count; k++) PDI_TRY(pdi_vti_write_data(ctx, file, grid, &fields[k], row));
+    for (int k = 0; k < count; k++) PD_TRY(pdi_vti_write_data(ctx, file, grid, &fields[k], row));
     return pdi_file_write_text(ctx, file, "\n  </AppendedData>\n</VTKFile>\n");
 }
 
@@ -224,16 +224,16 @@ pd_status pd_vti_write(pd_ctx *ctx, const char *path, const pd_grid *grid, doubl
 {
     pd_file file;
     uint8_t *row = NULL;
-    PDI_TRY(pdi_vti_check_fields(ctx, grid, time, fields, count));
+    PD_TRY(pdi_vti_check_fields(ctx, grid, time, fields, count));
     size_t row_bytes = (size_t)grid->n[0] * 3 * 8;
-    PDI_TRY(PDI_NEW(ctx, "vti", row_bytes, row));
+    PD_TRY(PD_NEW(ctx, "vti", row_bytes, row));
     pd_status status = pdi_file_create(ctx, path, &file);
     if (status == PD_OK) {
         status = pdi_vti_write_file(ctx, &file, grid, time, fields, count, row);
         if (status == PD_OK) status = pdi_file_commit(ctx, &file);
         else pdi_file_abandon(&file);
     }
-    PDI_DELETE(ctx, row_bytes, row);
+    PD_DELETE(ctx, row_bytes, row);
     return status;
 }
 
@@ -243,7 +243,7 @@ PDI_FN pd_status pdi_pvd_init(pd_ctx *ctx, const char *path, pd_pvd *pvd)
 {
     memset(pvd, 0, sizeof *pvd);
     if (!path || !path[0] || strlen(path) >= PD_PATH_SIZE)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "pvd", "the path is empty or longer than %d characters",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "pvd", "the path is empty or longer than %d characters",
                         PD_PATH_SIZE - 1);
     strcpy(pvd->path, path);
     return PD_OK;
@@ -251,7 +251,7 @@ PDI_FN pd_status pdi_pvd_init(pd_ctx *ctx, const char *path, pd_pvd *pvd)
 
 PDI_FN void pdi_pvd_free(pd_ctx *ctx, pd_pvd *pvd)
 {
-    PDI_DELETE(ctx, pvd->capacity, pvd->entries);
+    PD_DELETE(ctx, pvd->capacity, pvd->entries);
     memset(pvd, 0, sizeof *pvd);
 }
 
@@ -272,7 +272,7 @@ static pd_status pdi_vti_write_collection(pd_ctx *ctx, const pd_pvd *pvd)
              "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"%s\">\n"
              "  <Collection>\n",
              pdi_vti_get_byte_order());
-    PDI_TRY(pdi_file_create(ctx, pvd->path, &file));
+    PD_TRY(pdi_file_create(ctx, pvd->path, &file));
     pd_status status = pdi_file_write_text(ctx, &file, head);
     if (status == PD_OK) status = pdi_file_write(ctx, &file, pvd->entries, pvd->size);
     if (status == PD_OK) status = pdi_file_write_text(ctx, &file, "  </Collection>\n</VTKFile>\n");
@@ -284,19 +284,19 @@ static pd_status pdi_vti_write_collection(pd_ctx *ctx, const pd_pvd *pvd)
 PDI_FN pd_status pdi_pvd_add_file(pd_ctx *ctx, pd_pvd *pvd, double time, const char *file)
 {
     char line[PDI_VTI_TEXT_SIZE + 128], name[PDI_VTI_TEXT_SIZE], stamp[PDI_FILE_NUMBER_SIZE];
-    if (!pvd->path[0]) return pdi_fail(ctx, PD_ERR_ARGUMENT, "pvd", "the collection was not started by pdi_pvd_init");
-    if (isnan(time) || isinf(time)) return pdi_fail(ctx, PD_ERR_ARGUMENT, "pvd", "%s: the time is %g", file, time);
+    if (!pvd->path[0]) return pd_fail(ctx, PD_ERR_ARGUMENT, "pvd", "the collection was not started by pdi_pvd_init");
+    if (isnan(time) || isinf(time)) return pd_fail(ctx, PD_ERR_ARGUMENT, "pvd", "%s: the time is %g", file, time);
     if (pvd->count && !(time > pvd->last_time))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "pvd", "%s: time %.17g s does not follow %.17g s, times must increase",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "pvd", "%s: time %.17g s does not follow %.17g s, times must increase",
                         file, time, pvd->last_time);
     if (!pdi_vti_escape_xml(pdi_vti_relative_path(pvd, file), name, sizeof name))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "pvd", "the file name '%.80s' cannot be listed", file);
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "pvd", "the file name '%.80s' cannot be listed", file);
     pdi_file_format_number(time, stamp);
     size_t length = (size_t)snprintf(line, sizeof line,
                                      "    <DataSet timestep=\"%s\" group=\"\" part=\"0\" file=\"%s\"/>\n", stamp, name);
     if (pvd->size + length > pvd->capacity) {
         size_t capacity = 2 * pvd->capacity + length + 1024;
-        PDI_TRY(PDI_GROW(ctx, "pvd", pvd->capacity, capacity, pvd->entries));
+        PD_TRY(PD_GROW(ctx, "pvd", pvd->capacity, capacity, pvd->entries));
         pvd->capacity = capacity;
     }
     memcpy(pvd->entries + pvd->size, line, length);
@@ -314,13 +314,13 @@ PDI_FN pd_status pdi_pvd_add_file(pd_ctx *ctx, pd_pvd *pvd, double time, const c
 PDI_FN pd_status pdi_pvd_store(pd_ctx *ctx, pd_pvd *pvd, pd_archive *archive)
 {
     int64_t size = (int64_t)pvd->size;
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "collection.last", &pvd->last_time, 1));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "collection.count", &pvd->count, 1));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "collection.size", &size, 1));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "collection.last", &pvd->last_time, 1));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "collection.count", &pvd->count, 1));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "collection.size", &size, 1));
     if (size > (int64_t)pvd->capacity) {
-        PDI_TRY(PDI_GROW(ctx, "pvd", pvd->capacity, size, pvd->entries));
+        PD_TRY(PD_GROW(ctx, "pvd", pvd->capacity, size, pvd->entries));
         pvd->capacity = (size_t)size;
     }
     pvd->size = (size_t)size;
-    return PDI_ARCHIVE_ARRAY(ctx, archive, "collection", pvd->entries, size);
+    return PD_ARCHIVE_ARRAY(ctx, archive, "collection", pvd->entries, size);
 }

@@ -239,12 +239,12 @@ static pd_status pdi_vtu_inflate_blocks(const pdi_vtu_reader *v, pdi_vtu_byte_st
         uint8_t *bytes = NULL;
         size_t of = (size_t)(b + 1 == blocks && last ? last : each);
         if (!pdi_vtu_read_size(v, &sizes, &packed) || packed > left) return PD_OK;
-        PDI_TRY(PDI_NEW(v->tokenizer->ctx, "vtu", packed, bytes));
+        PD_TRY(PD_NEW(v->tokenizer->ctx, "vtu", packed, bytes));
         int got = pdi_vtu_read_bytes(s, bytes, (size_t)packed);
         pd_status status = PD_OK;
         if (got)
             status = pdi_zlib_inflate(v->tokenizer->ctx, v->tokenizer->path, bytes, (size_t)packed, out + b * each, of);
-        PDI_DELETE(v->tokenizer->ctx, packed, bytes);
+        PD_DELETE(v->tokenizer->ctx, packed, bytes);
         if (!got || status != PD_OK) return status;
     }
     *fault = NULL;
@@ -302,7 +302,7 @@ static pd_status pdi_vtu_open_array(const pdi_vtu_reader *v, const pdi_vtu_array
     s->position = a->body;
     s->end = a->end;
     if (!pdi_vtu_find_attribute(&a->tag, "format", &format) || !pdi_vtu_is_text(format, "appended")) return PD_OK;
-    PDI_TRY(pdi_vtu_read_integer(v, &a->tag, "offset", INT64_C(999999999999999), -1, &offset));
+    PD_TRY(pdi_vtu_read_integer(v, &a->tag, "offset", INT64_C(999999999999999), -1, &offset));
     if (!v->appended || offset > (int64_t)(v->tokenizer->end - v->appended))
         return pdi_tokenizer_fail(v->tokenizer, a->tag.begin, "an array beyond the appended data");
     s->position = v->appended + offset;
@@ -323,8 +323,8 @@ static pd_status pdi_vtu_decode_binary(const pdi_vtu_reader *v, const pdi_vtu_ar
     (void)pdi_vtu_find_attribute(&a->tag, "type", &text);
     int each = pdi_vtu_find_number_type(text, &type);
     size_t size = (size_t)count * (size_t)each;
-    PDI_TRY(pdi_vtu_open_array(v, a, &s));
-    PDI_TRY(PDI_NEW(v->tokenizer->ctx, "vtu", size, bytes));
+    PD_TRY(pdi_vtu_open_array(v, a, &s));
+    PD_TRY(PD_NEW(v->tokenizer->ctx, "vtu", size, bytes));
     pd_status status = PD_OK;
     if (v->compressed) status = pdi_vtu_inflate_blocks(v, &s, bytes, size, &fault);
     else if (!pdi_vtu_read_size(v, &s, &given) || given != size || !pdi_vtu_read_bytes(&s, bytes, size))
@@ -333,7 +333,7 @@ static pd_status pdi_vtu_decode_binary(const pdi_vtu_reader *v, const pdi_vtu_ar
         value[k] = pdi_vtu_decode_number(v, bytes + (size_t)k * (size_t)each, each, type);
         if (!(fabs(value[k]) < 1e100)) fault = "a number that is not finite";
     }
-    PDI_DELETE(v->tokenizer->ctx, size, bytes);
+    PD_DELETE(v->tokenizer->ctx, size, bytes);
     return fault && status == PD_OK ? pdi_tokenizer_fail(v->tokenizer, a->tag.begin, "%s", fault) : status;
 }
 
@@ -345,7 +345,7 @@ static pd_status pdi_vtu_parse_ascii(const pdi_vtu_reader *v, const pdi_vtu_arra
     part.position = a->body;
     part.end = a->end;
     for (int64_t k = 0; k < count; k++) {
-        PDI_TRY(pdi_tokenizer_read_number(&part, "a number of an array", &value[k]));
+        PD_TRY(pdi_tokenizer_read_number(&part, "a number of an array", &value[k]));
         if (!(fabs(value[k]) < 1e100)) return pdi_tokenizer_fail(&part, part.position, "a number beyond 1e100");
     }
     if (pdi_tokenizer_read_word(&part, &word) == 0) return PD_OK;
@@ -374,7 +374,7 @@ static pd_status pdi_vtu_decode_array(pdi_vtu_reader *v, int which, const char *
     if ((double)count > room)
         return pdi_tokenizer_fail(v->tokenizer, a->tag.begin,
                                   "an array of %.0f numbers, which is more than it can hold", (double)count);
-    PDI_TRY(PDI_NEW(v->tokenizer->ctx, "vtu", count, v->value[which]));
+    PD_TRY(PD_NEW(v->tokenizer->ctx, "vtu", count, v->value[which]));
     v->length[which] = count;
     return ascii ? pdi_vtu_parse_ascii(v, a, count, v->value[which])
                  : pdi_vtu_decode_binary(v, a, count, v->value[which]);
@@ -433,9 +433,9 @@ static pd_status pdi_vtu_add_cell(pdi_vtu_reader *v, int64_t k, int64_t first, i
                                   "cell %.0f is of VTK's type %g, expected straight cells of at most %d dimensions",
                                   (double)k, type, PD_DIM);
     if (dimension < PD_DIM) return PD_OK;
-    if (corners != pdi_points_count_corners(form))
+    if (corners != pd_points_count_corners(form))
         return pdi_tokenizer_fail(v->tokenizer, at, "cell %.0f has %.0f corners, expected %d", (double)k,
-                                  (double)corners, pdi_points_count_corners(form));
+                                  (double)corners, pd_points_count_corners(form));
     for (int c = 0; c < (int)corners; c++) {
         double id = node[of == 8 || of == 11 ? swapped[c] : c];
         if (!(id >= 0.0) || !(id < (double)v->point_count) || id > floor(id))
@@ -445,32 +445,32 @@ static pd_status pdi_vtu_add_cell(pdi_vtu_reader *v, int64_t k, int64_t first, i
         number[c] = v->point_offset + (int64_t)id;
     }
     int32_t tag;
-    PDI_TRY(pdi_vtu_get_region(v, PDI_VTU_CELL_REGION, k, &tag));
-    PDI_TRY(pdi_points_add_cell(v->tokenizer->ctx, &v->cells, form, corner, of == 13, tag, &fault));
+    PD_TRY(pdi_vtu_get_region(v, PDI_VTU_CELL_REGION, k, &tag));
+    PD_TRY(pd_points_add_cell(v->tokenizer->ctx, &v->cells, form, corner, of == 13, tag, &fault));
     ++*count_used;
     if (fault) return pdi_tokenizer_fail(v->tokenizer, at, "cell %.0f: %s", (double)k, fault);
-    return pdi_boundary_faces_add_cell(v->tokenizer->ctx, &v->faces, form, number, corner, v->cells.points->count - 1);
+    return pd_boundary_faces_add_cell(v->tokenizer->ctx, &v->faces, form, number, corner, v->cells.points->count - 1);
 }
 
 /* Decode the cells of a piece and add them as points. */
 static pd_status pdi_vtu_add_cells(pdi_vtu_reader *v, int64_t *count_used)
 {
     double last = 0.0;
-    PDI_TRY(pdi_vtu_decode_array(v, PDI_VTU_TYPES, "types", v->cell_count));
-    PDI_TRY(pdi_vtu_decode_array(v, PDI_VTU_OFFSETS, "offsets", v->cell_count));
+    PD_TRY(pdi_vtu_decode_array(v, PDI_VTU_TYPES, "types", v->cell_count));
+    PD_TRY(pdi_vtu_decode_array(v, PDI_VTU_OFFSETS, "offsets", v->cell_count));
     for (int64_t k = 0; k < v->cell_count; k++) {
         double offset = v->value[PDI_VTU_OFFSETS][k];
         if (!(offset >= last) || offset > floor(offset) || !(offset < 1e15))
             return pdi_tokenizer_fail(v->tokenizer, v->array[PDI_VTU_OFFSETS].tag.begin, "offsets that do not ascend");
         last = offset;
     }
-    PDI_TRY(pdi_vtu_decode_array(v, PDI_VTU_CONNECTIVITY, "connectivity", (int64_t)last));
+    PD_TRY(pdi_vtu_decode_array(v, PDI_VTU_CONNECTIVITY, "connectivity", (int64_t)last));
     if (v->array[PDI_VTU_CELL_REGION].found)
-        PDI_TRY(pdi_vtu_decode_array(v, PDI_VTU_CELL_REGION, "of tags", v->cell_count));
+        PD_TRY(pdi_vtu_decode_array(v, PDI_VTU_CELL_REGION, "of tags", v->cell_count));
     v->cells.orientation = 0.0;
     for (int64_t k = 0, first = 0; k < v->cell_count; k++) {
         int64_t end = (int64_t)v->value[PDI_VTU_OFFSETS][k];
-        PDI_TRY(pdi_vtu_add_cell(v, k, first, end - first, count_used));
+        PD_TRY(pdi_vtu_add_cell(v, k, first, end - first, count_used));
         first = end;
     }
     return PD_OK;
@@ -481,9 +481,9 @@ static pd_status pdi_vtu_add_points(pdi_vtu_reader *v)
 {
     double scale = 1.0;
     for (int d = 0; d < PD_DIM; d++) scale *= v->cells.scale;
-    PDI_TRY(pdi_vtu_decode_array(v, PDI_VTU_VOLUME, "volume", v->point_count));
+    PD_TRY(pdi_vtu_decode_array(v, PDI_VTU_VOLUME, "volume", v->point_count));
     if (v->array[PDI_VTU_POINT_REGION].found)
-        PDI_TRY(pdi_vtu_decode_array(v, PDI_VTU_POINT_REGION, "of tags", v->point_count));
+        PD_TRY(pdi_vtu_decode_array(v, PDI_VTU_POINT_REGION, "of tags", v->point_count));
     for (int64_t k = 0; k < v->point_count; k++) {
         const double *x = v->value[PDI_VTU_COORDINATES] + 3 * k;
         double position[PD_DIM], volume = v->value[PDI_VTU_VOLUME][k] * scale;
@@ -500,8 +500,8 @@ static pd_status pdi_vtu_add_points(pdi_vtu_reader *v)
                                       "point %.0f has the volume %g, expected"
                                       " positive ones",
                                       (double)k, v->value[PDI_VTU_VOLUME][k]);
-        PDI_TRY(pdi_vtu_get_region(v, PDI_VTU_POINT_REGION, k, &tag));
-        PDI_TRY(pdi_points_add(v->tokenizer->ctx, v->cells.points, position, volume, tag));
+        PD_TRY(pdi_vtu_get_region(v, PDI_VTU_POINT_REGION, k, &tag));
+        PD_TRY(pd_points_add(v->tokenizer->ctx, v->cells.points, position, volume, tag));
     }
     return PD_OK;
 }
@@ -512,18 +512,18 @@ static pd_status pdi_vtu_add_piece(pdi_vtu_reader *v, const char *begin)
     int64_t counts = 0, components;
     if (v->point_count == 0 && v->cell_count == 0) return PD_OK;
     if (v->array[PDI_VTU_COORDINATES].found) {
-        PDI_TRY(pdi_vtu_read_integer(v, &v->array[PDI_VTU_COORDINATES].tag, "NumberOfComponents", 9, 1, &components));
+        PD_TRY(pdi_vtu_read_integer(v, &v->array[PDI_VTU_COORDINATES].tag, "NumberOfComponents", 9, 1, &components));
         if (components != 3)
             return pdi_tokenizer_fail(v->tokenizer, v->array[PDI_VTU_COORDINATES].tag.begin,
                                       "points of %.0f"
                                       " coordinates, expected 3",
                                       (double)components);
     }
-    PDI_TRY(pdi_vtu_decode_array(v, PDI_VTU_COORDINATES, "of points", 3 * v->point_count));
+    PD_TRY(pdi_vtu_decode_array(v, PDI_VTU_COORDINATES, "of points", 3 * v->point_count));
     for (int64_t k = 0; k < 3 * v->point_count; k++)
         v->cells.extent =
             pdi_max(v->cells.extent, fabs(v->value[PDI_VTU_COORDINATES][k] - v->value[PDI_VTU_COORDINATES][k % 3]));
-    if (v->cell_count) PDI_TRY(pdi_vtu_add_cells(v, &counts));
+    if (v->cell_count) PD_TRY(pdi_vtu_add_cells(v, &counts));
     if (counts) return PD_OK;
     if (v->array[PDI_VTU_VOLUME].found) return pdi_vtu_add_points(v);
     return pdi_tokenizer_fail(v->tokenizer, begin,
@@ -534,7 +534,7 @@ static pd_status pdi_vtu_add_piece(pdi_vtu_reader *v, const char *begin)
 static void pdi_vtu_free_arrays(pdi_vtu_reader *v)
 {
     for (int k = 0; k < PDI_VTU_ARRAYS; k++) {
-        PDI_DELETE(v->tokenizer->ctx, v->length[k], v->value[k]);
+        PD_DELETE(v->tokenizer->ctx, v->length[k], v->value[k]);
         v->length[k] = 0;
     }
     memset(v->array, 0, sizeof v->array);
@@ -608,7 +608,7 @@ static pd_status pdi_vtu_find_appended(pdi_vtu_reader *v)
     v->xml_end = v->tokenizer->end;
     if (!found) return PD_OK;
     v->tokenizer->position = found;
-    PDI_TRY(pdi_vtu_read_tag(v, &tag, &more));
+    PD_TRY(pdi_vtu_read_tag(v, &tag, &more));
     v->appended_raw = pdi_vtu_find_attribute(&tag, "encoding", &text) && pdi_vtu_is_text(text, "raw");
     const char *at = v->tokenizer->position;
     while (at < v->tokenizer->end && pdi_vtu_is_blank(*at)) at++;
@@ -640,7 +640,7 @@ static pd_status pdi_vtu_begin_tag(pdi_vtu_reader *v, const pdi_vtu_xml_tag *tag
     if (!*headed) return pdi_tokenizer_fail(v->tokenizer, tag->begin, "no VTKFile");
     if (pdi_vtu_is_text(tag->name, "Piece")) {
         *piece = tag->is_empty ? NULL : tag->begin;
-        PDI_TRY(pdi_vtu_read_integer(v, tag, "NumberOfPoints", INT32_MAX, -1, &v->point_count));
+        PD_TRY(pdi_vtu_read_integer(v, tag, "NumberOfPoints", INT32_MAX, -1, &v->point_count));
         return pdi_vtu_read_integer(v, tag, "NumberOfCells", INT32_MAX, -1, &v->cell_count);
     }
     if (pdi_vtu_is_text(tag->name, "DataArray") && *piece) pdi_vtu_set_array(v, tag);
@@ -653,12 +653,12 @@ static pd_status pdi_vtu_read_file(pdi_vtu_reader *v)
 {
     int more = 1, headed = 0, ended = 0;
     const char *piece = NULL;
-    PDI_TRY(pdi_vtu_find_appended(v));
+    PD_TRY(pdi_vtu_find_appended(v));
     while (more && !ended) {
         pdi_vtu_xml_tag tag;
-        PDI_TRY(pdi_vtu_read_tag(v, &tag, &more));
+        PD_TRY(pdi_vtu_read_tag(v, &tag, &more));
         if (!more) break;
-        if (!tag.is_closing) PDI_TRY(pdi_vtu_begin_tag(v, &tag, &headed, &piece));
+        if (!tag.is_closing) PD_TRY(pdi_vtu_begin_tag(v, &tag, &headed, &piece));
         if (!tag.is_closing) continue;
         ended = pdi_vtu_is_text(tag.name, "UnstructuredGrid");
         if (pdi_vtu_is_text(tag.name, "Piece") && piece) {
@@ -666,7 +666,7 @@ static pd_status pdi_vtu_read_file(pdi_vtu_reader *v)
             v->point_offset += v->point_count;
             v->faces.piece++;
             pdi_vtu_free_arrays(v);
-            PDI_TRY(status);
+            PD_TRY(status);
             piece = NULL;
         }
         if (pdi_vtu_find_section(tag.name)) v->section = 0;
@@ -685,8 +685,8 @@ PDI_FN pd_status pdi_vtu_read(pdi_tokenizer *scan, double scale, pd_points *poin
     v.region_rank = 99;
     pd_status status = pdi_vtu_read_file(&v);
     pdi_vtu_free_arrays(&v);
-    if (status == PD_OK) status = pdi_boundary_faces_finish(scan->ctx, &v.faces, scale, points);
-    pdi_boundary_faces_free(scan->ctx, &v.faces);
+    if (status == PD_OK) status = pd_boundary_faces_finish(scan->ctx, &v.faces, scale, points);
+    pd_boundary_faces_free(scan->ctx, &v.faces);
     return status;
 }
 

@@ -7,9 +7,9 @@
  */
 #ifndef PD_VTU_H
 #define PD_VTU_H
-#include "io/points.h"
+#include "solid/points.h"
 #include "io/tokenizer.h"
-#include "io/boundary_faces.h"
+#include "solid/boundary_faces.h"
 
 #ifdef PDI_INTERNAL
 /* Add the cells or points of all pieces of the grid; lengths times scale are in metres. PD_ERR_PARSE with path:line. */

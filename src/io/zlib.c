@@ -28,14 +28,14 @@ PDI_FN pd_status pdi_bytes_reserve(pd_ctx *ctx, pdi_bytes *bytes, size_t more)
 {
     if (bytes->capacity - bytes->size >= more) return PD_OK;
     size_t capacity = bytes->size + bytes->size / 2 + more;
-    PDI_TRY(PDI_GROW(ctx, "zlib", bytes->capacity, capacity, bytes->data));
+    PD_TRY(PD_GROW(ctx, "zlib", bytes->capacity, capacity, bytes->data));
     bytes->capacity = capacity;
     return PD_OK;
 }
 
 PDI_FN pd_status pdi_bytes_add(pd_ctx *ctx, pdi_bytes *bytes, const void *data, size_t size)
 {
-    PDI_TRY(pdi_bytes_reserve(ctx, bytes, size));
+    PD_TRY(pdi_bytes_reserve(ctx, bytes, size));
     if (size) memcpy(bytes->data + bytes->size, data, size);
     bytes->size += size;
     return PD_OK;
@@ -43,7 +43,7 @@ PDI_FN pd_status pdi_bytes_add(pd_ctx *ctx, pdi_bytes *bytes, const void *data, 
 
 PDI_FN void pdi_bytes_free(pd_ctx *ctx, pdi_bytes *bytes)
 {
-    PDI_DELETE(ctx, bytes->capacity, bytes->data);
+    PD_DELETE(ctx, bytes->capacity, bytes->data);
     bytes->size = bytes->capacity = 0;
 }
 
@@ -546,10 +546,10 @@ static pd_status pdi_zlib_deflate_chunks(pd_ctx *ctx, pdi_zlib_writer *writer, i
     uint32_t adler = 1;
     for (size_t k = 0; k < pieces; k += (size_t)writers) {
         int count = pieces - k < (size_t)writers ? (int)(pieces - k) : writers;
-        PDI_PARALLEL_FOR(writers)
+        PD_PARALLEL_FOR(writers)
         for (int w = 0; w < count; w++) pdi_zlib_deflate_chunk(&writer[w], data, size, k + (size_t)w);
         for (int w = 0; w < count; w++) {
-            PDI_TRY(pdi_bytes_add(ctx, out, writer[w].out, writer[w].used));
+            PD_TRY(pdi_bytes_add(ctx, out, writer[w].out, writer[w].used));
             adler = pdi_zlib_combine_adler32(adler, writer[w].adler, writer[w].size - writer[w].start);
         }
     }
@@ -561,15 +561,15 @@ PDI_FN pd_status pdi_zlib_deflate(pd_ctx *ctx, const uint8_t *data, size_t size,
 {
     static const uint8_t zlib_head[2] = {0x78, 0x9C}; /* deflate, 32 KiB window, default effort */
     if (size > (size_t)1 << 30)
-        return pdi_fail(ctx, PD_ERR_SIZE, "zlib", "%.0f bytes are too many for one stream", (double)size);
-    PDI_TRY(pdi_bytes_add(ctx, out, zlib_head, sizeof zlib_head));
-    int pieces = (int)(size / PDI_ZLIB_CHUNK_SIZE) + 1, writers = pdi_par_threads(ctx, (int64_t)size);
+        return pd_fail(ctx, PD_ERR_SIZE, "zlib", "%.0f bytes are too many for one stream", (double)size);
+    PD_TRY(pdi_bytes_add(ctx, out, zlib_head, sizeof zlib_head));
+    int pieces = (int)(size / PDI_ZLIB_CHUNK_SIZE) + 1, writers = pd_par_threads(ctx, (int64_t)size);
     if (writers > PDI_ZLIB_MAX_THREADS) writers = PDI_ZLIB_MAX_THREADS;
     if (writers > pieces) writers = pieces;
     pdi_zlib_writer *writer = NULL;
-    PDI_TRY(PDI_NEW(ctx, "zlib", writers, writer));
+    PD_TRY(PD_NEW(ctx, "zlib", writers, writer));
     pd_status status = pdi_zlib_deflate_chunks(ctx, writer, writers, data, size, out);
-    PDI_DELETE(ctx, writers, writer);
+    PD_DELETE(ctx, writers, writer);
     return status;
 }
 
@@ -792,7 +792,7 @@ PDI_FN pd_status pdi_zlib_inflate(pd_ctx *ctx, const char *name, const uint8_t *
     s.out_size = out_size;
     pdi_zlib_inflate_stream(&s);
     if (s.error)
-        return pdi_fail(ctx, PD_ERR_PARSE, "zlib", "%s: damaged compressed data (%s, at byte %.0f of %.0f)", name,
+        return pd_fail(ctx, PD_ERR_PARSE, "zlib", "%s: damaged compressed data (%s, at byte %.0f of %.0f)", name,
                         s.error, (double)s.position, (double)size);
     return PD_OK;
 }

@@ -45,7 +45,7 @@ PDI_FN pd_status pdi_active_range_build(pd_ctx *ctx, const pd_grid *grid, pd_act
     s->total = grid->total;
     pdi_active_range_find(grid, s, 0);
     s->capacity = s->count;
-    PDI_TRY(pdi_array_registry_build(ctx, pdi_active_range_list_arrays, s));
+    PD_TRY(pdi_array_registry_build(ctx, pdi_active_range_list_arrays, s));
     pdi_active_range_find(grid, s, 1);
     return PD_OK;
 }
@@ -83,7 +83,7 @@ static void pdi_active_range_copy_ranges(const pd_active_ranges *s, int componen
 static void pdi_active_range_copy(const pd_ctx *ctx, const pd_active_ranges *s, int components, const double *from,
                                   double *to, int pack)
 {
-    int nt = pdi_par_threads(ctx, (int64_t)components * s->packed_length);
+    int nt = pd_par_threads(ctx, (int64_t)components * s->packed_length);
     PDI_PARALLEL_CALL(nt, pdi_active_range_copy_ranges(s, components, from, to, pack));
 }
 

@@ -137,15 +137,15 @@ static pd_status pdi_area_weights_find_symmetry_classes(pd_ctx *ctx, const doubl
         for (int a = 0; a < PD_DIM; a++) {
             double n = xi[b * PD_DIM + a] / h[a], opposite = xi[(fit->bonds - 1 - b) * PD_DIM + a] / h[a];
             if (!(fabs(n + opposite) < 1e-6))
-                return pdi_fail(ctx, PD_ERR_ARGUMENT, "area", "bond %d has offset %g on axis %d and bond %d has %g, "
+                return pd_fail(ctx, PD_ERR_ARGUMENT, "area", "bond %d has offset %g on axis %d and bond %d has %g, "
                                 "expected the opposite", b, n, a, fit->bonds - 1 - b, opposite);
             if (!(fabs(fabs(n) - floor(fabs(n) + 0.5)) < 1e-6))
-                return pdi_fail(ctx, PD_ERR_ARGUMENT, "area", "bond %d has offset %g on axis %d, expected an integer",
+                return pd_fail(ctx, PD_ERR_ARGUMENT, "area", "bond %d has offset %g on axis %d, expected an integer",
                                 b, n, a);
             square += n * n;
         }
         if (!(square > 0.25 && sqrt(square) < m + 0.5 + 1e-6))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "area", "bond %d is %g cells long, expected 0 < |n| < m + 1/2 = %g",
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "area", "bond %d is %g cells long, expected 0 < |n| < m + 1/2 = %g",
                             b, sqrt(square), m + 0.5);
         fit->class_index[b] = -1;
         if (divisor != 1 || !(beta[b] > 0.0)) continue;
@@ -168,7 +168,7 @@ static pd_status pdi_area_weights_add_direction(pd_ctx *ctx, pdi_area_weights_fi
     for (int a = 0; a < PD_DIM; a++) square += direction[a] * direction[a];
     if (fit->directions == fit->direction_capacity) {
         int grown = 2 * fit->direction_capacity + 256;
-        PDI_TRY(PDI_GROW(ctx, "area", fit->direction_capacity * PD_DIM, grown * PD_DIM, fit->normal));
+        PD_TRY(PD_GROW(ctx, "area", fit->direction_capacity * PD_DIM, grown * PD_DIM, fit->normal));
         fit->direction_capacity = grown;
     }
     for (int a = 0; a < PD_DIM; a++)
@@ -196,7 +196,7 @@ static pd_status pdi_area_weights_add_direction_mesh(pd_ctx *ctx, pdi_area_weigh
                 if (index[a] == divisions) keep = 0;
                 direction[a] = index[a] * scale[a];
             }
-            if (keep) PDI_TRY(pdi_area_weights_add_direction(ctx, fit, direction));
+            if (keep) PD_TRY(pdi_area_weights_add_direction(ctx, fit, direction));
         }
     return PD_OK;
 }
@@ -213,20 +213,20 @@ static pd_status pdi_area_weights_build_directions(pd_ctx *ctx, pdi_area_weights
     for (int a = 0; a < PD_DIM; a++) {
         double axis[PD_DIM];
         for (int b = 0; b < PD_DIM; b++) axis[b] = a == b ? 1.0 : 0.0;
-        PDI_TRY(pdi_area_weights_add_direction(ctx, fit, axis));
+        PD_TRY(pdi_area_weights_add_direction(ctx, fit, axis));
         ones[a] = 1.0;
         inverse[a] = h[0] / h[a];
         if (!pdi_area_weights_is_equal_spacing(h[0], h[a])) unequal = 1;
     }
-    PDI_TRY(pdi_area_weights_add_direction_mesh(ctx, fit, h, ones, divisions));
-    if (unequal) PDI_TRY(pdi_area_weights_add_direction_mesh(ctx, fit, h, inverse, divisions));
+    PD_TRY(pdi_area_weights_add_direction_mesh(ctx, fit, h, ones, divisions));
+    if (unequal) PD_TRY(pdi_area_weights_add_direction_mesh(ctx, fit, h, inverse, divisions));
 #if PD_DIM == 2
     for (int k = 0; k < fit->classes; k++) {
         const int *key = fit->class_offset + k * PD_DIM;
         double kink[2];
         kink[0] = key[1] * h[1];
         kink[1] = key[0] * h[0];
-        if (key[0] && key[1]) PDI_TRY(pdi_area_weights_add_direction(ctx, fit, kink));
+        if (key[0] && key[1]) PD_TRY(pdi_area_weights_add_direction(ctx, fit, kink));
     }
 #endif
     return PD_OK;
@@ -252,7 +252,7 @@ static pd_status pdi_area_weights_build_tableau(pd_ctx *ctx, pdi_area_weights_fi
     int rows = orbits + 1, columns = 2 * directions + rows + 1;
     fit->rows = rows;
     fit->columns = columns;
-    PDI_TRY(pdi_array_registry_build(ctx, pdi_area_weights_list_tableau_arrays, fit));
+    PD_TRY(pdi_array_registry_build(ctx, pdi_area_weights_list_tableau_arrays, fit));
     double response[PDI_AREA_WEIGHTS_MAX_CLASSES];
     for (int k = 0; k < orbits; k++) fit->unit_weight[k] = 0.0;
     for (int i = 0; i < directions; i++) {
@@ -338,10 +338,10 @@ static pd_status pdi_area_weights_solve_simplex(pd_ctx *ctx, pdi_area_weights_fi
             }
         if (enter < 0) return PD_OK;
         int leave = pdi_area_weights_find_leaving_row(fit, enter);
-        if (leave < 0) return pdi_fail(ctx, PD_ERR_INTERNAL, "area", "the fit of the area weights has no solution");
+        if (leave < 0) return pd_fail(ctx, PD_ERR_INTERNAL, "area", "the fit of the area weights has no solution");
         pdi_area_weights_pivot(fit, leave, enter);
     }
-    return pdi_fail(ctx, PD_ERR_INTERNAL, "area", "the fit of the area weights did not end in %d pivots", limit);
+    return pd_fail(ctx, PD_ERR_INTERNAL, "area", "the fit of the area weights did not end in %d pivots", limit);
 }
 
 /* Weights area[bonds] [1/m] from the objective row. The rounding error of f along the axes is added to the bonds of
@@ -371,19 +371,19 @@ static pd_status pdi_area_weights_fit_minimax(pd_ctx *ctx, pdi_area_weights_fit 
                                               const double *beta, double m, const double *h, double *area,
                                               double *anisotropy)
 {
-    PDI_TRY(pdi_array_registry_build(ctx, pdi_area_weights_list_class_arrays, fit));
-    PDI_TRY(pdi_area_weights_find_symmetry_classes(ctx, xi, beta, m, h, fit));
-    PDI_TRY(pdi_area_weights_build_directions(ctx, fit, h, PDI_AREA_WEIGHTS_MESH_FIT));
-    PDI_TRY(pdi_area_weights_build_tableau(ctx, fit, xi));
-    PDI_TRY(pdi_area_weights_solve_simplex(ctx, fit));
+    PD_TRY(pdi_array_registry_build(ctx, pdi_area_weights_list_class_arrays, fit));
+    PD_TRY(pdi_area_weights_find_symmetry_classes(ctx, xi, beta, m, h, fit));
+    PD_TRY(pdi_area_weights_build_directions(ctx, fit, h, PDI_AREA_WEIGHTS_MESH_FIT));
+    PD_TRY(pdi_area_weights_build_tableau(ctx, fit, xi));
+    PD_TRY(pdi_area_weights_solve_simplex(ctx, fit));
     pdi_area_weights_get_solution(fit, xi, h, area);
-    PDI_TRY(pdi_area_weights_build_directions(ctx, fit, h, PDI_AREA_WEIGHTS_MESH_CHECK));
+    PD_TRY(pdi_area_weights_build_directions(ctx, fit, h, PDI_AREA_WEIGHTS_MESH_CHECK));
     *anisotropy = 0.0;
     for (int i = 0; i < fit->directions; i++) {
         double error = fabs(pdi_area_weights_measure_plane(fit->bonds, xi, area, fit->normal + i * PD_DIM) - 1.0);
         *anisotropy = pdi_max(*anisotropy, error);
         if (i < PD_DIM && !(error < 1e-9))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "area", "planes normal to axis %d are measured with an error of %g: "
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "area", "planes normal to axis %d are measured with an error of %g: "
                             "the family lacks bonds", i, error);
     }
     return PD_OK;
@@ -393,10 +393,10 @@ PDI_FN pd_status pdi_area_weights_compute(pd_ctx *ctx, int count, const double *
                                           const double *h, double *area, double *anisotropy)
 {
     if (count < 2 * PD_DIM || count > INT_MAX / 8)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "area", "a family of %d bonds, expected at least %d", count, 2 * PD_DIM);
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "area", "a family of %d bonds, expected at least %d", count, 2 * PD_DIM);
     for (int a = 0; a < PD_DIM; a++)
         if (!(h[a] > 0.0 && h[a] <= DBL_MAX))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "area", "spacing %g on axis %d, expected > 0", h[a], a);
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "area", "spacing %g on axis %d, expected > 0", h[a], a);
     pdi_area_weights_fit fit;
     memset(&fit, 0, sizeof fit);
     fit.bonds = count;

@@ -142,7 +142,7 @@ static pd_status pdi_axisym_solve_multipliers(pd_ctx *ctx, pdi_axisym_fit *fit)
             fit->mu[i] += fit->x[2 * i + 1];
         }
     }
-    return pdi_fail(ctx, PD_ERR_GEOMETRY, "ring", "the weights at the axis miss their conditions by %g", best);
+    return pd_fail(ctx, PD_ERR_GEOMETRY, "ring", "the weights at the axis miss their conditions by %g", best);
 }
 
 /* Number of rows to fit: all that lack bonds across the axis, and so many that kappa is at most half of R^2 on all
@@ -164,7 +164,7 @@ static int pdi_axisym_count_rows_without_fluid(const pd_grid *grid)
     for (int32_t node = 0; node < grid->total; node++) {
         int i[PD_DIM];
         if (grid->kind[node] != PD_FLUID) continue;
-        pdi_grid_index(grid, node, i);
+        pd_grid_index(grid, node, i);
         innermost = i[PD_DIM - 1] < innermost ? i[PD_DIM - 1] : innermost;
     }
     return innermost;
@@ -217,10 +217,10 @@ static pd_status pdi_axisym_compute_table(pd_ctx *ctx, pdi_axisym_fit *fit, cons
     fit->scale[PD_DIM - 1] = 1.0 / moment[1];
     fit->kappa = curl > 0.0 ? curl / straight : 0.0;
     fit->kappa_far = bend / straight;
-    PDI_TRY(pdi_array_registry_rebuild(ctx, pdi_axisym_list_fit_arrays, fit, &fit->rows,
+    PD_TRY(pdi_array_registry_rebuild(ctx, pdi_axisym_list_fit_arrays, fit, &fit->rows,
                                        pdi_axisym_count_fitted_rows(fit)));
     fit->radius_far = unit ? pdi_axisym_find_far_radius(fit, grid) : HUGE_VAL;
-    PDI_TRY(pdi_axisym_solve_multipliers(ctx, fit));
+    PD_TRY(pdi_axisym_solve_multipliers(ctx, fit));
     for (int row = 0; row < grid->padded[PD_DIM - 1]; row++)
         for (int k = 0; k < s->count; k++) {
             double rho = fit->first_radius + (row - grid->ghost),
@@ -255,10 +255,10 @@ static void pdi_axisym_list_arrays(pdi_array_visitor *owner, void *object)
 static pd_status pdi_axisym_compute_weights(pd_ctx *ctx, const pd_stencil *s, const pd_grid *grid, pdi_axisym_fit *fit,
                                             pd_axisym *axisym)
 {
-    PDI_TRY(pdi_array_registry_build(ctx, pdi_axisym_list_arrays, axisym));
-    PDI_TRY(
+    PD_TRY(pdi_array_registry_build(ctx, pdi_axisym_list_arrays, axisym));
+    PD_TRY(
         pdi_axisym_compute_table(ctx, fit, grid, s->laplacian_weight, s->laplacian_weight, axisym->laplacian_weight));
-    PDI_TRY(pdi_axisym_compute_table(ctx, fit, grid, s->base_weight, NULL, axisym->flux_factor));
+    PD_TRY(pdi_axisym_compute_table(ctx, fit, grid, s->base_weight, NULL, axisym->flux_factor));
     pdi_axisym_compute_hoop(s, fit, grid, axisym);
     return PD_OK;
 }
@@ -273,7 +273,7 @@ static pd_status pdi_axisym_build_inner(pd_ctx *ctx, const pd_stencil *stencil, 
     axisym->rows = grid->padded[PD_DIM - 1];
     axisym->count = stencil->count;
     fit.stencil = stencil;
-    fit.first_radius = grid->circumference[grid->ghost] / (2.0 * PDI_PI * grid->h[PD_DIM - 1]);
+    fit.first_radius = grid->circumference[grid->ghost] / (2.0 * PD_PI * grid->h[PD_DIM - 1]);
     if (fit.first_radius < 1.0) fit.first_radius = 0.5; /* at the axis, but for rounding */
     pd_status status = pdi_axisym_compute_weights(ctx, stencil, grid, &fit, axisym);
     pdi_array_registry_free(ctx, pdi_axisym_list_fit_arrays, &fit);

@@ -83,7 +83,7 @@ static int pdi_bond_has_receded(const pd_bond_paths *paths, int shape, int32_t n
         int32_t at = node + paths->cell_shift[c];
         if (!pdi_grid_is_open(grid->kind[at])) continue;
         pd_grid_position(grid, at, x);
-        if (pdi_grid_signed_distance(grid, shape, x) <= pdi_shape_tolerance(grid->h, x)) return 1;
+        if (pdi_grid_signed_distance(grid, shape, x) <= pd_shape_tolerance(grid->h, x)) return 1;
     }
     return 0;
 }
@@ -140,7 +140,7 @@ static double pdi_bond_find_node_in_shape(const pd_grid *grid, int shape, const 
     for (int j = 1; j <= steps; j++) {
         double at[PD_DIM], t = (double)j / steps;
         for (int d = 0; d < PD_DIM; d++) at[d] = x[d] + t * s->xi[k * PD_DIM + d];
-        if (pdi_grid_signed_distance(grid, shape, at) <= pdi_shape_tolerance(grid->h, at)) return t;
+        if (pdi_grid_signed_distance(grid, shape, at) <= pd_shape_tolerance(grid->h, at)) return t;
     }
     return HUGE_VAL;
 }
@@ -152,7 +152,7 @@ static void pdi_bond_intersect_shape(const pd_grid *grid, int shape, const doubl
                                      double limit, pdi_bond_intersection *cut)
 {
     const double *xi = s->xi + k * PD_DIM;
-    if (!(pdi_grid_signed_distance(grid, shape, x) > pdi_shape_tolerance(grid->h, x))) return;
+    if (!(pdi_grid_signed_distance(grid, shape, x) > pd_shape_tolerance(grid->h, x))) return;
     double node = pdi_bond_find_node_in_shape(grid, shape, x, s, k);
     double t = pdi_min(pdi_grid_find_shape_entry(grid, shape, x, xi, pdi_min(limit, node)), node);
     if (!(t <= limit)) return;
@@ -162,9 +162,9 @@ static void pdi_bond_intersect_shape(const pd_grid *grid, int shape, const doubl
 
 PDI_FN int pdi_bond_find_surface_shape(const pd_grid *grid, int32_t closed, int walled)
 {
-    uint8_t kind = grid->kind[pdi_grid_find_source(grid, closed, NULL)];
+    uint8_t kind = grid->kind[pd_grid_find_source(grid, closed, NULL)];
     int shape = walled ? grid->wall : kind == PD_SOLID ? grid->solid : pdi_grid_is_open(kind) ? -1 : grid->wall;
-    return shape >= 0 && pdi_shape_is_smooth(grid->shapes, shape) ? shape : -1;
+    return shape >= 0 && pd_shape_is_smooth(grid->shapes, shape) ? shape : -1;
 }
 
 /* Axisymmetric grid: adds the curvature N_r/r of a surface of revolution in the plane of the ring. */
@@ -611,7 +611,7 @@ static pd_status pdi_bond_update_ranges(pd_ctx *ctx, const pd_bonds *b, int cut,
     int32_t count = pdi_bond_find_ranges(b, cut, list);
     if (count > list->capacity) {
         list->count = 0;
-        PDI_TRY(
+        PD_TRY(
             pdi_array_registry_rebuild(ctx, pdi_bond_list_range_arrays, list, &list->capacity, count + count / 4 + 16));
         pdi_bond_find_ranges(b, cut, list);
     }
@@ -623,7 +623,7 @@ static pd_status pdi_bond_update_ranges(pd_ctx *ctx, const pd_bonds *b, int cut,
 static pd_status pdi_bond_update_order(pd_ctx *ctx, pd_bonds *b)
 {
     pdi_bond_sort_rows(b);
-    PDI_TRY(pdi_bond_update_ranges(ctx, b, 0, &b->full_ranges));
+    PD_TRY(pdi_bond_update_ranges(ctx, b, 0, &b->full_ranges));
     return pdi_bond_update_ranges(ctx, b, 1, &b->truncated_ranges);
 }
 
@@ -635,7 +635,7 @@ static pd_status pdi_bond_update_node(pd_ctx *ctx, int32_t node, pd_bonds *b)
         b->grid->kind[node] == PD_FLUID && ((b->options & PD_BONDS_ALL_ROWS) || !pdi_bond_is_family_full(b, node));
     int32_t r = b->row_of_node[node];
     if (needed && r < 0) {
-        PDI_TRY(pdi_bond_reserve(ctx, b->rows + 1, b));
+        PD_TRY(pdi_bond_reserve(ctx, b->rows + 1, b));
         r = b->row_of_node[node] = b->rows++;
         b->node[r] = node;
     }
@@ -673,7 +673,7 @@ static pd_status pdi_bond_build_inner(pd_ctx *ctx, const pd_stencil *stencil, co
 {
     memset(bonds, 0, sizeof *bonds);
     if ((options & PD_BONDS_LOW_MEMORY) && !(options & PD_BONDS_NO_FLOW))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "bonds", "PD_BONDS_LOW_MEMORY, expected PD_BONDS_NO_FLOW with it");
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "bonds", "PD_BONDS_LOW_MEMORY, expected PD_BONDS_NO_FLOW with it");
     bonds->stencil = stencil;
     bonds->grid = grid;
     bonds->options = options;
@@ -682,23 +682,23 @@ static pd_status pdi_bond_build_inner(pd_ctx *ctx, const pd_stencil *stencil, co
         for (int d = 0; d < PD_DIM; d++)
             bonds->full_moment[d] +=
                 stencil->base_weight[k] * stencil->xi[k * PD_DIM + d] * stencil->xi[k * PD_DIM + d];
-    PDI_TRY(pdi_bond_path_build(ctx, stencil, grid, &bonds->paths));
-    PDI_TRY(pdi_array_registry_build(ctx, pdi_bond_list_node_arrays, bonds));
-    PDI_TRY(pdi_ghosts_build(ctx, grid, &bonds->ghosts));
-    PDI_TRY(pdi_active_range_build(ctx, grid, &bonds->active_ranges));
-    PDI_TRY(pdi_axisym_build(ctx, stencil, grid, &bonds->axisym));
+    PD_TRY(pdi_bond_path_build(ctx, stencil, grid, &bonds->paths));
+    PD_TRY(pdi_array_registry_build(ctx, pdi_bond_list_node_arrays, bonds));
+    PD_TRY(pdi_ghosts_build(ctx, grid, &bonds->ghosts));
+    PD_TRY(pdi_active_range_build(ctx, grid, &bonds->active_ranges));
+    PD_TRY(pdi_axisym_build(ctx, stencil, grid, &bonds->axisym));
     pdi_grid_compute_line_shifts(grid, stencil, bonds->line_shift);
     int32_t rows = 0;
     for (int32_t node = 0; node < grid->total; node++) {
         bonds->row_of_node[node] = -1;
-        if (node % PDI_BOND_POLL_INTERVAL == 0) PDI_TRY(pdi_check_cancel(ctx, "bonds: rows", node));
+        if (node % PDI_BOND_POLL_INTERVAL == 0) PD_TRY(pd_check_cancel(ctx, "bonds: rows", node));
         if (grid->kind[node] == PD_FLUID)
             rows += (options & PD_BONDS_ALL_ROWS) || !pdi_bond_is_family_full(bonds, node);
     }
-    PDI_TRY(pdi_bond_reserve(ctx, rows, bonds));
+    PD_TRY(pdi_bond_reserve(ctx, rows, bonds));
     for (int32_t node = 0; node < grid->total; node++) {
-        if (node % PDI_BOND_POLL_INTERVAL == 0) PDI_TRY(pdi_check_cancel(ctx, "bonds", node));
-        if (grid->kind[node] == PD_FLUID) PDI_TRY(pdi_bond_update_node(ctx, node, bonds));
+        if (node % PDI_BOND_POLL_INTERVAL == 0) PD_TRY(pd_check_cancel(ctx, "bonds", node));
+        if (grid->kind[node] == PD_FLUID) PD_TRY(pdi_bond_update_node(ctx, node, bonds));
     }
     return pdi_bond_update_order(ctx, bonds);
 }
@@ -715,12 +715,12 @@ pd_status pd_bonds_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd
 {
     const pd_grid *grid = bonds->grid;
     const pd_stencil *s = bonds->stencil;
-    PDI_TRY(pdi_ghosts_update(ctx, &bonds->ghosts));
+    PD_TRY(pdi_ghosts_update(ctx, &bonds->ghosts));
     if (count > 0) bonds->version++;
     for (int32_t c = 0; c < count; c++) {
         int i[PD_DIM], j[PD_DIM];
         bonds->node_version[changed[c]] = bonds->version;
-        pdi_grid_index(grid, changed[c], i);
+        pd_grid_index(grid, changed[c], i);
         for (int k = 0; k < s->count; k++) {
             /* who has an image of the node in its family */
             for (int d = 0; d < PD_DIM; d++) j[d] = i[d] + s->offset[k * PD_DIM + d];
@@ -730,7 +730,7 @@ pd_status pd_bonds_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd
         }
     }
     for (int32_t node = 0; node < grid->total && count > 0; node++)
-        if (bonds->node_version[node] == bonds->version) PDI_TRY(pdi_bond_update_node(ctx, node, bonds));
+        if (bonds->node_version[node] == bonds->version) PD_TRY(pdi_bond_update_node(ctx, node, bonds));
     return pdi_bond_update_order(ctx, bonds);
 }
 
@@ -742,20 +742,20 @@ pd_status pd_bonds_validate(pd_ctx *ctx, const pd_bonds *b)
     for (int32_t k = 0; k < b->full_ranges.count; k++) covered += b->full_ranges.length[k];
     for (int32_t k = 0; k < b->truncated_ranges.count; k++) covered += b->truncated_ranges.length[k];
     if (covered != pdi_grid_count_kind(b->grid, PD_FLUID))
-        return pdi_fail(ctx, PD_ERR_INTERNAL, "bond", "rows and runs cover %.0f of %.0f fluid nodes", (double)covered,
+        return pd_fail(ctx, PD_ERR_INTERNAL, "bond", "rows and runs cover %.0f of %.0f fluid nodes", (double)covered,
                         (double)pdi_grid_count_kind(b->grid, PD_FLUID));
     for (int32_t r = 0; r < b->rows; r++) {
         int plain = r < b->rows_without_inlet,
             ordered = r == 0 || r == b->rows_without_inlet || b->node[r - 1] < b->node[r];
         if (b->row_of_node[b->node[r]] != r || b->has_inlet[r] == plain || !ordered)
-            return pdi_fail(ctx, PD_ERR_INTERNAL, "bond", "row %d of node %d stands out of order", (int)r,
+            return pd_fail(ctx, PD_ERR_INTERNAL, "bond", "row %d of node %d stands out of order", (int)r,
                             (int)b->node[r]);
         for (int k = 0; k < s->count; k++) {
             if (!pdi_bond_is_open(b, r, k)) continue;
             int32_t other = b->node[r] + b->paths.shift[k];
             if (b->grid->kind[other] != PD_FLUID) continue;
             if (pdi_bond_path_find_closed_group(&b->paths, other, s->count - 1 - k) >= 0)
-                return pdi_fail(ctx, PD_ERR_INTERNAL, "bond", "the bond from node %d to node %d is open one way only",
+                return pd_fail(ctx, PD_ERR_INTERNAL, "bond", "the bond from node %d to node %d is open one way only",
                                 (int)b->node[r], (int)other);
         }
     }

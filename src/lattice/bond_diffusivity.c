@@ -44,7 +44,7 @@ static int pdi_bond_diffusivity_find_side(const pdi_bond_diffusivity_segment *w,
 {
     double x[PD_DIM], tolerance;
     for (int d = 0; d < PD_DIM; d++) x[d] = w->x[d] + fraction * w->xi[d];
-    tolerance = pdi_shape_tolerance(w->media->grid->h, x);
+    tolerance = pd_shape_tolerance(w->media->grid->h, x);
     return (level > tolerance) - (level < -tolerance);
 }
 
@@ -195,19 +195,19 @@ static int pdi_bond_diffusivity_is_member(const pd_grid *grid, int32_t i)
 {
     int at[PD_DIM];
     if (grid->kind[i] != PD_INACTIVE && grid->kind[i] != PD_WALL) return 1;
-    pdi_grid_index(grid, i, at);
+    pd_grid_index(grid, i, at);
     for (int d = 0; d < PD_DIM; d++)
         if ((at[d] < 0 && grid->side[2 * d] == PD_SIDE_WALL) ||
             (at[d] >= grid->n[d] && grid->side[2 * d + 1] == PD_SIDE_WALL))
             return 0;
-    return !pdi_grid_is_inside(grid, at) && grid->kind[pdi_grid_find_source(grid, i, NULL)] == PD_SOLID;
+    return !pd_grid_is_inside(grid, at) && grid->kind[pd_grid_find_source(grid, i, NULL)] == PD_SOLID;
 }
 
 /* Node at `times` bonds k from node i; -1: outside of the arrays, or a wall. */
 static int32_t pdi_bond_diffusivity_find_node(const pd_bond_diffusivity *m, int32_t i, int k, int times)
 {
     int at[PD_DIM];
-    pdi_grid_index(m->grid, i, at);
+    pd_grid_index(m->grid, i, at);
     for (int d = 0; d < PD_DIM; d++) {
         at[d] += times * m->stencil->offset[k * PD_DIM + d];
         if (at[d] < -m->grid->ghost || at[d] >= m->grid->n[d] + m->grid->ghost) return -1;
@@ -396,9 +396,9 @@ static void pdi_bond_diffusivity_add_correction(const pd_bond_diffusivity *m,
     const double *xi = s->xi + k * PD_DIM;
     int32_t j = pdi_bond_diffusivity_find_far_node(m, i, k), back = s->count - 1 - k;
     double *here = m->bond_value + (int64_t)m->row_of_node[i] * s->count + k, more = 0.0;
-    int32_t mine = m->row_of_node[pdi_grid_find_source(m->grid, i, NULL)];
+    int32_t mine = m->row_of_node[pd_grid_find_source(m->grid, i, NULL)];
     int32_t theirs =
-        j < 0 || m->row_of_node[j] < 0 || k > back ? -1 : m->row_of_node[pdi_grid_find_source(m->grid, j, NULL)];
+        j < 0 || m->row_of_node[j] < 0 || k > back ? -1 : m->row_of_node[pd_grid_find_source(m->grid, j, NULL)];
     if (mine < 0 || theirs < 0) return;
     const pdi_bond_diffusivity_correction *own = lift + mine, *other = lift + theirs;
     if (!pdi_bond_diffusivity_is_bond_parallel(m, k, own->axis) || own->axis != other->axis) return;
@@ -411,14 +411,14 @@ static void pdi_bond_diffusivity_add_correction(const pd_bond_diffusivity *m,
 static pd_status pdi_bond_diffusivity_correct_bonds(pd_ctx *ctx, pd_bond_diffusivity *m)
 {
     pdi_bond_diffusivity_correction *lift = NULL;
-    PDI_TRY(PDI_NEW(ctx, "media", m->rows, lift));
+    PD_TRY(PD_NEW(ctx, "media", m->rows, lift));
     for (int32_t i = 0; i < m->grid->total; i++)
-        if (m->row_of_node[i] >= 0 && pdi_grid_find_source(m->grid, i, NULL) == i)
+        if (m->row_of_node[i] >= 0 && pd_grid_find_source(m->grid, i, NULL) == i)
             pdi_bond_diffusivity_compute_correction(m, i, lift + m->row_of_node[i]);
     for (int32_t i = 0; i < m->grid->total; i++)
         for (int k = 0; k < m->stencil->count && m->row_of_node[i] >= 0; k++)
             pdi_bond_diffusivity_add_correction(m, lift, i, k);
-    PDI_DELETE(ctx, m->rows, lift);
+    PD_DELETE(ctx, m->rows, lift);
     return PD_OK;
 }
 #endif
@@ -449,11 +449,11 @@ static pd_status pdi_bond_diffusivity_build_rows(pd_ctx *ctx, pd_bond_diffusivit
         if (!pdi_bond_diffusivity_is_member(m->grid, i)) continue;
         pd_grid_position(m->grid, i, x);
         pdi_grid_fold_position(m->grid, x);
-        if (fabs(m->surface_distance(m->user, x)) <= longest + 2.0 * pdi_shape_tolerance(m->grid->h, x))
+        if (fabs(m->surface_distance(m->user, x)) <= longest + 2.0 * pd_shape_tolerance(m->grid->h, x))
             m->row_of_node[i] = m->rows++;
     }
     if (m->rows == 0) return PD_OK;
-    PDI_TRY(pdi_array_registry_build(ctx, pdi_bond_diffusivity_list_row_arrays, m));
+    PD_TRY(pdi_array_registry_build(ctx, pdi_bond_diffusivity_list_row_arrays, m));
     for (int32_t i = 0; i < m->grid->total; i++)
         if (m->row_of_node[i] >= 0) pdi_bond_diffusivity_compute_row(m, i);
 #if PD_DIM > 1
@@ -473,7 +473,7 @@ PDI_FN pd_status pdi_bond_diffusivity_build(pd_ctx *ctx, const pd_stencil *stenc
     m->surface_distance = level;
     m->user = user;
     m->min_spacing = pdi_vec_min(grid->h);
-    PDI_TRY(pdi_array_registry_build(ctx, pdi_bond_diffusivity_list_node_arrays, m));
+    PD_TRY(pdi_array_registry_build(ctx, pdi_bond_diffusivity_list_node_arrays, m));
     for (int k = 0; k < stencil->count; k++)
         for (int d = 0; d < PD_DIM; d++) {
             int unit = 1;
@@ -487,7 +487,7 @@ PDI_FN pd_status pdi_bond_diffusivity_build(pd_ctx *ctx, const pd_stencil *stenc
         pdi_grid_fold_position(grid, x);
         m->node_value[i] = field(user, x);
         if (!(m->node_value[i] >= 0.0) || !(m->node_value[i] < 1e100))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "media",
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "media",
                             "the diffusivity at x = %g m is %g m2/s, expected a finite value of at least 0", x[0],
                             m->node_value[i]);
     }

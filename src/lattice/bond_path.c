@@ -20,7 +20,7 @@ PDI_FN int pdi_bond_path_find_closed_group(const pd_bond_paths *paths, int32_t n
 static uint8_t pdi_bond_path_get_source_kind(const pd_grid *grid, int32_t cell)
 {
     if (grid->kind[cell] == PD_SOLID) return PD_SOLID;
-    return grid->kind[pdi_grid_find_source(grid, cell, NULL)];
+    return grid->kind[pd_grid_find_source(grid, cell, NULL)];
 }
 
 PDI_FN int32_t pdi_bond_path_find_closed_cell(const pd_bond_paths *paths, int32_t node, int group)
@@ -63,16 +63,16 @@ PDI_FN pd_status pdi_bond_path_build(pd_ctx *ctx, const pd_stencil *s, const pd_
 {
     memset(paths, 0, sizeof *paths);
     if (s->reach > grid->ghost)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "path", "bonds reach over %d cells, the grid has %d layers of ghosts",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "path", "bonds reach over %d cells, the grid has %d layers of ghosts",
                         s->reach, grid->ghost);
     for (int d = 0; d < PD_DIM; d++)
         if (fabs(s->h[d] - grid->h[d]) > 1e-12 * grid->h[d])
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "path", "bonds for a spacing of %g m, the grid has %g m on axis %d",
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "path", "bonds for a spacing of %g m, the grid has %g m on axis %d",
                             s->h[d], grid->h[d], d);
     paths->stencil = s;
     paths->grid = grid;
     paths->words = (s->count + 31) / 32;
-    PDI_TRY(pdi_array_registry_build(ctx, pdi_bond_path_list_arrays, paths));
+    PD_TRY(pdi_array_registry_build(ctx, pdi_bond_path_list_arrays, paths));
     for (int k = 0; k < s->count; k++)
         for (int d = 0; d < PD_DIM; d++) paths->shift[k] += s->offset[k * PD_DIM + d] * grid->stride[d];
     for (int c = 0; c < s->cells; c++)

@@ -20,16 +20,16 @@ static pd_status pdi_csr_check_input(pd_ctx *ctx, const pd_bonds *bonds, const p
 {
     int along = d->op == PD_CSR_GRADIENT || d->op == PD_CSR_DIVERGENCE;
     if (d->op < PD_CSR_LAPLACIAN || d->op > PD_CSR_DIVERGENCE)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "csr", "no operator has the number %d", (int)d->op);
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "csr", "no operator has the number %d", (int)d->op);
     if (along && (d->axis < 0 || d->axis >= PD_DIM))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "csr", "the axis %d, expected one from 0 to %d", d->axis, PD_DIM - 1);
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "csr", "the axis %d, expected one from 0 to %d", d->axis, PD_DIM - 1);
     if (d->op != PD_CSR_DIFFUSE) return PD_OK;
-    if (!d->diffusivity) return pdi_fail(ctx, PD_ERR_ARGUMENT, "csr", "there is no diffusivity");
+    if (!d->diffusivity) return pd_fail(ctx, PD_ERR_ARGUMENT, "csr", "there is no diffusivity");
     for (int32_t i = 0; i < bonds->grid->total; i++) {
         uint8_t kind = bonds->grid->kind[i];
         if (kind != PD_FLUID && kind != PD_INLET && kind != PD_OUTLET) continue;
         if (!(d->diffusivity[i] >= 0.0 && d->diffusivity[i] < 1e300))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "csr", "the diffusivity of node %d is %g m2/s, expected one >= 0",
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "csr", "the diffusivity of node %d is %g m2/s, expected one >= 0",
                             (int)i, d->diffusivity[i]);
     }
     return PD_OK;
@@ -140,11 +140,11 @@ static pd_status pdi_csr_set_unknowns(pd_ctx *ctx, const pd_bonds *bonds, const 
 {
     csr->total = bonds->grid->total;
     for (int32_t i = 0; i < csr->total; i++) csr->rows += pdi_csr_is_unknown(bonds, desc, i);
-    if (!csr->rows) return pdi_fail(ctx, PD_ERR_GEOMETRY, "csr", "no fluid node is of the set");
-    PDI_TRY(PDI_NEW(ctx, "csr", csr->rows, csr->node));
-    PDI_TRY(PDI_NEW(ctx, "csr", csr->total, csr->row_of_node));
-    PDI_TRY(PDI_NEW(ctx, "csr", csr->rows + 1, csr->row_begin));
-    PDI_TRY(PDI_NEW(ctx, "csr", csr->rows + 1, csr->prescribed_begin));
+    if (!csr->rows) return pd_fail(ctx, PD_ERR_GEOMETRY, "csr", "no fluid node is of the set");
+    PD_TRY(PD_NEW(ctx, "csr", csr->rows, csr->node));
+    PD_TRY(PD_NEW(ctx, "csr", csr->total, csr->row_of_node));
+    PD_TRY(PD_NEW(ctx, "csr", csr->rows + 1, csr->row_begin));
+    PD_TRY(PD_NEW(ctx, "csr", csr->rows + 1, csr->prescribed_begin));
     for (int32_t i = 0, r = 0; i < csr->total; i++) {
         csr->row_of_node[i] = pdi_csr_is_unknown(bonds, desc, i) ? r : -1;
         if (csr->row_of_node[i] >= 0) csr->node[r++] = i;
@@ -157,11 +157,11 @@ static pd_status pdi_csr_build_inner(pd_ctx *ctx, pdi_csr_work *w)
 {
     const pd_ghosts *g = &w->bonds->ghosts;
     pd_csr *c = w->csr;
-    PDI_TRY(pdi_csr_set_unknowns(ctx, w->bonds, w->desc, c));
-    PDI_TRY(PDI_NEW(ctx, "csr", c->total, w->source));
-    PDI_TRY(PDI_NEW(ctx, "csr", c->total, w->sign));
-    PDI_TRY(PDI_NEW(ctx, "csr", w->capacity, w->column));
-    PDI_TRY(PDI_NEW(ctx, "csr", w->capacity, w->weight));
+    PD_TRY(pdi_csr_set_unknowns(ctx, w->bonds, w->desc, c));
+    PD_TRY(PD_NEW(ctx, "csr", c->total, w->source));
+    PD_TRY(PD_NEW(ctx, "csr", c->total, w->sign));
+    PD_TRY(PD_NEW(ctx, "csr", w->capacity, w->column));
+    PD_TRY(PD_NEW(ctx, "csr", w->capacity, w->weight));
     for (int32_t i = 0; i < c->total; i++) w->source[i] = i;
     for (int32_t k = 0; k < g->images_end; k++) {
         int odd = w->desc->op == PD_CSR_DIVERGENCE && (g->sign_flips[k] >> w->desc->axis & 1);
@@ -169,10 +169,10 @@ static pd_status pdi_csr_build_inner(pd_ctx *ctx, pdi_csr_work *w)
         w->sign[g->node[k]] = (int8_t)(odd ? -1 : 1);
     }
     pdi_csr_assemble_rows(w, 1);
-    PDI_TRY(PDI_NEW(ctx, "csr", c->row_begin[c->rows], c->column));
-    PDI_TRY(PDI_NEW(ctx, "csr", c->row_begin[c->rows], c->weight));
-    PDI_TRY(PDI_NEW(ctx, "csr", c->prescribed_begin[c->rows], c->prescribed));
-    PDI_TRY(PDI_NEW(ctx, "csr", c->prescribed_begin[c->rows], c->prescribed_weight));
+    PD_TRY(PD_NEW(ctx, "csr", c->row_begin[c->rows], c->column));
+    PD_TRY(PD_NEW(ctx, "csr", c->row_begin[c->rows], c->weight));
+    PD_TRY(PD_NEW(ctx, "csr", c->prescribed_begin[c->rows], c->prescribed));
+    PD_TRY(PD_NEW(ctx, "csr", c->prescribed_begin[c->rows], c->prescribed_weight));
     pdi_csr_assemble_rows(w, 0);
     return PD_OK;
 }
@@ -182,16 +182,16 @@ pd_status pd_csr_build(pd_ctx *ctx, const pd_bonds *bonds, const pd_csr_desc *de
     pdi_csr_work w;
     memset(csr, 0, sizeof *csr);
     memset(&w, 0, sizeof w);
-    PDI_TRY(pdi_csr_check_input(ctx, bonds, desc));
+    PD_TRY(pdi_csr_check_input(ctx, bonds, desc));
     w.bonds = bonds;
     w.desc = desc;
     w.csr = csr;
     w.capacity = bonds->stencil->count + 1;
     pd_status status = pdi_csr_build_inner(ctx, &w);
-    PDI_DELETE(ctx, bonds->grid->total, w.source);
-    PDI_DELETE(ctx, bonds->grid->total, w.sign);
-    PDI_DELETE(ctx, w.capacity, w.column);
-    PDI_DELETE(ctx, w.capacity, w.weight);
+    PD_DELETE(ctx, bonds->grid->total, w.source);
+    PD_DELETE(ctx, bonds->grid->total, w.sign);
+    PD_DELETE(ctx, w.capacity, w.column);
+    PD_DELETE(ctx, w.capacity, w.weight);
     if (status < 0) pd_csr_free(ctx, csr);
     return status;
 }
@@ -211,13 +211,13 @@ void pd_csr_free(pd_ctx *ctx, pd_csr *csr)
 {
     int64_t entries = csr->row_begin ? csr->row_begin[csr->rows] : 0,
             given = csr->prescribed_begin ? csr->prescribed_begin[csr->rows] : 0;
-    PDI_DELETE(ctx, entries, csr->column);
-    PDI_DELETE(ctx, entries, csr->weight);
-    PDI_DELETE(ctx, given, csr->prescribed);
-    PDI_DELETE(ctx, given, csr->prescribed_weight);
-    PDI_DELETE(ctx, csr->rows, csr->node);
-    PDI_DELETE(ctx, csr->total, csr->row_of_node);
-    PDI_DELETE(ctx, csr->rows + 1, csr->row_begin);
-    PDI_DELETE(ctx, csr->rows + 1, csr->prescribed_begin);
+    PD_DELETE(ctx, entries, csr->column);
+    PD_DELETE(ctx, entries, csr->weight);
+    PD_DELETE(ctx, given, csr->prescribed);
+    PD_DELETE(ctx, given, csr->prescribed_weight);
+    PD_DELETE(ctx, csr->rows, csr->node);
+    PD_DELETE(ctx, csr->total, csr->row_of_node);
+    PD_DELETE(ctx, csr->rows + 1, csr->row_begin);
+    PD_DELETE(ctx, csr->rows + 1, csr->prescribed_begin);
     memset(csr, 0, sizeof *csr);
 }

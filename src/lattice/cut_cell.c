@@ -33,13 +33,13 @@ static const uint8_t pdi_cut_cell_axis_orders[6][3] = {{0, 1, 2}, {1, 0, 2}, {0,
 /* Circumference [m] at radius r [m] on an axisymmetric grid; 1 on a planar one. */
 static double pdi_cut_cell_circumference(const pd_grid *grid, double r)
 {
-    return grid->circumference ? 2.0 * PDI_PI * fabs(r) : 1.0;
+    return grid->circumference ? 2.0 * PD_PI * fabs(r) : 1.0;
 }
 
 /* 1: the shape exists and has a smooth surface. */
 static int pdi_cut_cell_is_smooth(const pd_grid *grid, int shape)
 {
-    return shape >= 0 && pdi_shape_is_smooth(grid->shapes, shape);
+    return shape >= 0 && pd_shape_is_smooth(grid->shapes, shape);
 }
 
 /* Signed distance [m] of x from the nearest of the shapes given by bits: negative inside, 0 on a surface, HUGE_VAL
@@ -50,7 +50,7 @@ static double pdi_cut_cell_signed_distance(const pd_grid *grid, int shapes, cons
     if (shapes == PDI_CUT_CELL_CLOSED) return -HUGE_VAL;
     if (shapes & PDI_CUT_CELL_WALL) distance = pdi_grid_signed_distance(grid, grid->wall, x);
     if (shapes & PDI_CUT_CELL_SOLID) distance = pdi_min(distance, pdi_grid_signed_distance(grid, grid->solid, x));
-    return fabs(distance) <= pdi_shape_tolerance(grid->h, x) ? 0.0 : distance;
+    return fabs(distance) <= pd_shape_tolerance(grid->h, x) ? 0.0 : distance;
 }
 
 PDI_FN double pdi_cut_cell_surface_distance(const pd_grid *grid, int32_t node)
@@ -77,7 +77,7 @@ static int pdi_cut_cell_find_shapes(const pd_grid *grid, int32_t node)
     pd_grid_position(grid, node, x);
     for (int k = 0; k < 2; k++) {
         if (!pdi_cut_cell_is_smooth(grid, shape[k])) continue;
-        int in = !(pdi_grid_signed_distance(grid, shape[k], x) > pdi_shape_tolerance(grid->h, x));
+        int in = !(pdi_grid_signed_distance(grid, shape[k], x) > pd_shape_tolerance(grid->h, x));
         inside = inside || (in && (k == 0 || kind == PD_SOLID));
         if (!in || !pdi_grid_is_open(kind)) shapes |= bit[k];
     }
@@ -347,7 +347,7 @@ PDI_FN double pdi_cut_cell_overlap_fraction(const pd_grid *grid, int32_t node, c
 {
     double a[PD_DIM], b[PD_DIM], fraction = 1.0;
     int i[PD_DIM];
-    pdi_grid_index(grid, node, i);
+    pd_grid_index(grid, node, i);
     if (!pdi_cut_cell_clip(grid, i, lo, hi, a, b)) return 0.0;
     for (int d = 0; d < PD_DIM; d++) fraction *= pdi_min((b[d] - a[d]) / grid->h[d], 1.0);
     return fraction;
@@ -360,7 +360,7 @@ PDI_FN double pdi_cut_cell_integrate(const pd_grid *grid, int32_t node, const do
     double a[PD_DIM], b[PD_DIM];
     int i[PD_DIM];
     memset(&w, 0, sizeof w);
-    pdi_grid_index(grid, node, i);
+    pd_grid_index(grid, node, i);
     w.grid = grid;
     w.callback = take;
     w.user = user;

@@ -105,7 +105,7 @@ static pd_status pdi_facets_remove_degenerate(pd_ctx *ctx, pdi_facets_work *w)
 {
     pdi_facets_face *face = NULL;
     int32_t count = 0;
-    PDI_TRY(PDI_NEW(ctx, "facets", w->count, face));
+    PD_TRY(PD_NEW(ctx, "facets", w->count, face));
     for (int32_t k = 0; k < w->count; k++) {
         const int32_t *v = w->vertex + 3 * (int64_t)k;
         w->shell[k] = v[0] == v[1] || v[1] == v[2] || v[2] == v[0] ? -1 : k;
@@ -127,7 +127,7 @@ static pd_status pdi_facets_remove_degenerate(pd_ctx *ctx, pdi_facets_work *w)
         int32_t pairs = back < size - back ? back : size - back;
         for (int32_t p = 0; p < pairs; p++) w->shell[face[k + p].triangle] = w->shell[face[next - 1 - p].triangle] = -1;
     }
-    PDI_DELETE(ctx, w->count, face);
+    PD_DELETE(ctx, w->count, face);
     return PD_OK;
 }
 
@@ -159,8 +159,8 @@ static pd_status pdi_facets_match_edges(pd_ctx *ctx, pdi_facets_work *w)
 {
     pdi_facets_edge *edge = NULL;
     int32_t n = 0;
-    PDI_TRY(pdi_facets_remove_degenerate(ctx, w));
-    PDI_TRY(PDI_NEW(ctx, "facets", 3 * w->count, edge));
+    PD_TRY(pdi_facets_remove_degenerate(ctx, w));
+    PD_TRY(PD_NEW(ctx, "facets", 3 * w->count, edge));
     for (int32_t k = 0; k < 3 * w->count; k++) {
         if (w->shell[k / 3] < 0) continue;
         int32_t from = w->vertex[k], to = w->vertex[k % 3 < 2 ? k + 1 : k - 2];
@@ -171,7 +171,7 @@ static pd_status pdi_facets_match_edges(pd_ctx *ctx, pdi_facets_work *w)
     }
     qsort(edge, (size_t)n, sizeof *edge, pdi_facets_compare_edges);
     pdi_facets_find_shells(w, edge, n);
-    PDI_DELETE(ctx, 3 * w->count, edge);
+    PD_DELETE(ctx, 3 * w->count, edge);
     return PD_OK;
 }
 
@@ -179,11 +179,11 @@ static pd_status pdi_facets_match_edges(pd_ctx *ctx, pdi_facets_work *w)
  * has unmatched edges; the message names the first one. */
 static pd_status pdi_facets_check_closed(pd_ctx *ctx, pdi_facets_work *w)
 {
-    PDI_TRY(pdi_vertex_merge_identical(ctx, w->corner, 3 * w->count, w->vertex));
-    PDI_TRY(pdi_facets_match_edges(ctx, w));
+    PD_TRY(pdi_vertex_merge_identical(ctx, w->corner, 3 * w->count, w->vertex));
+    PD_TRY(pdi_facets_match_edges(ctx, w));
     if (w->unmatched) {
-        PDI_TRY(pdi_vertex_merge_nearby(ctx, w->corner, 3 * w->count, w->vertex, w->parent, &w->merged));
-        PDI_TRY(pdi_facets_match_edges(ctx, w));
+        PD_TRY(pdi_vertex_merge_nearby(ctx, w->corner, 3 * w->count, w->vertex, w->parent, &w->merged));
+        PD_TRY(pdi_facets_match_edges(ctx, w));
     }
     if (!w->unmatched) return PD_OK;
     const double *x = w->corner + (int64_t)w->unmatched_corner * 3;
@@ -191,7 +191,7 @@ static pd_status pdi_facets_check_closed(pd_ctx *ctx, pdi_facets_work *w)
         w->corner + (int64_t)(w->unmatched_corner % 3 < 2 ? w->unmatched_corner + 1 : w->unmatched_corner - 2) * 3;
     char more[40] = "";
     if (w->unmatched > 1) snprintf(more, sizeof more, "; so have %d more edges", (int)w->unmatched - 1);
-    return pdi_fail(ctx, PD_ERR_GEOMETRY, "facets",
+    return pd_fail(ctx, PD_ERR_GEOMETRY, "facets",
                     "the edge from (%.9g %.9g %.9g) to (%.9g %.9g %.9g) m has %d "
                     "triangle%s, %d of them along it, expected as many along it as against it: the surface is not "
                     "closed, or a triangle is turned over%s",
@@ -203,11 +203,11 @@ static pd_status pdi_facets_check_closed(pd_ctx *ctx, pdi_facets_work *w)
 static pd_status pdi_facets_check_input(pd_ctx *ctx, const double *corner, int64_t count)
 {
     if (count < 4 || count > INT32_MAX / 9)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "facets", "%.0f triangles, expected 4 to %d", (double)count,
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "facets", "%.0f triangles, expected 4 to %d", (double)count,
                         INT32_MAX / 9);
     for (int64_t k = 0; k < 9 * count; k++)
         if (!(fabs(corner[k]) < 1e30))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "facets", "triangle %d has the coordinate %g m, expected less than"
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "facets", "triangle %d has the coordinate %g m, expected less than"
                             " 1e30", (int)(k / 9) + 1, corner[k]);
     return PD_OK;
 }
@@ -515,7 +515,7 @@ static pd_status pdi_facets_check_orientation(pd_ctx *ctx, const pd_facets *f)
         first += size;
     }
     if (!wrong) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_GEOMETRY, "facets", "the triangle around (%.9g %.9g %.9g) m is turned over, as "
+    return pd_fail(ctx, PD_ERR_GEOMETRY, "facets", "the triangle around (%.9g %.9g %.9g) m is turned over, as "
                     "are %d of the %d that were looked at: expected normals that point outward, and into cavities",
                     place[0], place[1], place[2], (int)wrong, (int)tested);
 }
@@ -592,21 +592,21 @@ static pd_status pdi_facets_build_shells(pd_ctx *ctx, const pdi_facets_work *w, 
     }
     f->merged = w->merged;
     if (f->count < 4)
-        return pdi_fail(ctx, PD_ERR_GEOMETRY, "facets", "the surface of %d triangles has no volume", (int)w->count);
-    PDI_TRY(pdi_array_registry_build(ctx, pdi_facets_list_arrays, f));
-    pd_status status = PDI_NEW(ctx, "facets", f->count, key);
-    if (status == PD_OK) status = PDI_NEW(ctx, "facets", 9 * (int64_t)f->count, corner);
-    if (status == PD_OK) status = PDI_NEW(ctx, "facets", f->shells, size);
+        return pd_fail(ctx, PD_ERR_GEOMETRY, "facets", "the surface of %d triangles has no volume", (int)w->count);
+    PD_TRY(pdi_array_registry_build(ctx, pdi_facets_list_arrays, f));
+    pd_status status = PD_NEW(ctx, "facets", f->count, key);
+    if (status == PD_OK) status = PD_NEW(ctx, "facets", 9 * (int64_t)f->count, corner);
+    if (status == PD_OK) status = PD_NEW(ctx, "facets", f->shells, size);
     if (status == PD_OK) {
         pdi_facets_sort_by_shell(w, f, corner, size);
         if (fabs(pdi_facets_compute_six_volumes(corner, f->count, corner)) > 0.0)
             pdi_facets_build_trees(f, corner, key, size);
-        else status = pdi_fail(ctx, PD_ERR_GEOMETRY, "facets", "the surface of %d triangles has no volume",
+        else status = pd_fail(ctx, PD_ERR_GEOMETRY, "facets", "the surface of %d triangles has no volume",
                                (int)w->count);
     }
-    PDI_DELETE(ctx, f->shells, size);
-    PDI_DELETE(ctx, 9 * (int64_t)f->count, corner);
-    PDI_DELETE(ctx, f->count, key);
+    PD_DELETE(ctx, f->shells, size);
+    PD_DELETE(ctx, 9 * (int64_t)f->count, corner);
+    PD_DELETE(ctx, f->count, key);
     return status;
 }
 
@@ -615,17 +615,17 @@ static pd_status pdi_facets_build_inner(pd_ctx *ctx, const double *corner, int64
 {
     pdi_facets_work w;
     memset(&w, 0, sizeof w);
-    PDI_TRY(pdi_facets_check_input(ctx, corner, count));
+    PD_TRY(pdi_facets_check_input(ctx, corner, count));
     w.corner = corner;
     w.count = (int32_t)count;
-    pd_status status = PDI_NEW(ctx, "facets", 3 * count, w.vertex);
-    if (status == PD_OK) status = PDI_NEW(ctx, "facets", 3 * count, w.parent);
-    if (status == PD_OK) status = PDI_NEW(ctx, "facets", count, w.shell);
+    pd_status status = PD_NEW(ctx, "facets", 3 * count, w.vertex);
+    if (status == PD_OK) status = PD_NEW(ctx, "facets", 3 * count, w.parent);
+    if (status == PD_OK) status = PD_NEW(ctx, "facets", count, w.shell);
     if (status == PD_OK) status = pdi_facets_check_closed(ctx, &w);
     if (status == PD_OK) status = pdi_facets_build_shells(ctx, &w, f);
-    PDI_DELETE(ctx, count, w.shell);
-    PDI_DELETE(ctx, 3 * count, w.parent);
-    PDI_DELETE(ctx, 3 * count, w.vertex);
+    PD_DELETE(ctx, count, w.shell);
+    PD_DELETE(ctx, 3 * count, w.parent);
+    PD_DELETE(ctx, 3 * count, w.vertex);
     return status == PD_OK ? pdi_facets_check_orientation(ctx, f) : status;
 }
 

@@ -32,7 +32,7 @@ PDI_FN pd_status pdi_ghosts_build(pd_ctx *ctx, const pd_grid *grid, pd_ghosts *g
 static int pdi_ghost_find_normal_axis(const pd_grid *grid, int32_t node)
 {
     int i[PD_DIM], across = 0;
-    pdi_grid_index(grid, node, i);
+    pd_grid_index(grid, node, i);
     pdi_grid_fold_index(grid, i);
     for (int d = 0; d < PD_DIM; d++)
         if (i[d] < 0 || i[d] >= grid->n[d]) across |= 1 << d;
@@ -44,9 +44,9 @@ static void pdi_ghost_add(pd_ghosts *g, int32_t node)
 {
     const pd_grid *grid = g->grid;
     int i[PD_DIM], odd, flip;
-    pdi_grid_index(grid, node, i);
+    pd_grid_index(grid, node, i);
     odd = pdi_grid_fold_index(grid, i);
-    g->source[g->inlets_end] = pdi_grid_find_source(grid, node, &flip);
+    g->source[g->inlets_end] = pd_grid_find_source(grid, node, &flip);
     g->normal_axis[g->inlets_end] = (uint8_t)pdi_ghost_find_normal_axis(grid, node);
     /* all components but the normal one change their sign behind an outlet */
     if (grid->kind[node] == PD_OUTLET) odd ^= ((1 << PD_DIM) - 1) & ~g->normal_axis[g->inlets_end];
@@ -65,7 +65,7 @@ PDI_FN pd_status pdi_ghosts_update(pd_ctx *ctx, pd_ghosts *g)
     end[2] = &g->inlets_end;
     for (int32_t node = 0; node < grid->total; node++) count += grid->kind[node] >= PD_INLET;
     g->inlets_end = g->outlets_end = g->images_end = 0;
-    if (count > g->capacity) PDI_TRY(pdi_array_registry_rebuild(ctx, pdi_ghost_list_arrays, g, &g->capacity, count));
+    if (count > g->capacity) PD_TRY(pdi_array_registry_rebuild(ctx, pdi_ghost_list_arrays, g, &g->capacity, count));
     for (int k = 0; k < 3; k++) {
         for (int32_t node = 0; node < grid->total; node++)
             if (grid->kind[node] == kinds[k]) pdi_ghost_add(g, node);

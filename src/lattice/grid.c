@@ -13,7 +13,7 @@
 /* Nodes between two checks for cancellation by the caller. */
 #define PDI_GRID_POLL_INTERVAL 65536
 
-PDI_FN void pdi_grid_index(const pd_grid *grid, int32_t node, int *i)
+void pd_grid_index(const pd_grid *grid, int32_t node, int *i)
 {
     for (int d = 0; d < PD_DIM; d++) {
         i[d] = (int)(node % grid->padded[d]) - grid->ghost;
@@ -32,7 +32,7 @@ PDI_FN const char *pdi_grid_format_position(const pd_grid *grid, int32_t node, c
     return text;
 }
 
-PDI_FN int pdi_grid_is_inside(const pd_grid *grid, const int *i)
+int pd_grid_is_inside(const pd_grid *grid, const int *i)
 {
     for (int d = 0; d < PD_DIM; d++)
         if (i[d] < 0 || i[d] >= grid->n[d]) return 0;
@@ -42,7 +42,7 @@ PDI_FN int pdi_grid_is_inside(const pd_grid *grid, const int *i)
 PDI_FN int pdi_grid_is_behind_wall(const pd_grid *grid, int32_t node)
 {
     int i[PD_DIM];
-    pdi_grid_index(grid, node, i);
+    pd_grid_index(grid, node, i);
     for (int d = 0; d < PD_DIM; d++)
         if ((i[d] < 0 && grid->side[2 * d] == PD_SIDE_WALL) ||
             (i[d] >= grid->n[d] && grid->side[2 * d + 1] == PD_SIDE_WALL))
@@ -54,13 +54,13 @@ PDI_FN int32_t pdi_grid_find_cube_node(const pd_grid *grid, int32_t node, int re
 {
     int at[PD_DIM], width = 2 * reach + 1;
     *far = 0;
-    pdi_grid_index(grid, node, at);
+    pd_grid_index(grid, node, at);
     for (int d = 0; d < PD_DIM; d++, k /= width) {
         int step = k % width - reach;
         at[d] += step;
         *far = step > *far ? step : -step > *far ? -step : *far;
     }
-    return pdi_grid_is_inside(grid, at) ? pd_grid_node(grid, at) : -1;
+    return pd_grid_is_inside(grid, at) ? pd_grid_node(grid, at) : -1;
 }
 
 int32_t pd_grid_node(const pd_grid *grid, const int *i)
@@ -73,7 +73,7 @@ int32_t pd_grid_node(const pd_grid *grid, const int *i)
 void pd_grid_position(const pd_grid *grid, int32_t node, double *x)
 {
     int i[PD_DIM];
-    pdi_grid_index(grid, node, i);
+    pd_grid_index(grid, node, i);
     for (int d = 0; d < PD_DIM; d++) x[d] = grid->lo[d] + ((double)i[d] + 0.5) * grid->h[d];
 }
 
@@ -89,10 +89,10 @@ PDI_FN double pdi_grid_circumference_at(const pd_grid *grid, int32_t node, doubl
     double x[PD_DIM];
     if (!grid->circumference) return 1.0;
     pd_grid_position(grid, node, x);
-    return 2.0 * PDI_PI * fabs(x[PD_DIM - 1] + out);
+    return 2.0 * PD_PI * fabs(x[PD_DIM - 1] + out);
 }
 
-PDI_FN int pdi_grid_is_between(const pd_grid *grid, const double *lo, const double *hi, const double *x)
+int pd_grid_is_between(const pd_grid *grid, const double *lo, const double *hi, const double *x)
 {
     for (int d = 0; d < PD_DIM; d++) {
         double slack = PDI_GRID_TOLERANCE * grid->h[d];
@@ -137,11 +137,11 @@ static int pdi_grid_fold_axis(const pd_grid *grid, int d, int all, int *i)
     return flipped ? 1 << d : 0;
 }
 
-PDI_FN int32_t pdi_grid_find_source(const pd_grid *grid, int32_t node, int *flip)
+int32_t pd_grid_find_source(const pd_grid *grid, int32_t node, int *flip)
 {
     if (grid->source_node && !flip) return grid->source_node[node];
     int i[PD_DIM], flipped = 0;
-    pdi_grid_index(grid, node, i);
+    pd_grid_index(grid, node, i);
     for (int d = 0; d < PD_DIM; d++) flipped |= pdi_grid_fold_axis(grid, d, 1, &i[d]);
     if (flip) *flip = flipped;
     return pd_grid_node(grid, i);
@@ -156,13 +156,13 @@ PDI_FN int pdi_grid_fold_index(const pd_grid *grid, int *i)
 
 PDI_FN int pdi_grid_fold_position_images(const pd_grid *grid, double *x)
 {
-    double folded[PD_DIM], tolerance = pdi_shape_tolerance(grid->h, x);
+    double folded[PD_DIM], tolerance = pd_shape_tolerance(grid->h, x);
     int flip = 0;
     memcpy(folded, x, sizeof folded);
     pdi_grid_fold_position(grid, folded);
     for (int d = 0; d < PD_DIM; d++) {
         pd_side side = grid->side[2 * d + (x[d] > grid->hi[d])];
-        if (pdi_grid_is_inlet_or_outlet(side) || (x[d] >= grid->lo[d] - tolerance && x[d] <= grid->hi[d] + tolerance))
+        if (pd_grid_is_inlet_or_outlet(side) || (x[d] >= grid->lo[d] - tolerance && x[d] <= grid->hi[d] + tolerance))
             continue;
         int once = grid->side[2 * d] == PD_SIDE_WALL || grid->side[2 * d + 1] == PD_SIDE_WALL;
         double boxes = floor((x[d] - grid->lo[d]) / (grid->hi[d] - grid->lo[d]));
@@ -288,7 +288,7 @@ static double pdi_grid_line_distance(const pdi_grid_folded_line *line, int shape
 {
     double at[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) at[d] = line->x[d] + t * line->xi[d];
-    if (tie) *tie = pdi_shape_tolerance(line->grid->h, at);
+    if (tie) *tie = pd_shape_tolerance(line->grid->h, at);
     return pdi_grid_signed_distance(line->grid, shape, at);
 }
 
@@ -315,7 +315,7 @@ PDI_FN double pdi_grid_find_shape_entry(const pd_grid *grid, int shape, const do
     line.x = x;
     line.xi = xi;
     for (line.from = 0.0; line.from < end; line.from = line.to) {
-        double whole[PD_DIM], touch = pdi_shape_tolerance(grid->h, x);
+        double whole[PD_DIM], touch = pd_shape_tolerance(grid->h, x);
         pdi_grid_set_line_image(&line, end);
         for (int d = 0; d < PD_DIM; d++) whole[d] = line.to * line.eta[d];
         for (double from = line.from / line.to, to; from < 1.0; from = to) { /* shares of line.to */
@@ -344,10 +344,10 @@ static int pdi_grid_is_inlet_ghost(const pd_grid *grid, const int *i, int side)
 static uint8_t pdi_grid_get_ghost_kind(const pd_grid *grid, int32_t node)
 {
     int i[PD_DIM];
-    pdi_grid_index(grid, node, i);
+    pd_grid_index(grid, node, i);
     pdi_grid_fold_index(grid, i);
     int side = pdi_grid_find_side(grid, i);
-    uint8_t behind = grid->kind[pdi_grid_find_source(grid, node, NULL)];
+    uint8_t behind = grid->kind[pd_grid_find_source(grid, node, NULL)];
     if (side == -2 || behind != PD_FLUID) return PD_WALL;
     if (side == -1) return PD_IMAGE;
     if (grid->side[side] == PD_SIDE_WALL) return PD_WALL;
@@ -359,8 +359,8 @@ static void pdi_grid_set_ghost_kinds(pd_grid *grid)
 {
     for (int32_t node = 0; node < grid->total; node++) {
         int i[PD_DIM];
-        pdi_grid_index(grid, node, i);
-        if (!pdi_grid_is_inside(grid, i)) grid->kind[node] = pdi_grid_get_ghost_kind(grid, node);
+        pd_grid_index(grid, node, i);
+        if (!pd_grid_is_inside(grid, i)) grid->kind[node] = pdi_grid_get_ghost_kind(grid, node);
     }
 }
 
@@ -370,10 +370,10 @@ static void pdi_grid_mark_mixed_sides(pd_grid *grid)
     int seen[2] = {0, 0};
     for (int32_t node = 0; node < grid->total && grid->is_inlet; node++) {
         int i[PD_DIM];
-        pdi_grid_index(grid, node, i);
+        pd_grid_index(grid, node, i);
         pdi_grid_fold_index(grid, i);
         int side = pdi_grid_find_side(grid, i);
-        if (side >= 0 && pdi_grid_is_inlet_or_outlet(grid->side[side]))
+        if (side >= 0 && pd_grid_is_inlet_or_outlet(grid->side[side]))
             seen[pdi_grid_is_inlet_ghost(grid, i, side) ? 1 : 0] |= 1 << side;
     }
     grid->mixed_sides = (uint8_t)(seen[0] & seen[1]);
@@ -385,11 +385,11 @@ static void pdi_grid_mark_outside(const pd_stencil *stencil, pd_grid *grid)
     for (int32_t node = 0; node < grid->total; node++) {
         if (grid->kind[node] != PD_WALL) continue;
         int i[PD_DIM], near_fluid = 0;
-        pdi_grid_index(grid, node, i);
+        pd_grid_index(grid, node, i);
         for (int k = 0; k < stencil->count && !near_fluid; k++) {
             int j[PD_DIM];
             for (int d = 0; d < PD_DIM; d++) j[d] = i[d] + stencil->offset[k * PD_DIM + d];
-            near_fluid = pdi_grid_is_inside(grid, j) && (grid->kind[pd_grid_node(grid, j)] == PD_FLUID ||
+            near_fluid = pd_grid_is_inside(grid, j) && (grid->kind[pd_grid_node(grid, j)] == PD_FLUID ||
                                                          grid->kind[pd_grid_node(grid, j)] == PD_SOLID);
         }
         if (!near_fluid) grid->kind[node] = PD_INACTIVE;
@@ -446,7 +446,7 @@ static pd_status pdi_grid_check_solid(pd_ctx *ctx, const pd_grid *grid)
         int below = lo[d] < grid->lo[d] - tolerance && lo[d] > -HUGE_VAL && grid->side[2 * d] < PD_SIDE_PERIODIC;
         int above = hi[d] > grid->hi[d] + tolerance && hi[d] < HUGE_VAL && grid->side[2 * d + 1] < PD_SIDE_PERIODIC;
         if (below || above)
-            return pdi_fail(ctx, PD_ERR_GEOMETRY, "grid",
+            return pd_fail(ctx, PD_ERR_GEOMETRY, "grid",
                             "the solid reaches from %g m to %g m on axis %d, outside of the box %g m .. %g m", lo[d],
                             hi[d], d, grid->lo[d], grid->hi[d]);
     }
@@ -461,12 +461,12 @@ static pd_status pdi_grid_set_size(pd_ctx *ctx, const pd_stencil *stencil, const
     for (int d = 0; d < PD_DIM; d++) {
         double edge = desc->hi[d] - desc->lo[d], cells = edge / stencil->h[d];
         if (!(edge > 0.0) || !(cells < 2e9))
-            return pdi_fail(ctx, PD_ERR_GEOMETRY, "grid",
+            return pd_fail(ctx, PD_ERR_GEOMETRY, "grid",
                             "axis %d of the box goes from %g m to %g m with spacing %g m", d, desc->lo[d], desc->hi[d],
                             stencil->h[d]);
         double whole = floor(cells + 0.5);
         if (whole < 1.0 || fabs(cells - whole) > 1e-6 * pdi_max(1.0, whole * 1e-3))
-            return pdi_fail(ctx, PD_ERR_GEOMETRY, "grid",
+            return pd_fail(ctx, PD_ERR_GEOMETRY, "grid",
                             "the box is %g cells of %g m long on axis %d, expected a whole number", cells,
                             stencil->h[d], d);
         grid->n[d] = (int)whole;
@@ -477,7 +477,7 @@ static pd_status pdi_grid_set_size(pd_ctx *ctx, const pd_stencil *stencil, const
         total *= (double)grid->padded[d];
     }
     if (total * PD_DIM >= 2147483647.0)
-        return pdi_fail(ctx, PD_ERR_SIZE, "grid", "%.3g nodes with ghosts, expected less than %.3g", total,
+        return pd_fail(ctx, PD_ERR_SIZE, "grid", "%.3g nodes with ghosts, expected less than %.3g", total,
                         2147483647.0 / PD_DIM);
     grid->stride[0] = 1;
     for (int d = 1; d < PD_DIM; d++) grid->stride[d] = grid->stride[d - 1] * (int32_t)grid->padded[d - 1];
@@ -485,11 +485,11 @@ static pd_status pdi_grid_set_size(pd_ctx *ctx, const pd_stencil *stencil, const
     for (int s = 0; s < 2 * PD_DIM; s++) {
         grid->side[s] = desc->side[s];
         if ((int)desc->side[s] < PD_SIDE_WALL || (int)desc->side[s] > PD_SIDE_MIRROR)
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "grid",
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "grid",
                             "side %d of the box has type %d, expected wall, inlet, outlet, periodic or mirror", s,
                             (int)desc->side[s]);
         if ((desc->side[s] == PD_SIDE_PERIODIC) != (desc->side[s ^ 1] == PD_SIDE_PERIODIC))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "grid", "axis %d is periodic on one side only", s / 2);
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "grid", "axis %d is periodic on one side only", s / 2);
     }
     return PD_OK;
 }
@@ -500,22 +500,22 @@ static pd_status pdi_grid_compute_circumferences(pd_ctx *ctx, pd_grid *grid)
 {
     int r = PD_DIM - 1, at_axis = fabs(grid->lo[r]) <= 1e-9 * grid->h[r];
     if (PD_DIM != 2)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "grid", "axisymmetric in %dD, expected PD_DIM = 2 with axes z and r",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "grid", "axisymmetric in %dD, expected PD_DIM = 2 with axes z and r",
                         PD_DIM);
     if (!at_axis && !(grid->lo[r] >= grid->ghost * grid->h[r]))
-        return pdi_fail(ctx, PD_ERR_GEOMETRY, "grid",
+        return pd_fail(ctx, PD_ERR_GEOMETRY, "grid",
                         "an axisymmetric box begins at r = %g m, expected 0 or at least one horizon, %g m", grid->lo[r],
                         grid->ghost * grid->h[r]);
     if (at_axis && grid->side[2 * r] != PD_SIDE_MIRROR)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "grid", "the side at the axis r = 0 has type %d, expected mirror",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "grid", "the side at the axis r = 0 has type %d, expected mirror",
                         (int)grid->side[2 * r]);
     if ((!at_axis && grid->side[2 * r] >= PD_SIDE_PERIODIC) || grid->side[2 * r + 1] >= PD_SIDE_PERIODIC)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "grid",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "grid",
                         "an axisymmetric box is periodic or mirrored across r > 0, expected wall, inlet or outlet");
-    PDI_TRY(PDI_NEW(ctx, "grid.circumference", grid->padded[r], grid->circumference));
+    PD_TRY(PD_NEW(ctx, "grid.circumference", grid->padded[r], grid->circumference));
     for (int row = 0; row < grid->padded[r]; row++) {
         double cell = row - grid->ghost + 0.5;
-        grid->circumference[row] = 2.0 * PDI_PI * fabs((at_axis ? 0.0 : grid->lo[r]) + cell * grid->h[r]);
+        grid->circumference[row] = 2.0 * PD_PI * fabs((at_axis ? 0.0 : grid->lo[r]) + cell * grid->h[r]);
     }
     return PD_OK;
 }
@@ -540,7 +540,7 @@ static void pdi_grid_list_arrays(pdi_array_visitor *owner, void *object)
 static int pdi_grid_is_in_shape(const pd_grid *grid, int index, const double *x, int64_t *touched)
 {
     if (index < 0) return 0;
-    double distance = pd_shape_distance(grid->shapes, index, x), tolerance = pdi_shape_tolerance(grid->h, x);
+    double distance = pd_shape_distance(grid->shapes, index, x), tolerance = pd_shape_tolerance(grid->h, x);
     *touched += fabs(distance) <= tolerance;
     return distance <= tolerance;
 }
@@ -557,36 +557,36 @@ static pd_status pdi_grid_build_inner(pd_ctx *ctx, const pd_stencil *stencil, co
 {
     memset(grid, 0, sizeof *grid);
     if ((desc->solid || desc->wall) && !desc->shapes)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "grid",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "grid",
                         "solid and wall point into shapes, which is NULL: an array of shapes is expected");
-    PDI_TRY(pdi_grid_set_size(ctx, stencil, desc, grid));
-    if (desc->axisymmetric) PDI_TRY(pdi_grid_compute_circumferences(ctx, grid));
+    PD_TRY(pdi_grid_set_size(ctx, stencil, desc, grid));
+    if (desc->axisymmetric) PD_TRY(pdi_grid_compute_circumferences(ctx, grid));
     grid->shapes = desc->shapes;
     grid->solid = desc->solid ? (int)(desc->solid - desc->shapes) : -1;
     grid->wall = desc->wall ? (int)(desc->wall - desc->shapes) : -1;
     grid->is_inlet = desc->is_inlet;
     grid->is_inlet_user = desc->is_inlet_user;
-    if (grid->solid >= 0) PDI_TRY(pdi_grid_check_solid(ctx, grid));
-    PDI_TRY(pdi_array_registry_build(ctx, pdi_grid_list_arrays, grid));
+    if (grid->solid >= 0) PD_TRY(pdi_grid_check_solid(ctx, grid));
+    PD_TRY(pdi_array_registry_build(ctx, pdi_grid_list_arrays, grid));
     for (int32_t node = 0; node < grid->total; node++) {
         int i[PD_DIM];
         double x[PD_DIM];
-        if (node % PDI_GRID_POLL_INTERVAL == 0) PDI_TRY(pdi_check_cancel(ctx, "grid", node));
-        pdi_grid_index(grid, node, i);
-        if (!pdi_grid_is_inside(grid, i)) continue;
+        if (node % PDI_GRID_POLL_INTERVAL == 0) PD_TRY(pd_check_cancel(ctx, "grid", node));
+        pd_grid_index(grid, node, i);
+        if (!pd_grid_is_inside(grid, i)) continue;
         pd_grid_position(grid, node, x);
         grid->kind[node] = pdi_grid_classify_point(grid, x);
     }
     grid->fluid_count = pdi_grid_count_kind(grid, PD_FLUID);
     grid->solid_count = pdi_grid_count_kind(grid, PD_SOLID);
     if (grid->solid >= 0 && grid->solid_count == 0)
-        return pdi_fail(ctx, PD_ERR_GEOMETRY, "grid",
+        return pd_fail(ctx, PD_ERR_GEOMETRY, "grid",
                         "the solid covers no node: it is thinner than the spacing or lies inside the wall");
     if (grid->fluid_count + grid->solid_count == 0)
-        return pdi_fail(ctx, PD_ERR_GEOMETRY, "grid", "the wall covers every node of the box");
+        return pd_fail(ctx, PD_ERR_GEOMETRY, "grid", "the wall covers every node of the box");
     for (int32_t node = 0; grid->source_node && node < grid->total; node++) {
         int flip;
-        grid->source_node[node] = pdi_grid_find_source(grid, node, &flip);
+        grid->source_node[node] = pd_grid_find_source(grid, node, &flip);
     }
     pdi_grid_set_ghost_kinds(grid);
     pdi_grid_mark_mixed_sides(grid);
@@ -628,7 +628,7 @@ PDI_FN void pdi_grid_set_fluid(pd_grid *grid, int32_t node)
     grid->kind[node] = PD_FLUID;
     grid->solid_count--;
     grid->fluid_count++;
-    pdi_grid_index(grid, node, i);
+    pd_grid_index(grid, node, i);
     int ghost = grid->ghost;
     for (d = 0; d < PD_DIM; d++) j[d] = -ghost - 1;
     /* all combinations of followers along the axes */
@@ -640,7 +640,7 @@ PDI_FN void pdi_grid_set_fluid(pd_grid *grid, int32_t node)
         }
         if (++d < PD_DIM) continue;
         d = PD_DIM - 1;
-        if (pdi_grid_is_inside(grid, j)) continue;
+        if (pd_grid_is_inside(grid, j)) continue;
         int32_t ghost_node = pd_grid_node(grid, j);
         grid->kind[ghost_node] = pdi_grid_get_ghost_kind(grid, ghost_node);
     }
@@ -660,7 +660,7 @@ static void pdi_grid_sum_layers(const pd_grid *grid, uint8_t kind, const uint8_t
             int64_t at = layer * nodes;
             double sum = pdi_par_sum_where(nodes, grid->kind + at, kind, which ? which + at : grid->kind + at,
                                            which ? (uint8_t)wanted : kind, field + at);
-            pdi_compensated_sum_add(&part[q], sum * pdi_grid_circumference(grid, (int32_t)at));
+            pdi_compensated_sum_add(&part[q], sum * pd_grid_circumference(grid, (int32_t)at));
         }
     }
 }
@@ -669,7 +669,7 @@ PDI_FN double pdi_grid_sum_field(const pd_ctx *ctx, const pd_grid *grid, uint8_t
                                  const double *field)
 {
     pdi_compensated_sum part[PDI_GRID_SUM_PARTS], all = {0.0, 0.0};
-    int nt = pdi_par_threads(ctx, grid->total);
+    int nt = pd_par_threads(ctx, grid->total);
     PDI_PARALLEL_CALL(nt, pdi_grid_sum_layers(grid, kind, which, wanted, field, part));
     for (int q = 0; q < PDI_GRID_SUM_PARTS; q++) {
         pdi_compensated_sum_add(&all, part[q].sum);

@@ -61,7 +61,7 @@ typedef struct pd_grid {
     uint8_t mixed_sides;   /* bit s: side s is an inlet at some points and an outlet at others */
     double *circumference; /* [np of the last axis] [m] 2 pi |r| of axisymmetric rows of nodes; NULL: planar */
     uint8_t *kind;        /* [total] pd_kind */
-    /* [total] source node of each node (pdi_grid_find_source); NULL: no images, or no metal */
+    /* [total] source node of each node (pd_grid_find_source); NULL: no images, or no metal */
     int32_t *source_node;
     int64_t fluid_count, solid_count;
     int64_t nodes_on_surface[2]; /* nodes exactly on the surface of metal, and of walls, when the grid was built */
@@ -71,6 +71,10 @@ typedef struct pd_grid {
 #define pd_grid_free PD_NAME(pd_grid_free)
 #define pd_grid_position PD_NAME(pd_grid_position)
 #define pd_grid_node PD_NAME(pd_grid_node)
+#define pd_grid_index PD_NAME(pd_grid_index)
+#define pd_grid_is_between PD_NAME(pd_grid_is_between)
+#define pd_grid_is_inside PD_NAME(pd_grid_is_inside)
+#define pd_grid_find_source PD_NAME(pd_grid_find_source)
 
 /* Builds the lattice of the box and classifies its nodes by the shapes.
  * PD_ERR_GEOMETRY: the box is not a whole number of cells, a shape lies outside the
@@ -83,6 +87,23 @@ PD_API void pd_grid_free(pd_ctx *ctx, pd_grid *grid);
 PD_API void pd_grid_position(const pd_grid *grid, int32_t node, double *x);
 /* Node of cell index i[] of the box (ghosts: -ghost .. n+ghost-1). */
 PD_API int32_t pd_grid_node(const pd_grid *grid, const int *i);
+/* Factor of the cell volume in sums over volume: the circumference of the ring of a node on an axisymmetric grid [m],
+ * else 1. */
+static inline double pd_grid_circumference(const pd_grid *grid, int32_t node)
+{
+    return PD_DIM == 2 && grid->circumference ? grid->circumference[node / grid->stride[PD_DIM - 1]] : 1.0;
+}
+/* Cell index i[] of a node (negative or >= n in ghosts). */
+PD_API void pd_grid_index(const pd_grid *grid, int32_t node, int *i);
+/* 1: the point x [m] lies in the box lo .. hi [m] or, within tolerance, on its faces: surfaces and nodes often do. */
+PD_API int pd_grid_is_between(const pd_grid *grid, const double *lo, const double *hi, const double *x);
+/* 1: fluid passes the side (inlet or outlet). */
+static inline int pd_grid_is_inlet_or_outlet(pd_side side) { return side == PD_SIDE_INLET || side == PD_SIDE_OUTLET; }
+/* 1: the cell index lies inside the box, not in ghost layers. */
+PD_API int pd_grid_is_inside(const pd_grid *grid, const int *i);
+/* Node of the box that a ghost stands for: shifted by periods behind periodic sides, the mirror image behind all
+ * others; the node itself inside the box. *flip (or NULL): bit d set when it is mirrored along axis d. */
+PD_API int32_t pd_grid_find_source(const pd_grid *grid, int32_t node, int *flip);
 #ifdef PDI_INTERNAL
 /* 1: there is metal, and a periodic or mirror side behind which it has images. */
 PDI_FN int pdi_grid_has_images(const pd_grid *grid);
@@ -91,8 +112,6 @@ PDI_FN int64_t pdi_grid_count_kind(const pd_grid *grid, pd_kind kind);
 
 /* Length of a vector of the inner loops: shorter pieces of grid lines are not worth one. */
 #define PDI_VECTOR_LENGTH 8
-/* Cell index i[] of a node (negative or >= n in ghosts). */
-PDI_FN void pdi_grid_index(const pd_grid *grid, int32_t node, int *i);
 /* Cell index of a node along one axis. */
 static inline int pdi_grid_index_along(const pd_grid *grid, int32_t node, int axis)
 {
@@ -103,8 +122,6 @@ static inline int pdi_grid_index_along(const pd_grid *grid, int32_t node, int ax
 /* Formats the position of a node as "(x, y, z)" [m] for messages: into text [PDI_GRID_POSITION_LENGTH], which is
  * returned. */
 PDI_FN const char *pdi_grid_format_position(const pd_grid *grid, int32_t node, char *text);
-/* 1: the cell index lies inside the box, not in ghost layers. */
-PDI_FN int pdi_grid_is_inside(const pd_grid *grid, const int *i);
 /* 1: the node is a ghost behind a side of the box that is a wall. */
 PDI_FN int pdi_grid_is_behind_wall(const pd_grid *grid, int32_t node);
 /* Number of nodes of a cube with `reach` cells on either side of its centre. */
@@ -117,23 +134,12 @@ static inline int pdi_grid_count_cube(int reach)
 /* Node k of the cube with `reach` cells on either side of `node`; -1: it lies outside of the box. *far: its largest
  * distance from the centre along an axis [cells]. */
 PDI_FN int32_t pdi_grid_find_cube_node(const pd_grid *grid, int32_t node, int reach, int k, int *far);
-/* Node of the box that a ghost stands for: shifted by periods behind periodic sides, the mirror image behind all
- * others; the node itself inside the box. *flip (or NULL): bit d set when it is mirrored along axis d. */
-PDI_FN int32_t pdi_grid_find_source(const pd_grid *grid, int32_t node, int *flip);
-/* Factor of the cell volume in sums over volume: the circumference of the ring of a node on an axisymmetric grid [m],
- * else 1. */
-static inline double pdi_grid_circumference(const pd_grid *grid, int32_t node)
-{
-    return PD_DIM == 2 && grid->circumference ? grid->circumference[node / grid->stride[PD_DIM - 1]] : 1.0;
-}
 /* Circumference [m] of a ring whose radius is that of the node plus `offset` [m]; 1 on a planar grid. */
 PDI_FN double pdi_grid_circumference_at(const pd_grid *grid, int32_t node, double offset);
 /* Sum of a field over the nodes of a kind, times their circumferences; of those with which[node] == wanted only where
  * `which` is not NULL. Rounding is that of a few terms; the same bits for any number of threads. */
 PDI_FN double pdi_grid_sum_field(const pd_ctx *ctx, const pd_grid *grid, uint8_t kind, const uint8_t *which, int wanted,
                                  const double *field);
-/* 1: the point x [m] lies in the box lo .. hi [m] or, within tolerance, on its faces: surfaces and nodes often do. */
-PDI_FN int pdi_grid_is_between(const pd_grid *grid, const double *lo, const double *hi, const double *x);
 /* Maps a cell index i[] back into the box through periodic and mirror sides only. Returns the bits of the mirrored
  * axes. */
 PDI_FN int pdi_grid_fold_index(const pd_grid *grid, int *i);
@@ -152,8 +158,6 @@ PDI_FN double pdi_grid_find_shape_entry(const pd_grid *grid, int shape, const do
 /* Maps a position x [m] into the box through periodic and mirror sides only; points on them stay. Returns the bits of
  * the mirrored axes. */
 PDI_FN int pdi_grid_fold_position_images(const pd_grid *grid, double *x);
-/* 1: fluid passes the side (inlet or outlet). */
-static inline int pdi_grid_is_inlet_or_outlet(pd_side side) { return side == PD_SIDE_INLET || side == PD_SIDE_OUTLET; }
 /* Converts a solid node to fluid: its kind, the counts, and the kinds of the ghosts that stand for it or lie in front
  * of it. */
 PDI_FN void pdi_grid_set_fluid(pd_grid *grid, int32_t node);

@@ -18,18 +18,18 @@ static pd_status pdi_lattice_grow_fields(pd_ctx *ctx, pd_lattice *l)
     int capacity = 2 * l->capacity + 4;
     int *components = NULL;
     double **field = NULL;
-    pd_status status = PDI_NEW(ctx, "lattice", capacity, components);
-    if (status >= 0) status = PDI_NEW(ctx, "lattice", capacity, field);
+    pd_status status = PD_NEW(ctx, "lattice", capacity, components);
+    if (status >= 0) status = PD_NEW(ctx, "lattice", capacity, field);
     if (status < 0) {
-        PDI_DELETE(ctx, capacity, components);
+        PD_DELETE(ctx, capacity, components);
         return status;
     }
     for (int k = 0; k < l->fields; k++) {
         components[k] = l->components[k];
         field[k] = l->field[k];
     }
-    PDI_DELETE(ctx, l->capacity, l->components);
-    PDI_DELETE(ctx, l->capacity, l->field);
+    PD_DELETE(ctx, l->capacity, l->components);
+    PD_DELETE(ctx, l->capacity, l->field);
     l->capacity = capacity;
     l->components = components;
     l->field = field;
@@ -40,9 +40,9 @@ pd_status pd_lattice_add_field(pd_ctx *ctx, pd_lattice *l, int components, doubl
 {
     *field = NULL;
     if (components < 1 || components > 1024)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "lattice", "a field of %d components, expected 1 to 1024", components);
-    if (l->fields == l->capacity) PDI_TRY(pdi_lattice_grow_fields(ctx, l));
-    PDI_TRY(PDI_NEW(ctx, "lattice", (int64_t)components * l->grid.total, l->field[l->fields]));
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "lattice", "a field of %d components, expected 1 to 1024", components);
+    if (l->fields == l->capacity) PD_TRY(pdi_lattice_grow_fields(ctx, l));
+    PD_TRY(PD_NEW(ctx, "lattice", (int64_t)components * l->grid.total, l->field[l->fields]));
     l->components[l->fields] = components;
     *field = l->field[l->fields++];
     return PD_OK;
@@ -50,9 +50,9 @@ pd_status pd_lattice_add_field(pd_ctx *ctx, pd_lattice *l, int components, doubl
 
 void pd_lattice_free(pd_ctx *ctx, pd_lattice *l)
 {
-    for (int k = 0; k < l->fields; k++) PDI_DELETE(ctx, (int64_t)l->components[k] * l->grid.total, l->field[k]);
-    PDI_DELETE(ctx, l->capacity, l->components);
-    PDI_DELETE(ctx, l->capacity, l->field);
+    for (int k = 0; k < l->fields; k++) PD_DELETE(ctx, (int64_t)l->components[k] * l->grid.total, l->field[k]);
+    PD_DELETE(ctx, l->capacity, l->components);
+    PD_DELETE(ctx, l->capacity, l->field);
     pd_bonds_free(ctx, &l->bonds);
     pd_grid_free(ctx, &l->grid);
     pd_stencil_free(ctx, &l->stencil);

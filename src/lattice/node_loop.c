@@ -110,7 +110,7 @@ static void pdi_node_loop_add_plane_fluxes(const pd_bonds *bonds, int32_t node, 
         int port = far_kind == PD_INLET || far_kind == PD_OUTLET;
         if (port && i[axis] + s->offset[k * PD_DIM + axis] < grid->n[axis]) continue; /* passes a side beside */
         if (!pdi_grid_is_open(far_kind) || pdi_bond_path_find_closed_group(&bonds->paths, node, k) >= 0) continue;
-        pdi_compensated_sum_add(sum, flux(user, node, k) * pdi_grid_circumference(grid, node));
+        pdi_compensated_sum_add(sum, flux(user, node, k) * pd_grid_circumference(grid, node));
     }
 }
 
@@ -122,7 +122,7 @@ PDI_FN double pdi_node_loop_sum_plane_flux(const pd_bonds *bonds, int axis, int 
     for (int32_t node = 0; node < grid->total; node++) {
         int i[PD_DIM], along = pdi_grid_is_open(grid->kind[node]) ? pdi_grid_index_along(grid, node, axis) : index;
         if (along >= index || along < index - bonds->stencil->reach) continue;
-        pdi_grid_index(grid, node, i);
+        pd_grid_index(grid, node, i);
         /* ghosts count before the box, not beside it: ports there belong to no plane, and an image repeats a bond of
          * the box */
         if (grid->kind[node] != PD_FLUID && i[axis] >= 0) continue;

@@ -7,14 +7,14 @@ PDI_FN int32_t pdi_open_boundary_find_segment(const pd_bonds *bonds, int32_t i, 
 {
     const pd_grid *grid = bonds->grid;
     int at[PD_DIM], reach = bonds->stencil->reach;
-    pdi_grid_index(grid, i, at);
+    pd_grid_index(grid, i, at);
     *near_port = 1;
     for (int d = 1; d < PD_DIM; d++) {
-        if (pdi_grid_is_inlet_or_outlet(grid->side[2 * d]) && at[d] < reach) return length;
-        if (pdi_grid_is_inlet_or_outlet(grid->side[2 * d + 1]) && at[d] >= grid->n[d] - reach) return length;
+        if (pd_grid_is_inlet_or_outlet(grid->side[2 * d]) && at[d] < reach) return length;
+        if (pd_grid_is_inlet_or_outlet(grid->side[2 * d + 1]) && at[d] >= grid->n[d] - reach) return length;
     }
-    int32_t low = pdi_grid_is_inlet_or_outlet(grid->side[0]) ? reach - at[0] : 0;
-    int32_t high = (pdi_grid_is_inlet_or_outlet(grid->side[1]) ? grid->n[0] - reach : grid->n[0]) - at[0];
+    int32_t low = pd_grid_is_inlet_or_outlet(grid->side[0]) ? reach - at[0] : 0;
+    int32_t high = (pd_grid_is_inlet_or_outlet(grid->side[1]) ? grid->n[0] - reach : grid->n[0]) - at[0];
     if (low > 0) return low < length ? low : length;
     if (high <= 0) return length;
     *near_port = 0;
@@ -24,7 +24,7 @@ PDI_FN int32_t pdi_open_boundary_find_segment(const pd_bonds *bonds, int32_t i, 
 PDI_FN int pdi_open_boundary_has_any(const pd_grid *grid)
 {
     for (int s = 0; s < 2 * PD_DIM; s++)
-        if (pdi_grid_is_inlet_or_outlet(grid->side[s])) return 1;
+        if (pd_grid_is_inlet_or_outlet(grid->side[s])) return 1;
     return 0;
 }
 
@@ -71,7 +71,7 @@ PDI_FN pd_status pdi_open_boundary_update(pd_ctx *ctx, pd_open_boundary *p)
     int32_t count = pdi_open_boundary_has_any(p->bonds->grid) ? pdi_open_boundary_find_nodes(p, 0) : 0;
     if (count > p->capacity) {
         p->count = 0;
-        PDI_TRY(pdi_array_registry_rebuild(ctx, pdi_open_boundary_list_arrays, p, &p->capacity, count));
+        PD_TRY(pdi_array_registry_rebuild(ctx, pdi_open_boundary_list_arrays, p, &p->capacity, count));
     }
     p->count = count ? pdi_open_boundary_find_nodes(p, 1) : 0;
     return PD_OK;
@@ -107,7 +107,7 @@ static int64_t pdi_open_boundary_mark_reachable(const pd_bonds *bonds, int32_t i
     for (int k = 0; k < bonds->stencil->count; k++) {
         int32_t j = i + bonds->paths.shift[k];
         if (bonds->row_of_node[i] >= 0 && !pdi_bond_is_open(bonds, bonds->row_of_node[i], k)) continue;
-        if (bonds->grid->kind[j] == PD_IMAGE) j = pdi_grid_find_source(bonds->grid, j, NULL);
+        if (bonds->grid->kind[j] == PD_IMAGE) j = pd_grid_find_source(bonds->grid, j, NULL);
         if (bonds->grid->kind[j] != PD_FLUID || mark[j]) continue;
         mark[j] = 1;
         found++;
@@ -121,7 +121,7 @@ PDI_FN pd_status pdi_open_boundary_find_blocked_inlet(pd_ctx *ctx, const pd_bond
     const uint8_t *kind = bonds->grid->kind;
     uint8_t *mark = NULL;
     *node = -1;
-    PDI_TRY(PDI_NEW(ctx, "flow", total, mark));
+    PD_TRY(PD_NEW(ctx, "flow", total, mark));
     for (int32_t i = 0; i < total; i++)
         mark[i] = kind[i] == PD_FLUID && pdi_open_boundary_has_bond_to(bonds, i, PD_OUTLET);
     for (int64_t found = 1, backward = 0; found > 0; backward = !backward) {
@@ -133,6 +133,6 @@ PDI_FN pd_status pdi_open_boundary_find_blocked_inlet(pd_ctx *ctx, const pd_bond
     }
     for (int32_t i = 0; i < total && *node < 0; i++)
         if (kind[i] == PD_FLUID && !mark[i] && pdi_open_boundary_has_bond_to(bonds, i, PD_INLET)) *node = i;
-    PDI_DELETE(ctx, total, mark);
+    PD_DELETE(ctx, total, mark);
     return PD_OK;
 }

@@ -418,7 +418,7 @@ PDI_FN pd_status pdi_reconstruct_update(pd_ctx *ctx, const pd_bonds *bonds, cons
     int32_t count = 0;
     for (int32_t r = 0; r < bonds->rows; r++) count += bonds->near_smooth_surface[r];
     rec->bonds = bonds;
-    PDI_TRY(pdi_reconstruct_reserve(ctx, count, rec));
+    PD_TRY(pdi_reconstruct_reserve(ctx, count, rec));
     rec->count = 0;
     for (int k = 0; k < bonds->stencil->count && count; k++) {
         double *term = rec->weighted_terms + k * PDI_RECONSTRUCT_TERMS;
@@ -448,9 +448,9 @@ PDI_FN void pdi_reconstruct_set_gradient(const pd_ctx *ctx, const pd_quadratic_r
     if (!rec->count) return;
     const pd_grid *grid = bonds->grid;
     int each = rec->wide_capacity ? bonds->stencil->count * PDI_RECONSTRUCT_TERMS : PD_DIM * 4;
-    int nt = pdi_par_threads(ctx, (int64_t)rec->count * each);
+    int nt = pd_par_threads(ctx, (int64_t)rec->count * each);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t q = 0; q < rec->count; q++) {
         int32_t node = bonds->node[rec->row[q]];
         double fit[PD_DIM];

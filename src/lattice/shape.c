@@ -163,11 +163,11 @@ double pd_shape_distance(const pd_shape *shapes, int index, const double *x)
     return pdi_shape_signed_distance(shapes, index, NULL, x);
 }
 
-PDI_FN double pdi_shape_tolerance(const double *h, const double *x)
+double pd_shape_tolerance(const double *h, const double *x)
 {
     double largest = 0.0;
     for (int d = 0; d < PD_DIM; d++) largest = pdi_max(largest, fabs(x[d]));
-    return pdi_max(PDI_SHAPE_TOLERANCE * pdi_vec_min(h), PDI_SHAPE_ROUNDING * largest);
+    return pdi_max(PD_SHAPE_TOLERANCE * pdi_vec_min(h), PDI_SHAPE_ROUNDING * largest);
 }
 
 PDI_FN double pdi_shape_distance_continued(const pd_shape *shapes, int index, const pdi_shape_continued_box *frame,
@@ -252,13 +252,13 @@ PDI_FN int pdi_shape_is_convex(const pd_shape *shapes, int index)
            s->type == PD_SHAPE_HALF_SPACE;
 }
 
-PDI_FN int pdi_shape_is_smooth(const pd_shape *shapes, int index)
+int pd_shape_is_smooth(const pd_shape *shapes, int index)
 {
     const pd_shape *s = &shapes[index];
     if (s->type == PD_SHAPE_VOXELS) return 0;
     int children = s->type >= PD_SHAPE_UNION ? s->child_count : 0;
     for (int c = 0; c < children; c++)
-        if (!pdi_shape_is_smooth(shapes, s->child[c])) return 0;
+        if (!pd_shape_is_smooth(shapes, s->child[c])) return 0;
     return 1;
 }
 
@@ -268,7 +268,7 @@ static pd_status pdi_shape_check_box(pd_ctx *ctx, const pd_shape *s, int k)
 {
     for (int d = 0; d < PD_DIM; d++)
         if (!(s->a[d] < s->b[d]) || !isfinite(s->b[d] - s->a[d]))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "shape",
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "shape",
                             "shape %d (box) goes from %g m to %g m on axis %d, expected a < b", k, s->a[d], s->b[d], d);
     return PD_OK;
 }
@@ -278,7 +278,7 @@ static pd_status pdi_shape_check_centre(pd_ctx *ctx, const pd_shape *s, int k, c
 {
     for (int d = 0; d < PD_DIM; d++)
         if (!isfinite(s->a[d]))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (%s) has point a = %g m on axis %d, expected a "
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (%s) has point a = %g m on axis %d, expected a "
                             "finite one", k, name, s->a[d], d);
     return PD_OK;
 }
@@ -286,12 +286,12 @@ static pd_status pdi_shape_check_centre(pd_ctx *ctx, const pd_shape *s, int k, c
 /* PD_ERR_ARGUMENT: centre, radius or axis of a ball or cylinder is not valid. */
 static pd_status pdi_shape_check_round(pd_ctx *ctx, const pd_shape *s, int k, const char *name)
 {
-    PDI_TRY(pdi_shape_check_centre(ctx, s, k, name));
+    PD_TRY(pdi_shape_check_centre(ctx, s, k, name));
     if (!(s->radius > 0.0) || !isfinite(s->radius))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (%s) has radius r = %g m, expected > 0", k, name,
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (%s) has radius r = %g m, expected > 0", k, name,
                         s->radius);
     if (s->type == PD_SHAPE_CYLINDER && (s->axis < 0 || s->axis > 2))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (%s) has axis %d, expected 0, 1 or 2", k, name,
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (%s) has axis %d, expected 0, 1 or 2", k, name,
                         s->axis);
     return PD_OK;
 }
@@ -299,10 +299,10 @@ static pd_status pdi_shape_check_round(pd_ctx *ctx, const pd_shape *s, int k, co
 /* PD_ERR_ARGUMENT: point or normal of a half-space is not finite, or the normal is zero. */
 static pd_status pdi_shape_check_half_space(pd_ctx *ctx, const pd_shape *s, int k)
 {
-    PDI_TRY(pdi_shape_check_centre(ctx, s, k, "half-space"));
+    PD_TRY(pdi_shape_check_centre(ctx, s, k, "half-space"));
     double length = pdi_vec_norm(s->b);
     if (!(length > 0.0) || !isfinite(length))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (half-space) has a normal b of length %g, expected a "
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (half-space) has a normal b of length %g, expected a "
                         "finite one > 0", k, length);
     return PD_OK;
 }
@@ -310,16 +310,16 @@ static pd_status pdi_shape_check_half_space(pd_ctx *ctx, const pd_shape *s, int 
 /* PD_ERR_ARGUMENT: a voxel mask is missing, or its size or spacing is not positive. */
 static pd_status pdi_shape_check_voxels(pd_ctx *ctx, const pd_shape *s, int k)
 {
-    PDI_TRY(pdi_shape_check_centre(ctx, s, k, "voxels"));
-    if (!s->mask) return pdi_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (voxels) has no mask", k);
+    PD_TRY(pdi_shape_check_centre(ctx, s, k, "voxels"));
+    if (!s->mask) return pd_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (voxels) has no mask", k);
     for (int d = 0; d < PD_DIM; d++) {
         if (s->mask_size[d] < 1)
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "shape",
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "shape",
                             "shape %d (voxels) has n = %d cells on axis %d, expected at "
                             "least 1",
                             k, s->mask_size[d], d);
         if (!(s->b[d] > 0.0) || !isfinite(s->b[d]))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (voxels) has spacing b = %g m on axis %d, "
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (voxels) has spacing b = %g m on axis %d, "
                             "expected > 0", k, s->b[d], d);
     }
     return PD_OK;
@@ -333,11 +333,11 @@ static pd_status pdi_shape_check_children(pd_ctx *ctx, const pd_shape *shapes, i
     int min = s->type == PD_SHAPE_DIFFERENCE ? 2 : 1;
     if (s->type == PD_SHAPE_COMPLEMENT) max = 1;
     if (s->child_count < min || s->child_count > max)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (%s) has %d children, expected %d to %d", k, name,
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (%s) has %d children, expected %d to %d", k, name,
                         s->child_count, min, max);
     for (int c = 0; c < s->child_count; c++)
         if (s->child[c] < 0 || s->child[c] >= k)
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (%s) has child %d, expected the index of an "
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (%s) has child %d, expected the index of an "
                             "earlier shape", k, name, s->child[c]);
     return PD_OK;
 }
@@ -354,7 +354,7 @@ static pd_status pdi_shape_check(pd_ctx *ctx, const pd_shape *shapes, int k)
     case PD_SHAPE_VOXELS: return pdi_shape_check_voxels(ctx, s, k);
     case PD_SHAPE_FACETS:
         if (PD_DIM == 3 && s->facets && s->facets->count > 0) return PD_OK;
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (facets) in %dD with%s a surface, expected 3D and a "
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (facets) in %dD with%s a surface, expected 3D and a "
                         "surface", k, PD_DIM, s->facets ? "" : "out");
     case PD_SHAPE_UNION: return pdi_shape_check_children(ctx, shapes, k, "union");
     case PD_SHAPE_INTERSECT: return pdi_shape_check_children(ctx, shapes, k, "intersection");
@@ -362,24 +362,24 @@ static pd_status pdi_shape_check(pd_ctx *ctx, const pd_shape *shapes, int k)
     case PD_SHAPE_COMPLEMENT: return pdi_shape_check_children(ctx, shapes, k, "complement");
     case PD_SHAPE_NONE: break;
     }
-    return pdi_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d has type %d, which is none", k, (int)s->type);
+    return pd_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d has type %d, which is none", k, (int)s->type);
 }
 
-PDI_FN pd_status pdi_shape_validate(pd_ctx *ctx, const pd_shape *shapes, int count)
+pd_status pd_shape_validate(pd_ctx *ctx, const pd_shape *shapes, int count)
 {
     int evaluations[PD_SHAPE_MAX];
     if (count < 0 || (count > 0 && !shapes))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "shape", "%d shapes without an array", count);
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "shape", "%d shapes without an array", count);
     if (count > PD_SHAPE_MAX)
-        return pdi_fail(ctx, PD_ERR_SIZE, "shape", "%d shapes, expected at most %d", count, PD_SHAPE_MAX);
+        return pd_fail(ctx, PD_ERR_SIZE, "shape", "%d shapes, expected at most %d", count, PD_SHAPE_MAX);
     for (int k = 0; k < count; k++) {
-        PDI_TRY(pdi_shape_check(ctx, shapes, k));
+        PD_TRY(pdi_shape_check(ctx, shapes, k));
         evaluations[k] = 1;
         for (int c = 0; shapes[k].type >= PD_SHAPE_UNION && c < shapes[k].child_count; c++)
             evaluations[k] += evaluations[shapes[k].child[c]];
         /* shared children unfold: without this bound a short array could take forever */
         if (evaluations[k] > PD_SHAPE_MAX_EVALUATIONS)
-            return pdi_fail(ctx, PD_ERR_SIZE, "shape", "shape %d unfolds to %d shapes, expected at most %d: "
+            return pd_fail(ctx, PD_ERR_SIZE, "shape", "shape %d unfolds to %d shapes, expected at most %d: "
                             "children are shared too often", k, evaluations[k], PD_SHAPE_MAX_EVALUATIONS);
     }
     return PD_OK;

@@ -35,31 +35,38 @@ typedef struct pd_shape {
 } pd_shape;
 
 #define pd_shape_distance PD_NAME(pd_shape_distance)
+#define pd_shape_is_smooth PD_NAME(pd_shape_is_smooth)
+#define pd_shape_validate PD_NAME(pd_shape_validate)
+#define pd_shape_tolerance PD_NAME(pd_shape_tolerance)
 
 /* Most entries of an array of shapes. */
 #define PD_SHAPE_MAX 256
 /* Most evaluations of primitives and operations for one point. An entry that is used n times counts n times. */
 #define PD_SHAPE_MAX_EVALUATIONS 4096
 
+/* [-] of the smallest spacing: a point nearer than that to a surface counts as on it. */
+#define PD_SHAPE_TOLERANCE 1e-9
+
 /* Signed distance [m] of point x to shape `index` of a validated array, negative inside. Exact for primitives (voxel
  * masks: up to one cell, beyond it a bound); a bound of the right sign inside set operations. Lipschitz constant 1. */
 PD_API double pd_shape_distance(const pd_shape *shapes, int index, const double *x);
-#ifdef PDI_INTERNAL
-/* [-] of the smallest spacing: a point nearer than that to a surface counts as on it. */
-#define PDI_SHAPE_TOLERANCE 1e-9
-/* [m] Distance below which a point x counts as on a surface: PDI_SHAPE_TOLERANCE of the smallest spacing h [PD_DIM], or
+/* 1: the zero level of the signed distance is a smooth description of the surface (there is no voxel mask in the
+ * tree). */
+PD_API int pd_shape_is_smooth(const pd_shape *shapes, int index);
+/* Checks `count` shapes: parameters finite, radii positive, boxes not empty, children earlier in the array.
+ * PD_ERR_ARGUMENT: names the first shape and parameter at fault. PD_ERR_SIZE: PD_SHAPE_MAX or
+ * PD_SHAPE_MAX_EVALUATIONS is exceeded. */
+PD_API pd_status pd_shape_validate(pd_ctx *ctx, const pd_shape *shapes, int count);
+/* [m] Distance below which a point x counts as on a surface: PD_SHAPE_TOLERANCE of the smallest spacing h [PD_DIM], or
  * the rounding of coordinates of the size of x. */
-PDI_FN double pdi_shape_tolerance(const double *h, const double *x);
+PD_API double pd_shape_tolerance(const double *h, const double *x);
+#ifdef PDI_INTERNAL
 /* 1: the point x belongs to the shape. Points on the surface do, so that mirrored, rotated and shifted bodies have
  * the same nodes. */
 static inline int pdi_shape_contains(const pd_shape *shapes, int index, const double *h, const double *x)
 {
-    return pd_shape_distance(shapes, index, x) <= pdi_shape_tolerance(h, x);
+    return pd_shape_distance(shapes, index, x) <= pd_shape_tolerance(h, x);
 }
-/* Checks `count` shapes: parameters finite, radii positive, boxes not empty, children earlier in the array.
- * PD_ERR_ARGUMENT: names the first shape and parameter at fault. PD_ERR_SIZE: PD_SHAPE_MAX or
- * PD_SHAPE_MAX_EVALUATIONS is exceeded. */
-PDI_FN pd_status pdi_shape_validate(pd_ctx *ctx, const pd_shape *shapes, int count);
 /* Planes of a box behind which shapes continue (periodic and mirror sides): x_d = lo[d] for bit 2 d of `sides`, and
  * x_d = hi[d] for bit 2 d + 1. */
 typedef struct pdi_shape_continued_box {
@@ -78,9 +85,6 @@ PDI_FN double pdi_shape_find_crossing(const pd_shape *shapes, int index, const d
                                       double after, double tie);
 /* 1: the shape is convex, as its type and those of its children say; 0: it may not be. */
 PDI_FN int pdi_shape_is_convex(const pd_shape *shapes, int index);
-/* 1: the zero level of the signed distance is a smooth description of the surface (there is no voxel mask in the
- * tree). */
-PDI_FN int pdi_shape_is_smooth(const pd_shape *shapes, int index);
 #endif
 
 #endif

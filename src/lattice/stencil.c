@@ -78,7 +78,7 @@ static pd_status pdi_stencil_build_family(pd_ctx *ctx, pd_family family, pd_sten
             if (n[d] > s->reach) s->reach = n[d];
         s->count++;
     } while (pdi_stencil_next_offset(n, limit));
-    PDI_TRY(pdi_array_registry_build(ctx, pdi_stencil_list_arrays, s));
+    PD_TRY(pdi_array_registry_build(ctx, pdi_stencil_list_arrays, s));
     int k = 0;
     for (int d = 0; d < PD_DIM; d++) n[d] = -limit;
     do {
@@ -103,8 +103,8 @@ static pd_status pdi_stencil_build_family(pd_ctx *ctx, pd_family family, pd_sten
  * 16, corrected). */
 static void pdi_stencil_set_published_weights(pd_stencil *s)
 {
-    double horizon_volume = PD_DIM == 1 ? 2.0 : PD_DIM == 2 ? PDI_PI : 4.0 * PDI_PI / 3.0;
-    double lap_scale = PD_DIM == 1 ? 1.0 : PD_DIM == 2 ? 4.0 / PDI_PI : 9.0 / (2.0 * PDI_PI);
+    double horizon_volume = PD_DIM == 1 ? 2.0 : PD_DIM == 2 ? PD_PI : 4.0 * PD_PI / 3.0;
+    double lap_scale = PD_DIM == 1 ? 1.0 : PD_DIM == 2 ? 4.0 / PD_PI : 9.0 / (2.0 * PD_PI);
     for (int d = 0; d < PD_DIM; d++) horizon_volume *= s->m * s->h[d];
     for (int k = 0; k < s->count; k++) {
         const double *xi = s->xi + k * PD_DIM;
@@ -154,12 +154,12 @@ static pd_status pdi_stencil_calibrate_weights(pd_ctx *ctx, pd_stencil *s)
     /* the second pass removes the rounding of the first: spacings of 1 : 10 : 100 cost three digits */
     for (int pass = 0; pass < 2; pass++) {
         if (!(pdi_vec_solve(matrix, residual, scale) > 0.0))
-            return pdi_fail(ctx, PD_ERR_GEOMETRY, "stencil", "the moments of the family are singular (m = %g)", s->m);
+            return pd_fail(ctx, PD_ERR_GEOMETRY, "stencil", "the moments of the family are singular (m = %g)", s->m);
         pdi_stencil_add_weights(s, scale, residual);
     }
     for (int k = 0; k < s->count; k++) {
         if (s->partial_volume[k] > 0.0 && !(s->laplacian_weight[k] > 0.0))
-            return pdi_fail(ctx, PD_ERR_GEOMETRY, "stencil",
+            return pd_fail(ctx, PD_ERR_GEOMETRY, "stencil",
                             "a calibrated Laplacian weight is %g, expected a positive one: the spacings differ too "
                             "much for m = %g",
                             s->laplacian_weight[k], s->m);
@@ -256,7 +256,7 @@ static void pdi_stencil_add_bond_path(pd_stencil *s, const int *n)
 static pd_status pdi_stencil_build_bond_paths(pd_ctx *ctx, pd_stencil *s)
 {
     for (int k = 0; k < s->count; k++) pdi_stencil_add_bond_path(s, s->offset + k * PD_DIM);
-    PDI_TRY(pdi_array_registry_build(ctx, pdi_stencil_list_path_arrays, s));
+    PD_TRY(pdi_array_registry_build(ctx, pdi_stencil_list_path_arrays, s));
     s->groups = s->cells = 0;
     for (int k = 0; k < s->count; k++) {
         s->group_first[k] = s->groups;
@@ -330,21 +330,21 @@ static pd_status pdi_stencil_build_inner(pd_ctx *ctx, const pd_stencil_desc *des
     memset(stencil, 0, sizeof *stencil);
     stencil->m = desc->m > 0.0 ? desc->m : 3.0;
     if (!(desc->m >= 0.0) || stencil->m < 1.0 || stencil->m > PDI_STENCIL_MAX_M)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "stencil", "the horizon ratio m is %g, expected 1 to %d", desc->m,
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "stencil", "the horizon ratio m is %g, expected 1 to %d", desc->m,
                         PDI_STENCIL_MAX_M);
     stencil->volume = 1.0;
     for (int d = 0; d < PD_DIM; d++) {
         if (!(desc->h[d] > 0.0) || !(desc->h[d] < 1e100))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "stencil",
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "stencil",
                             "the spacing of axis %d is %g m, expected a positive one", d, desc->h[d]);
         stencil->h[d] = desc->h[d];
         stencil->volume *= desc->h[d];
     }
-    PDI_TRY(pdi_stencil_build_family(ctx, desc->family, stencil));
+    PD_TRY(pdi_stencil_build_family(ctx, desc->family, stencil));
     if (desc->weights == PD_WEIGHTS_PUBLISHED) pdi_stencil_set_published_weights(stencil);
-    else PDI_TRY(pdi_stencil_calibrate_weights(ctx, stencil));
+    else PD_TRY(pdi_stencil_calibrate_weights(ctx, stencil));
     for (int k = 0; k < stencil->count; k++) stencil->lap_sum += stencil->laplacian_weight[k];
-    PDI_TRY(pdi_area_weights_compute(ctx, stencil->count, stencil->xi, stencil->partial_volume, stencil->m, stencil->h,
+    PD_TRY(pdi_area_weights_compute(ctx, stencil->count, stencil->xi, stencil->partial_volume, stencil->m, stencil->h,
                                      stencil->area_weight, &stencil->anisotropy));
     pdi_stencil_build_grid_lines(stencil);
     return pdi_stencil_build_bond_paths(ctx, stencil);

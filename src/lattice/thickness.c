@@ -11,8 +11,8 @@ static void pdi_thickness_filter_axis(const pd_grid *grid, uint8_t *mark, int d,
     int32_t stride = grid->stride[d];
     for (int32_t node = 0; node < grid->total; node++) {
         int at[PD_DIM], count = 0;
-        pdi_grid_index(grid, node, at);
-        if (at[d] || !pdi_grid_is_inside(grid, at)) continue;
+        pd_grid_index(grid, node, at);
+        if (at[d] || !pd_grid_is_inside(grid, at)) continue;
         for (int i = -low; i < n + high; i++) {
             int j = i < 0 ? -1 - i : i < n ? i : 2 * n - 1 - i;
             int inside = j == i || (j >= 0 && j < n && grid->side[2 * d + (i >= n)] == PD_SIDE_MIRROR);
@@ -41,25 +41,25 @@ PDI_FN pd_status pdi_thickness_compute_thin_fraction(pd_ctx *ctx, const pd_grid 
     int64_t thin = 0, metal = 0;
     for (int d = 0; d < PD_DIM; d++) longest = grid->n[d] > longest ? grid->n[d] : longest;
     longest += 4 * cells + 2;
-    pd_status status = PDI_NEW(ctx, "thickness", grid->total, mark);
-    if (status == PD_OK) status = PDI_NEW(ctx, "thickness", longest, line);
+    pd_status status = PD_NEW(ctx, "thickness", grid->total, mark);
+    if (status == PD_OK) status = PD_NEW(ctx, "thickness", longest, line);
     for (int32_t node = 0; node < grid->total && status == PD_OK; node++) {
         int at[PD_DIM];
-        pdi_grid_index(grid, node, at);
-        mark[node] = grid->kind[node] == PD_SOLID && pdi_grid_is_inside(grid, at);
+        pd_grid_index(grid, node, at);
+        mark[node] = grid->kind[node] == PD_SOLID && pd_grid_is_inside(grid, at);
     }
     for (int d = 0; d < PD_DIM && status == PD_OK; d++) pdi_thickness_filter_axis(grid, mark, d, low, high, 1, line);
     if (status == PD_OK) pdi_thickness_dilate(grid, mark, low, high, line);
     for (int k = 0; k < (cells + 1) / 2 && status == PD_OK; k++) pdi_thickness_dilate(grid, mark, 1, 1, line);
     for (int32_t node = 0; node < grid->total && status == PD_OK; node++) {
         int at[PD_DIM];
-        pdi_grid_index(grid, node, at);
-        if (grid->kind[node] != PD_SOLID || !pdi_grid_is_inside(grid, at)) continue;
+        pd_grid_index(grid, node, at);
+        if (grid->kind[node] != PD_SOLID || !pd_grid_is_inside(grid, at)) continue;
         metal++;
         thin += !mark[node];
     }
     *fraction = metal ? (double)thin / (double)metal : 0.0;
-    PDI_DELETE(ctx, longest, line);
-    PDI_DELETE(ctx, grid->total, mark);
+    PD_DELETE(ctx, longest, line);
+    PD_DELETE(ctx, grid->total, mark);
     return status;
 }

@@ -37,7 +37,7 @@ PDI_FN pd_status pdi_vertex_merge_identical(pd_ctx *ctx, const double *corner, i
 {
     pdi_vertex_merge_vertex *list = NULL;
     int32_t number = 0;
-    PDI_TRY(PDI_NEW(ctx, "facets", n, list));
+    PD_TRY(PD_NEW(ctx, "facets", n, list));
     for (int32_t k = 0; k < n; k++) {
         for (int d = 0; d < 3; d++) list[k].x[d] = corner[(int64_t)k * 3 + d];
         list[k].corner = k;
@@ -51,7 +51,7 @@ PDI_FN pd_status pdi_vertex_merge_identical(pd_ctx *ctx, const double *corner, i
             }
         vertex[list[k].corner] = list[number].corner;
     }
-    PDI_DELETE(ctx, n, list);
+    PD_DELETE(ctx, n, list);
     return PD_OK;
 }
 
@@ -110,7 +110,7 @@ PDI_FN pd_status pdi_vertex_merge_nearby(pd_ctx *ctx, const double *corner, int3
     }
     double tolerance = PDI_VERTEX_MERGE_TOLERANCE * extent;
     if (!(tolerance > 0.0)) return PD_OK;
-    PDI_TRY(PDI_NEW(ctx, "facets", n, cube));
+    PD_TRY(PD_NEW(ctx, "facets", n, cube));
     for (int32_t k = 0; k < n; k++) {
         parent[k] = k;
         if (vertex[k] != k) continue;
@@ -124,6 +124,6 @@ PDI_FN pd_status pdi_vertex_merge_nearby(pd_ctx *ctx, const double *corner, int3
         *merged += to != vertex[k];
         vertex[k] = to;
     }
-    PDI_DELETE(ctx, n, cube);
+    PD_DELETE(ctx, n, cube);
     return PD_OK;
 }

@@ -116,7 +116,7 @@ static int pdi_content_lasts(pd_dissolve *d, int32_t j, double dt, double all, p
     pdi_content_begin(d, j, p);
     for (int32_t n = 0; n < p->count; n++) {
         int32_t i = p->node[n];
-        double around = pdi_grid_circumference(d->grid, i);
+        double around = pd_grid_circumference(d->grid, i);
         p->has += (d->transport->c[i] - pdi_metal_end(d, i)) * around;
         if (d->exposed[i]) p->gives += take * d->rate[i] * around;
         if (p->has > all || (d->mark[i] & PDI_CONTENT_LASTS)) return 1;
@@ -153,7 +153,7 @@ static double pdi_content_all(const pd_dissolve *d, double dt)
     double all = 0.0;
     for (int32_t f = 0; f < d->front_count; f++) {
         int32_t j = d->front[f];
-        all += pdi_max(dt * pdi_metal_supply(d, j) * d->rate[j], 0.0) * pdi_grid_circumference(d->grid, j);
+        all += pdi_max(dt * pdi_metal_supply(d, j) * d->rate[j], 0.0) * pd_grid_circumference(d->grid, j);
     }
     return all;
 }
@@ -213,7 +213,7 @@ PDI_FN int pdi_content_small(pd_dissolve *d, pdi_content_put_fn put, void *user)
         for (int32_t n = 0; n < p.count && !large; n++) {
             int32_t i = p.node[n];
             large = p.count > PDI_CONTENT_SMALL || (d->mark[i] & PDI_CONTENT_LASTS);
-            p.has += (d->transport->c[i] - pdi_metal_end(d, i)) * pdi_grid_circumference(d->grid, i);
+            p.has += (d->transport->c[i] - pdi_metal_end(d, i)) * pd_grid_circumference(d->grid, i);
             if (!large) pdi_content_spread(d, i, &p);
         }
         pdi_content_label(d, &p, PDI_CONTENT_LASTS);
@@ -311,7 +311,7 @@ static pd_status pdi_content_hand_over(pd_ctx *ctx, pd_dissolve *d, int32_t j, d
         }
         return PD_OK;
     }
-    return pdi_fail(ctx, PD_ERR_INTERNAL, "dissolve", "node %d dissolved without any neighbour", (int)j);
+    return pd_fail(ctx, PD_ERR_INTERNAL, "dissolve", "node %d dissolved without any neighbour", (int)j);
 }
 
 static void pdi_content_note(pd_dissolve *d, int32_t j)
@@ -364,7 +364,7 @@ static pd_status pdi_content_turn_spent(pd_ctx *ctx, pd_dissolve *d)
             int32_t j = d->changed[first];
             double rest = c[j] - pdi_metal_end(d, j);
             c[j] = pdi_metal_end(d, j);
-            if (fabs(rest) > 0.0) PDI_TRY(pdi_content_hand_over(ctx, d, j, rest));
+            if (fabs(rest) > 0.0) PD_TRY(pdi_content_hand_over(ctx, d, j, rest));
         }
     }
 }
@@ -490,7 +490,7 @@ static pd_status pdi_content_saturate(pd_ctx *ctx, pd_dissolve *d, double dt)
         double least = pdi_content_least(d, i), rest = c[i] - least;
         if (rest > 0.0 && pdi_content_keeps(d, i)) continue;
         c[i] = least;
-        if (fabs(rest) > 0.0) PDI_TRY(pdi_content_hand_over(ctx, d, i, rest));
+        if (fabs(rest) > 0.0) PD_TRY(pdi_content_hand_over(ctx, d, i, rest));
     }
     return PD_OK;
 }
@@ -507,7 +507,7 @@ static void pdi_content_rinse(const pd_ctx *ctx, pd_dissolve *d, double dt)
     pdi_compensated_sum_add(&gone, dt * pdi_grid_sum_field(ctx, d->grid, PD_FLUID, NULL, 0, gain));
     for (int32_t n = 0; n < d->changed_count; n++) {
         int32_t i = d->changed[n];
-        pdi_compensated_sum_add(&gone, (c[i] - d->desc.bulk) * pdi_grid_circumference(d->grid, i));
+        pdi_compensated_sum_add(&gone, (c[i] - d->desc.bulk) * pd_grid_circumference(d->grid, i));
         c[i] = d->desc.bulk;
     }
     d->rinsed = pdi_compensated_sum_total(&gone) * d->paths.stencil->volume;
@@ -530,8 +530,8 @@ PDI_FN pd_status pdi_content_finish(pd_ctx *ctx, pd_dissolve *d, double dt)
         c[d->piece[n]] = pdi_metal_end(d, d->piece[n]);
         pdi_content_note(d, d->piece[n]);
     }
-    if (pdi_metal_bonds(d)) PDI_TRY(pdi_content_saturate(ctx, d, dt));
-    else PDI_TRY(pdi_content_turn_spent(ctx, d));
+    if (pdi_metal_bonds(d)) PD_TRY(pdi_content_saturate(ctx, d, dt));
+    else PD_TRY(pdi_content_turn_spent(ctx, d));
     if (d->desc.activation) pdi_content_rinse(ctx, d, dt);
     if (d->changed_count) pdi_content_turned(d, d->changed, d->changed_count);
     return PD_OK;

@@ -30,12 +30,12 @@ static pd_status pdi_dissolve_check_metal(pd_ctx *ctx, const pd_dissolve_desc *d
 {
     if (!(metal->solid > 0.0) || !(metal->solid < 1e100) || !(desc->threshold >= 0.0) || !(desc->threshold < 1.0) ||
         !metal->rate)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "dissolve",
                         "Cs = %g mol/m3 must be positive, the threshold %g lie in [0, 1), a rate law be given",
                         metal->solid, desc->threshold);
     if (desc->model != PD_METAL_BONDS) return PD_OK;
     if (!(metal->solid > desc->saturation) || !(desc->saturation > 0.0) || desc->threshold > 0.0)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "dissolve",
                         "Cs = %g, Csat = %g mol/m3 and a threshold of %g, expected Cs > Csat > 0 and no threshold",
                         metal->solid, desc->saturation, desc->threshold);
     return PD_OK;
@@ -58,28 +58,28 @@ static pd_metal pdi_dissolve_metal(const pd_dissolve_desc *desc, int m)
 static pd_status pdi_dissolve_check(pd_ctx *ctx, const pd_dissolve_desc *desc, int given)
 {
     if (desc->more_count < 0 || desc->more_count >= PDI_LAW_METALS || (desc->more_count && !desc->more))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve", "%d metals beside the first one, expected 0 to %d and their "
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "dissolve", "%d metals beside the first one, expected 0 to %d and their "
                         "list", desc->more_count, PDI_LAW_METALS - 1);
     for (int m = 0; m <= desc->more_count; m++) {
         pd_metal metal = pdi_dissolve_metal(desc, m);
-        PDI_TRY(pdi_dissolve_check_metal(ctx, desc, &metal));
+        PD_TRY(pdi_dissolve_check_metal(ctx, desc, &metal));
     }
     if (given && (desc->model == PD_METAL_SURFACE || !desc->activation))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve", "the field of transport is given, but not by activation");
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "dissolve", "the field of transport is given, but not by activation");
     if (desc->model == PD_METAL_SURFACE) return PD_OK;
     if (desc->model != PD_METAL_BONDS || desc->sheds > 1)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve", "model %d, expected 0 or 1, and 0 where each metal sheds for "
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "dissolve", "model %d, expected 0 or 1, and 0 where each metal sheds for "
                         "itself", (int)desc->model);
     if (!(desc->bulk >= 0.0) || desc->bulk > desc->saturation || !(desc->rtol >= 0.0) || !(desc->rtol < 1.0))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "dissolve",
                         "bulk = %g mol/m3 and rtol = %g, expected 0 to Csat = %g mol/m3 and 0 to below 1", desc->bulk,
                         desc->rtol, desc->saturation);
     if (!(desc->repassivation >= 0.0) || desc->repassivation > desc->saturation)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "dissolve",
                         "repassivation below %g mol/m3, expected 0 to Csat = %g mol/m3", desc->repassivation,
                         desc->saturation);
     if ((int)desc->drive < PD_DRIVE_CONSTANT || (int)desc->drive > PD_DRIVE_DIFFERENCE)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve", "drive %d, expected 0 or 1", (int)desc->drive);
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "dissolve", "drive %d, expected 0 or 1", (int)desc->drive);
     return PD_OK;
 }
 
@@ -127,9 +127,9 @@ PDI_FN void pdi_dissolve_list(pdi_array_visitor *owner, void *object)
 static void pdi_dissolve_links(const pd_ctx *ctx, pd_dissolve *d)
 {
     const pd_stencil *s = d->paths.stencil;
-    int nt = pdi_par_threads(ctx, (int64_t)d->grid->solid_count * s->count);
+    int nt = pd_par_threads(ctx, (int64_t)d->grid->solid_count * s->count);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t j = 0; j < d->grid->total; j++) {
         int links = 0;
         if (d->grid->kind[j] != PD_SOLID) continue;
@@ -159,7 +159,7 @@ static pd_status pdi_dissolve_kinds(pd_ctx *ctx, pd_dissolve *d)
     d->desc.more = NULL;
     for (int32_t j = 0; j < d->grid->total; j++)
         if (d->grid->kind[j] == PD_SOLID && pdi_metal_of(d, j) >= d->kinds)
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve", "node %d is of metal %d, expected 0 to %d", (int)j,
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "dissolve", "node %d is of metal %d, expected 0 to %d", (int)j,
                             pdi_metal_of(d, j), d->kinds - 1);
     return PD_OK;
 }
@@ -170,19 +170,19 @@ static pd_status pdi_dissolve_make(pd_ctx *ctx, pd_grid *grid, const pd_stencil 
 {
     const pd_stencil *own = transport->bonds->stencil;
     memset(d, 0, sizeof *d);
-    PDI_TRY(pdi_dissolve_check(ctx, desc, transport->desc.given));
+    PD_TRY(pdi_dissolve_check(ctx, desc, transport->desc.given));
     if (desc->model == PD_METAL_SURFACE && s->m < own->m)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "dissolve",
                         "the metal has a horizon of %g spacings, expected at least the %g of the transport", s->m,
                         own->m);
     d->desc = *desc;
     d->grid = grid;
-    PDI_TRY(pdi_bond_path_build(ctx, s, grid, &d->paths));
+    PD_TRY(pdi_bond_path_build(ctx, s, grid, &d->paths));
     d->transport = transport;
     d->weight = s->area_weight;
     if (pdi_metal_bonds(d)) {
         if (!(desc->rtol > 0.0)) d->desc.rtol = PDI_DISSOLVE_RTOL;
-        PDI_TRY(pdi_front_build(ctx, s, desc->kernel, desc->weights, &d->kernel));
+        PD_TRY(pdi_front_build(ctx, s, desc->kernel, desc->weights, &d->kernel));
         d->weight = d->kernel.weight;
     }
     d->kinds = desc->more_count + 1;
@@ -191,8 +191,8 @@ static pd_status pdi_dissolve_make(pd_ctx *ctx, pd_grid *grid, const pd_stencil 
         pd_metal metal = pdi_dissolve_metal(desc, m);
         d->timed = d->timed || (!metal.uniform && !metal.timeless);
     }
-    PDI_TRY(pdi_array_registry_build(ctx, pdi_dissolve_list, d));
-    PDI_TRY(pdi_dissolve_kinds(ctx, d));
+    PD_TRY(pdi_array_registry_build(ctx, pdi_dissolve_list, d));
+    PD_TRY(pdi_dissolve_kinds(ctx, d));
     d->next_dt = HUGE_VAL;
     for (int32_t j = 0; j < grid->total; j++) {
         if (grid->kind[j] == PD_SOLID) transport->c[j] = pdi_metal_solid(d, j);
@@ -204,7 +204,7 @@ static pd_status pdi_dissolve_make(pd_ctx *ctx, pd_grid *grid, const pd_stencil 
     if (d->links) pdi_dissolve_links(ctx, d);
     for (int32_t j = 0; j < grid->total && desc->factor; j++)
         if (grid->kind[j] == PD_SOLID && (!(desc->factor[j] >= 0.0) || !(desc->factor[j] < 1e100)))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve", "node %d has the factor %g, expected a finite one of at "
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "dissolve", "node %d has the factor %g, expected a finite one of at "
                             "least 0", (int)j, desc->factor[j]);
     d->lead = pdi_content_lead(s);
     for (int k = 0; k < own->count; k++) d->spread += own->laplacian_weight[k];
@@ -227,7 +227,7 @@ static pd_status pdi_dissolve_unlawful(pd_ctx *ctx, const pd_dissolve *d, pdi_la
 {
     char place[PDI_GRID_POSITION_LENGTH];
     double c = law->at.c;
-    return pdi_fail(ctx, PD_ERR_STATE, "dissolve",
+    return pd_fail(ctx, PD_ERR_STATE, "dissolve",
                     "the rate law gives %g m/s at c = %g mol/m3, t = %g s (node %d at %s m), expected a speed below "
                     "1e100 m/s",
                     pdi_law_rate(law, c), c, d->time, (int)i, pdi_grid_format_position(d->grid, i, place));
@@ -347,7 +347,7 @@ static int32_t pdi_dissolve_films(pd_dissolve *d)
     return formed;
 }
 
-PDI_FN pd_status pdi_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
+pd_status pd_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
 {
     pd_transport *t = d->transport;
     int stays = pdi_interface_stays(d);
@@ -360,16 +360,16 @@ PDI_FN pd_status pdi_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
     pdi_par_zero(ctx, d->grid->total, t->absorb);
     for (int m = 0; m < d->kinds; m++) d->kind[m].like = -1;
     pdi_tilt_update(ctx, d);
-    PDI_TRY(pdi_interface_land(ctx, d));
+    PD_TRY(pdi_interface_land(ctx, d));
     if (pdi_dissolve_films(d)) {
         d->reached = 0;
-        PDI_TRY(pdi_interface_land(ctx, d));
+        PD_TRY(pdi_interface_land(ctx, d));
     }
     memset(d->mark, 0, (size_t)d->grid->total);
     d->gone_count = 0;
-    if (d->desc.found) PDI_TRY(d->desc.found(ctx, d->desc.found_user, d->time));
+    if (d->desc.found) PD_TRY(d->desc.found(ctx, d->desc.found_user, d->time));
     for (int32_t k = 0; k < d->beside_count; k++)
-        if (d->beside[k].weight > 0.0) PDI_TRY(pdi_dissolve_begin_law(ctx, d, &d->beside[k]));
+        if (d->beside[k].weight > 0.0) PD_TRY(pdi_dissolve_begin_law(ctx, d, &d->beside[k]));
     if (!(d->last_dt > 0.0) && d->moved) d->next_dt = pd_transport_limit(ctx, t);
     pdi_interface_means(d);
     pdi_dissolve_sources(d, 0.0, 1);
@@ -379,11 +379,11 @@ PDI_FN pd_status pdi_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
 /* Rates of the exposed nodes by the speeds that there are. */
 static void pdi_dissolve_find_rates(const pd_ctx *ctx, pd_dissolve *d)
 {
-    int nt = pdi_par_threads(ctx, (int64_t)d->front_count * d->paths.stencil->count * 4);
+    int nt = pd_par_threads(ctx, (int64_t)d->front_count * d->paths.stencil->count * 4);
     (void)nt;
     if (pdi_interface_stays(d)) return;
     int all = !pdi_interface_lasts(d);
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t f = 0; f < d->front_count; f++) {
         int32_t j = d->front[f];
         if (d->mark[j] & PDI_CONTENT_GONE) continue;
@@ -475,7 +475,7 @@ static pd_status pdi_dissolve_solve(pd_ctx *ctx, pd_dissolve *d, double dt, pd_t
             status = pdi_transport_stage(ctx, t, dt, 1, result);
             result->krylov = krylov += result->krylov;
             if (status < 0) return status;
-            PDI_TRY(pdi_dissolve_meet(ctx, d, dt, &met));
+            PD_TRY(pdi_dissolve_meet(ctx, d, dt, &met));
             if (!met || t->rough) continue;
         }
         pdi_dissolve_rates(ctx, d);
@@ -518,7 +518,7 @@ PDI_FN pd_status pdi_dissolve_transport(pd_ctx *ctx, pd_dissolve *d, double dt, 
         t->pinned_count = 0;
         return status;
     }
-    PDI_TRY(pdi_transport_begin(ctx, t, dt));
+    PD_TRY(pdi_transport_begin(ctx, t, dt));
     pd_status status = pdi_error_held(ctx, d, dt);
     if (status >= 0) status = pdi_dissolve_solve(ctx, d, dt, result);
     if (status >= 0 && status != PD_RETRY) pdi_dissolve_final_speeds(ctx, d, dt);
@@ -577,7 +577,7 @@ PDI_FN pd_status pdi_dissolve_mean(pd_ctx *ctx, pd_dissolve *d, double t, double
 {
     double taken;
     if (d->moment && pdi_moments_find(d, t, dt, &taken) < 1.0) return PD_RETRY;
-    pd_status status = pdi_dissolve_prepare(ctx, d);
+    pd_status status = pd_dissolve_prepare(ctx, d);
     d->moments = 0;
     return status;
 }
@@ -601,24 +601,24 @@ static pd_status pdi_dissolve_longest(pd_ctx *ctx, void *self, pd_step *s)
     d->time = s->time;
     d->moments = 0;
     d->longest = 0.0;
-    PDI_TRY(pdi_dissolve_prepare(ctx, d));
+    PD_TRY(pd_dissolve_prepare(ctx, d));
     pdi_error_judge(d);
     if (d->desc.driven) { /* behind a jump of what is given, at which the last step has ended */
         d->time += PDI_DISSOLVE_BEHIND * s->dt;
-        PDI_TRY(pdi_dissolve_prepare(ctx, d));
+        PD_TRY(pd_dissolve_prepare(ctx, d));
     }
     double fastest = pdi_dissolve_fastest(ctx, d);
     if (fastest > 0.0) s->dt = pdi_min(s->dt, s->max_dissolved_fraction / fastest);
     pdi_error_begin(d, s->dt);
     s->dt = pdi_min(s->dt, d->next_dt);
-    PDI_TRY(pdi_physics_limit_max_step(ctx, self, s));
+    PD_TRY(pdi_physics_limit_max_step(ctx, self, s));
     if (d->desc.lags && !d->desc.found) s->dt = pdi_dissolve_shortened(d, s);
     return PD_OK;
 }
 
 static pd_status pdi_dissolve_limit(pd_ctx *ctx, void *self, pd_step *s)
 {
-    PDI_TRY(pdi_dissolve_longest(ctx, self, s));
+    PD_TRY(pdi_dissolve_longest(ctx, self, s));
     s->dt = pdi_physics_equal_steps(s->latest_end - s->time, s->dt);
     return PD_OK;
 }
@@ -634,11 +634,11 @@ static pd_status pdi_dissolve_attempt(pd_ctx *ctx, void *self, pd_step *s)
     }
     if (!d->uniform || d->longest > 0.0) { /* what changes in time is taken at the middle of the step */
         d->time = s->time + 0.5 * s->dt;
-        PDI_TRY(pdi_dissolve_prepare(ctx, d));
+        PD_TRY(pd_dissolve_prepare(ctx, d));
         pdi_error_middle(d);
     }
-    if (s->solve_at) PDI_TRY(s->solve_at(ctx, s->solve_at_user, end));
-    PDI_TRY(pdi_transport_at(ctx, d->transport, end));
+    if (s->solve_at) PD_TRY(s->solve_at(ctx, s->solve_at_user, end));
+    PD_TRY(pdi_transport_at(ctx, d->transport, end));
     pd_status status = pdi_dissolve_transport(ctx, d, s->dt, &d->result);
     d->krylov += status < 0 ? 0 : d->result.krylov;
     d->longest = pdi_max(d->longest, s->dt);
@@ -654,7 +654,7 @@ static pd_status pdi_dissolve_reject(pd_ctx *ctx, void *self, pd_step *s)
         return PD_OK;
     }
     if (d->retry_dt < PDI_DISSOLVE_SHORTEST * d->longest)
-        return pdi_fail(ctx, PD_ERR_DIVERGED, "dissolve",
+        return pd_fail(ctx, PD_ERR_DIVERGED, "dissolve",
                         "at t = %g s law and transport have no common solution for steps of %g s or more, or the law "
                         "grows so fast that metal would lose more than %g of a cell in them. Take a smoother law",
                         s->time, s->dt, d->most);
@@ -680,7 +680,7 @@ static pd_status pdi_dissolve_accept(pd_ctx *ctx, void *self, pd_step *s)
     d->in += s->dt * d->transport->inflow;
     pdi_error_end(d, s->dt);
     for (int32_t k = 0; k < d->beside_count && d->shed; k++) pdi_dissolve_shed(d, &d->beside[k], s->dt);
-    PDI_TRY(pdi_dissolve_finish(ctx, d, s->dt));
+    PD_TRY(pdi_dissolve_finish(ctx, d, s->dt));
     d->moments = 0;
     for (int32_t k = 0; k < d->changed_count && d->shed; k++) {
         int32_t j = d->changed[k];
@@ -696,7 +696,7 @@ static pd_status pdi_dissolve_accept(pd_ctx *ctx, void *self, pd_step *s)
 static pd_status pdi_dissolve_stuck(pd_ctx *ctx, void *self, const pd_step *s)
 {
     (void)self;
-    return pdi_fail(ctx, PD_ERR_STATE, "dissolve",
+    return pd_fail(ctx, PD_ERR_STATE, "dissolve",
                     "steps of %g s do not lead on from t = %g s to %g s: fraction (%g) or max_step (%g s) is too "
                     "small, or the metal dissolves too fast",
                     s->dt, s->time, s->latest_end, s->max_dissolved_fraction, s->max_step);
@@ -705,7 +705,7 @@ static pd_status pdi_dissolve_stuck(pd_ctx *ctx, void *self, const pd_step *s)
 static pd_status pdi_dissolve_changed(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count)
 {
     pd_dissolve *d = (pd_dissolve *)self;
-    PDI_TRY(pd_transport_update(ctx, d->transport));
+    PD_TRY(pd_transport_update(ctx, d->transport));
     if (turned != d->changed) pdi_content_turned(d, turned, count); /* its own nodes it knows */
     return PD_OK;
 }
@@ -714,9 +714,9 @@ static pd_status pdi_dissolve_store(pd_ctx *ctx, void *self, pd_archive *archive
 {
     pd_dissolve *d = (pd_dissolve *)self;
     if (archive->is_reading) d->reached = d->tilted = 0; /* films may be read */
-    PDI_TRY(pdi_transport_store(ctx, d->transport, archive));
+    PD_TRY(pdi_transport_store(ctx, d->transport, archive));
     for (int m = 0; m < d->kinds; m++)
-        PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "where a law touches 0", &d->kind[m].touch, 1));
+        PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "where a law touches 0", &d->kind[m].touch, 1));
     return pdi_array_registry_store(ctx, pdi_dissolve_list, d, archive);
 }
 

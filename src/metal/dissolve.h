@@ -21,6 +21,7 @@
 #define pd_dissolve_build PD_NAME(pd_dissolve_build)
 #define pd_dissolve_process PD_NAME(pd_dissolve_process)
 #define pd_dissolve_free PD_NAME(pd_dissolve_free)
+#define pd_dissolve_prepare PD_NAME(pd_dissolve_prepare)
 
 /* Fills the solid nodes of transport->c with Cs. The stencil, borrowed, is that of the bonds of the metal; its horizon
  * may differ from that of the transport. PD_ERR_ARGUMENT: solid not positive, threshold out of range; a surface rate
@@ -32,12 +33,12 @@ PD_API pd_status pd_dissolve_build(pd_ctx *ctx, pd_grid *grid, const pd_stencil 
  * step, which is of second order. */
 PD_API pd_physics pd_dissolve_process(pd_dissolve *dissolve);
 PD_API void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *dissolve);
-
-#ifdef PDI_INTERNAL
 /* Begin a step: who lies beside metal, and the law there, at the present concentrations and at dissolve->time; sets
  * transport->source and ->absorb. PD_ERR_STATE: the law returned NaN, infinity or 1e100 m/s and more (the message names
  * node, place and concentration). */
-PDI_FN pd_status pdi_dissolve_prepare(pd_ctx *ctx, pd_dissolve *dissolve);
+PD_API pd_status pd_dissolve_prepare(pd_ctx *ctx, pd_dissolve *dissolve);
+
+#ifdef PDI_INTERNAL
 /* The same with the means of laws over dt [s] from t on. PD_RETRY: they need a shorter time. */
 PDI_FN pd_status pdi_dissolve_mean(pd_ctx *ctx, pd_dissolve *dissolve, double t, double dt);
 /* Largest loss rate [1/s] of any node as a fraction of what a node loses before it turns fluid. */

@@ -2,12 +2,12 @@
 #include "metal/entry.h"
 #include <string.h>
 
-/* Node at `at`, or that which a ghost stands for. *flip (or NULL): as of pdi_grid_find_source. */
+/* Node at `at`, or that which a ghost stands for. *flip (or NULL): as of pd_grid_find_source. */
 static int32_t pdi_entry_home(const pd_bond_paths *paths, int32_t at, int *flip)
 {
     uint8_t kind = paths->grid->kind[at];
     if (flip) *flip = 0;
-    return kind == PD_FLUID || kind == PD_SOLID ? at : pdi_grid_find_source(paths->grid, at, flip);
+    return kind == PD_FLUID || kind == PD_SOLID ? at : pd_grid_find_source(paths->grid, at, flip);
 }
 
 /* 1: no node of the box is a wall. */

@@ -29,7 +29,7 @@ static inline int32_t pdi_entry_far(const pd_bond_paths *paths, int32_t i, int k
 {
     int32_t at = i + paths->shift[k];
     uint8_t kind = paths->grid->kind[at];
-    return kind == PD_FLUID || kind == PD_SOLID ? at : pdi_grid_find_source(paths->grid, at, NULL);
+    return kind == PD_FLUID || kind == PD_SOLID ? at : pd_grid_find_source(paths->grid, at, NULL);
 }
 /* 1 when metal can pass bond k of node i: no wall in between, mirror images included. Both ends agree, because paths
  * are the same both ways. */

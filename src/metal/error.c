@@ -75,7 +75,7 @@ static void pdi_error_look(pd_dissolve *d, double dt, pdi_error_step *step)
         pdi_beside *beside = &d->beside[k];
         double slow, fast, speed;
         if (!(beside->weight > 0.0)) continue; /* it gets nothing */
-        double amount = dt * beside->weight * pdi_grid_circumference(d->grid, beside->node);
+        double amount = dt * beside->weight * pd_grid_circumference(d->grid, beside->node);
         speed = pdi_interface_line(d, beside);
         pdi_error_range(d, beside, dt, &slow, &fast);
         pdi_compensated_sum_add(&gone, amount * speed);
@@ -96,12 +96,12 @@ static void pdi_error_right(pd_ctx *ctx, pd_dissolve *d, double dt)
     pd_transport *t = d->transport;
     int32_t total = d->grid->total;
     double *right = t->work, *back = t->work + total;
-    int nt = pdi_par_threads(ctx, (int64_t)total * 2);
+    int nt = pd_par_threads(ctx, (int64_t)total * 2);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < total; i++) back[i] = d->grid->kind[i] == PD_FLUID ? t->old[i] - t->c[i] : 0.0;
     pdi_transport_operator(ctx, t, back, right);
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < total; i++)
         right[i] = d->grid->kind[i] == PD_FLUID ? 0.5 * ((1.0 / dt + t->absorb[i]) * back[i] - right[i]) : 0.0;
     for (int32_t k = 0; k < d->beside_count; k++) {
@@ -134,7 +134,7 @@ static pd_status pdi_error_damp(pd_ctx *ctx, pd_dissolve *d, double dt, pdi_erro
             double late = 0.5 * beside->weight * (beside->before - pdi_interface_line(d, beside)) -
                           t->absorb[i] * error[i];
             if (beside->point.pinned) late = t->work[i] - beside->late;
-            pdi_compensated_sum_add(&lean, dt * late * pdi_grid_circumference(d->grid, i));
+            pdi_compensated_sum_add(&lean, dt * late * pd_grid_circumference(d->grid, i));
         }
         step->lean = pdi_compensated_sum_total(&lean) * d->paths.stencil->volume;
     }
@@ -193,7 +193,7 @@ static double pdi_error_field(const pd_dissolve *d, const double *error, double 
                         space = {0.0, 0.0};
     for (int32_t i = 0; i < d->grid->total; i++) {
         if (d->grid->kind[i] != PD_FLUID) continue;
-        double size = scale * fabs(error[i]), around = pdi_grid_circumference(d->grid, i);
+        double size = scale * fabs(error[i]), around = pd_grid_circumference(d->grid, i);
         pdi_compensated_sum_add(&all, size * around);
         pdi_compensated_sum_add(&square, size * size * around);
         pdi_compensated_sum_add(&space, around);
@@ -201,7 +201,7 @@ static double pdi_error_field(const pd_dissolve *d, const double *error, double 
     for (int32_t k = 0; k < d->beside_count; k++) {
         const pdi_beside *beside = &d->beside[k];
         if (!(beside->weight > 0.0)) continue;
-        double share = beside->weight * pdi_grid_circumference(d->grid, beside->node);
+        double share = beside->weight * pd_grid_circumference(d->grid, beside->node);
         pdi_compensated_sum_add(&near, share * scale * fabs(error[beside->node]));
         pdi_compensated_sum_add(&weight, share);
     }
@@ -275,9 +275,9 @@ static pd_status pdi_error_accurate(pd_ctx *ctx, pd_dissolve *d, double lost, do
     if (!(d->rtol > 0.0)) return PD_OK;
     pdi_error_look(d, dt, &step);
     double factor = pdi_error_longer(d, &step), fluid = HUGE_VAL;
-    if (!pdi_metal_bonds(d)) PDI_TRY(pdi_error_stray(ctx, d, dt, &step, &fluid, result));
+    if (!pdi_metal_bonds(d)) PD_TRY(pdi_error_stray(ctx, d, dt, &step, &fluid, result));
     if (factor < PDI_ERROR_LONGER) {
-        PDI_TRY(pdi_error_damp(ctx, d, dt, &step, result));
+        PD_TRY(pdi_error_damp(ctx, d, dt, &step, result));
         factor = pdi_error_longer(d, &step);
     }
     d->step_lean = step.lean;
@@ -340,7 +340,7 @@ static double pdi_error_speed(const pd_dissolve *d, int start)
         const pdi_beside *beside = &d->beside[k];
         double speed = start ? beside->before : pdi_interface_line(d, beside);
         if (beside->weight > 0.0)
-            pdi_compensated_sum_add(&sum, beside->weight * pdi_grid_circumference(d->grid, beside->node) * speed);
+            pdi_compensated_sum_add(&sum, beside->weight * pd_grid_circumference(d->grid, beside->node) * speed);
     }
     return pdi_compensated_sum_total(&sum) * d->paths.stencil->volume;
 }
@@ -398,7 +398,7 @@ PDI_FN pd_status pdi_error_held(pd_ctx *ctx, pd_dissolve *d, double dt)
     int held = 0;
     for (int32_t k = 0; k < d->beside_count; k++) held |= d->beside[k].weight > 0.0 && d->beside[k].point.pinned;
     if (!held) return PD_OK;
-    PDI_TRY(pdi_transport_first(ctx, t, dt));
+    PD_TRY(pdi_transport_first(ctx, t, dt));
     for (int32_t k = 0; k < d->beside_count; k++) {
         pdi_beside *beside = &d->beside[k];
         const pdi_law_point *p = &beside->point;

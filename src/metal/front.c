@@ -27,14 +27,14 @@ static pd_status pdi_front_calibrate(pd_ctx *ctx, pd_front *f)
     }
     for (int a = 0; a < PD_DIM; a++) one[a] = 1.0 / s->h[a];
     if (!(pdi_vec_solve(matrix, one, scale) > 0.0))
-        return pdi_fail(ctx, PD_ERR_GEOMETRY, "front", "the sums over the family are singular (m = %g)", s->m);
+        return pd_fail(ctx, PD_ERR_GEOMETRY, "front", "the sums over the family are singular (m = %g)", s->m);
     for (int k = 0; k < s->count; k++) {
         const double *xi = s->xi + k * PD_DIM;
         double factor = 0.0;
         for (int a = 0; a < PD_DIM; a++) factor += scale[a] * xi[a] * xi[a] / pdi_vec_dot(xi, xi);
         f->weight[k] = pdi_front_shape(s, f->kernel, k) * factor;
         if (!(f->weight[k] > 0.0))
-            return pdi_fail(ctx, PD_ERR_GEOMETRY, "front",
+            return pd_fail(ctx, PD_ERR_GEOMETRY, "front",
                             "a weight is %g 1/m, expected a positive one: the spacings differ too much for this "
                             "kernel, use area weights", f->weight[k]);
     }
@@ -48,12 +48,12 @@ static pd_status pdi_front_print(pd_ctx *ctx, pd_front *f)
     const pd_stencil *s = f->stencil;
     double reference = s->h[0], factor;
     if (f->kernel == PD_KERNEL_AREA || (f->kernel == PD_KERNEL_SQUARE && PD_DIM == 1))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "front", "this kernel has no coefficient of the continuum in %dD",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "front", "this kernel has no coefficient of the continuum in %dD",
                         PD_DIM);
     for (int a = 1; a < PD_DIM; a++) reference = pdi_min(reference, s->h[a]);
     double delta = s->m * reference;
-    if (f->kernel == PD_KERNEL_INVERSE) factor = (PD_DIM == 3 ? 3.0 / PDI_PI : 1.0) / pow(delta, PD_DIM);
-    else factor = PD_DIM == 2 ? 0.5 / delta : 2.0 / (PDI_PI * delta * delta);
+    if (f->kernel == PD_KERNEL_INVERSE) factor = (PD_DIM == 3 ? 3.0 / PD_PI : 1.0) / pow(delta, PD_DIM);
+    else factor = PD_DIM == 2 ? 0.5 / delta : 2.0 / (PD_PI * delta * delta);
     /* the shape has |n|^d/|xi|^d = (m/delta_theta)^d in it */
     for (int k = 0; k < s->count; k++)
         f->weight[k] = factor * pow(reference, PD_DIM) * pdi_front_shape(s, f->kernel, k);
@@ -74,11 +74,11 @@ static pd_status pdi_front_make(pd_ctx *ctx, const pd_stencil *stencil, pd_kerne
     f->stencil = stencil;
     f->kernel = kernel;
     if ((int)kernel < PD_KERNEL_AREA || (int)kernel > PD_KERNEL_INVERSE)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "front", "kernel %d, expected 0 to 2", (int)kernel);
-    PDI_TRY(pdi_array_registry_build(ctx, pdi_front_list, f));
-    if (weights == PD_WEIGHTS_PUBLISHED) PDI_TRY(pdi_front_print(ctx, f));
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "front", "kernel %d, expected 0 to 2", (int)kernel);
+    PD_TRY(pdi_array_registry_build(ctx, pdi_front_list, f));
+    if (weights == PD_WEIGHTS_PUBLISHED) PD_TRY(pdi_front_print(ctx, f));
     else if (kernel == PD_KERNEL_AREA) memcpy(f->weight, stencil->area_weight, (size_t)stencil->count * sizeof(double));
-    else PDI_TRY(pdi_front_calibrate(ctx, f));
+    else PD_TRY(pdi_front_calibrate(ctx, f));
     for (int k = 0; k < stencil->count; k++) f->total += f->weight[k];
     for (int a = 1; a < PD_DIM; a++) equal = equal && fabs(stencil->h[a] / stencil->h[0] - 1.0) < 1e-12;
     if (kernel == PD_KERNEL_SQUARE && equal) {

@@ -60,23 +60,23 @@ static pd_status pdi_grain_check(pd_ctx *ctx, const pd_grid *grid, const pd_grai
     double coarse = 0.0, most = pdi_grain_spread_table[PD_DIM - 1][PDI_GRAIN_JITTERS - 1];
     for (int d = 0; d < PD_DIM; d++) coarse = pdi_max(coarse, grid->h[d]);
     if (!(desc->boundary_width >= 0.0) || !isfinite(desc->boundary_width))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "grain", "the boundary width is %g m, expected 0 or more",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "grain", "the boundary width is %g m, expected 0 or more",
                         desc->boundary_width);
     if (desc->centres || desc->centre_count) {
         if (!desc->centres || desc->centre_count < 1)
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "grain", "%d centres %s an array", (int)desc->centre_count,
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "grain", "%d centres %s an array", (int)desc->centre_count,
                             desc->centres ? "with" : "without");
         for (int64_t k = 0; k < (int64_t)desc->centre_count * PD_DIM; k++)
             if (!isfinite(desc->centres[k]))
-                return pdi_fail(ctx, PD_ERR_ARGUMENT, "grain", "centre %d has coordinate %g m", (int)(k / PD_DIM),
+                return pd_fail(ctx, PD_ERR_ARGUMENT, "grain", "centre %d has coordinate %g m", (int)(k / PD_DIM),
                                 desc->centres[k]);
         return PD_OK;
     }
     if (!(desc->size >= coarse) || !isfinite(desc->size))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "grain", "the grain size is %g m, expected at least the spacing %g m",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "grain", "the grain size is %g m, expected at least the spacing %g m",
                         desc->size, coarse);
     if (!(desc->spread >= 0.0) || !(desc->spread <= most * desc->size))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "grain",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "grain",
                         "the spread of the grain size is %g m, expected 0 (random seeds) or up to %.3f of it, %g m",
                         desc->spread, most, most * desc->size);
     return PD_OK;
@@ -158,19 +158,19 @@ static pd_status pdi_grain_sow(pd_ctx *ctx, const pdi_grain_lattice *lattice, co
         double reach = half / lattice->edge + pdi_max(lattice->jitter, 0.5) + 1.0;
         double from = middle / lattice->edge - lattice->shift[a];
         if (!(fabs(from) + reach < 1e6))
-            return pdi_fail(ctx, PD_ERR_SIZE, "grain", "the solid lies %g grains from the origin, expected less than "
+            return pd_fail(ctx, PD_ERR_SIZE, "grain", "the solid lies %g grains from the origin, expected less than "
                             "1e6", fabs(from) + reach);
         first[a] = (int64_t)floor(from - reach);
         last[a] = (int64_t)floor(from + reach);
         cells *= (double)(last[a] - first[a] + 1);
         q[a] = first[a];
     }
-    if (!(cells < 1e9)) return pdi_fail(ctx, PD_ERR_SIZE, "grain", "%g grains, expected less than 1e9", cells);
+    if (!(cells < 1e9)) return pd_fail(ctx, PD_ERR_SIZE, "grain", "%g grains, expected less than 1e9", cells);
     *count = 0;
     int64_t sown = 0;
     for (int axis = 0; axis < PD_DIM; sown++) {
         uint64_t stream = pdi_grain_stream(q);
-        if (sown % PDI_GRAIN_POLL == 0) PDI_TRY(pdi_check_cancel(ctx, "grains: seeds", sown));
+        if (sown % PDI_GRAIN_POLL == 0) PD_TRY(pd_check_cancel(ctx, "grains: seeds", sown));
         int seeds = pdi_grain_cell_count(lattice, stream);
         for (int k = 0; k < seeds; k++) {
             double x[PD_DIM];
@@ -215,8 +215,8 @@ static pd_status pdi_grain_sort(pd_ctx *ctx, const double *lo, const double *hi,
         grain->bin_n[d] = (int)floor((hi[d] - lo[d]) / grain->bin_edge) + 1;
     }
     grain->bins = (int32_t)total;
-    PDI_TRY(PDI_NEW(ctx, "grain", grain->bins + 1, grain->bin_first));
-    PDI_TRY(PDI_NEW(ctx, "grain", (int64_t)grain->centre_count * PD_DIM, grain->centre));
+    PD_TRY(PD_NEW(ctx, "grain", grain->bins + 1, grain->bin_first));
+    PD_TRY(PD_NEW(ctx, "grain", (int64_t)grain->centre_count * PD_DIM, grain->centre));
     for (int32_t k = 0; k < grain->centre_count; k++)
         grain->bin_first[pdi_grain_bin(grain, centre + (size_t)k * PD_DIM, i)]++;
     int32_t end = 0;
@@ -348,12 +348,12 @@ static int pdi_grain_extent(const pd_grid *grid, const pd_grain *grain, double *
  * farther than that is not sure of it. *unsure: the number of those. */
 static pd_status pdi_grain_assign(pd_ctx *ctx, const pd_grid *grid, double margin, pd_grain *grain, int64_t *unsure)
 {
-    int nt = pdi_par_threads(ctx, 100 * (int64_t)grid->total);
+    int nt = pd_par_threads(ctx, 100 * (int64_t)grid->total);
     (void)nt;
     for (int32_t first = 0; first < grid->total; first += PDI_GRAIN_POLL) {
         int32_t end = grid->total - first > PDI_GRAIN_POLL ? first + PDI_GRAIN_POLL : grid->total;
-        PDI_TRY(pdi_check_cancel(ctx, "grains: nodes", first));
-        PDI_PARALLEL_FOR(nt)
+        PD_TRY(pd_check_cancel(ctx, "grains: nodes", first));
+        PD_PARALLEL_FOR(nt)
         for (int32_t node = first; node < end; node++) {
             double x[PD_DIM], distance;
             if (grain->id[node] == PDI_GRAIN_FAR) continue;
@@ -369,8 +369,8 @@ static pd_status pdi_grain_assign(pd_ctx *ctx, const pd_grid *grid, double margi
 
 static void pdi_grain_drop_seeds(pd_ctx *ctx, pd_grain *grain)
 {
-    PDI_DELETE(ctx, grain->bins + 1, grain->bin_first);
-    PDI_DELETE(ctx, (int64_t)grain->centre_count * PD_DIM, grain->centre);
+    PD_DELETE(ctx, grain->bins + 1, grain->bin_first);
+    PD_DELETE(ctx, (int64_t)grain->centre_count * PD_DIM, grain->centre);
 }
 
 /* Seeds within `margin` of the box, sorted into bins. */
@@ -383,12 +383,12 @@ static pd_status pdi_grain_generate(pd_ctx *ctx, const pdi_grain_lattice *lattic
         to[d] = hi[d] + margin;
     }
     grain->bin_edge = lattice->edge;
-    PDI_TRY(pdi_grain_sow(ctx, lattice, from, to, NULL, &grain->centre_count));
+    PD_TRY(pdi_grain_sow(ctx, lattice, from, to, NULL, &grain->centre_count));
     int64_t size = (int64_t)grain->centre_count * PD_DIM;
-    PDI_TRY(PDI_NEW(ctx, "grain", size, centre));
+    PD_TRY(PD_NEW(ctx, "grain", size, centre));
     pd_status status = pdi_grain_sow(ctx, lattice, from, to, centre, &grain->centre_count);
     if (status == PD_OK) status = pdi_grain_sort(ctx, from, to, centre, grain);
-    PDI_DELETE(ctx, size, centre);
+    PD_DELETE(ctx, size, centre);
     return status;
 }
 
@@ -403,9 +403,9 @@ static pd_status pdi_grain_random(pd_ctx *ctx, const pd_grid *grid, const pd_gra
     lattice.jitter = desc->spread > 0.0 ? pdi_grain_jitter(desc->spread / desc->size) : -1.0;
     pdi_grain_orient(&lattice);
     for (double margin = 3.0 * lattice.edge;; margin *= 2.0) {
-        PDI_TRY(pdi_grain_generate(ctx, &lattice, lo, hi, margin, grain));
+        PD_TRY(pdi_grain_generate(ctx, &lattice, lo, hi, margin, grain));
         int64_t unsure;
-        PDI_TRY(pdi_grain_assign(ctx, grid, margin, grain, &unsure));
+        PD_TRY(pdi_grain_assign(ctx, grid, margin, grain, &unsure));
         if (unsure == 0) return PD_OK;
         pdi_grain_drop_seeds(ctx, grain);
     }
@@ -419,7 +419,7 @@ static pd_status pdi_grain_given(pd_ctx *ctx, const pd_grid *grid, const pd_grai
     for (int d = 0; d < PD_DIM; d++) measure *= pdi_max(hi[d] - lo[d], grid->h[d]);
     grain->centre_count = desc->centre_count;
     grain->bin_edge = pow(measure / (double)desc->centre_count, 1.0 / PD_DIM);
-    PDI_TRY(pdi_grain_sort(ctx, lo, hi, desc->centres, grain));
+    PD_TRY(pdi_grain_sort(ctx, lo, hi, desc->centres, grain));
     return pdi_grain_assign(ctx, grid, HUGE_VAL, grain, &unsure);
 }
 
@@ -427,10 +427,10 @@ static pd_status pdi_grain_make(pd_ctx *ctx, const pd_grid *grid, const pd_grain
 {
     double lo[PD_DIM], hi[PD_DIM];
     memset(grain, 0, sizeof *grain);
-    PDI_TRY(pdi_grain_check(ctx, grid, desc));
+    PD_TRY(pdi_grain_check(ctx, grid, desc));
     grain->nodes = grid->total;
     grain->boundary_width = desc->boundary_width;
-    PDI_TRY(PDI_NEW(ctx, "grain", grain->nodes, grain->id));
+    PD_TRY(PD_NEW(ctx, "grain", grain->nodes, grain->id));
     pdi_grain_want(grid, grain);
     if (!pdi_grain_extent(grid, grain, lo, hi)) return PD_OK;
     return desc->centres ? pdi_grain_given(ctx, grid, desc, lo, hi, grain)
@@ -446,7 +446,7 @@ pd_status pd_grain_build(pd_ctx *ctx, const pd_grid *grid, const pd_grain_desc *
 
 void pd_grain_free(pd_ctx *ctx, pd_grain *grain)
 {
-    PDI_DELETE(ctx, grain->nodes, grain->id);
+    PD_DELETE(ctx, grain->nodes, grain->id);
     pdi_grain_drop_seeds(ctx, grain);
     memset(grain, 0, sizeof *grain);
 }
@@ -527,12 +527,12 @@ pd_status pd_grain_fraction(pd_ctx *ctx, const pd_stencil *stencil, const pd_gri
                             float *fraction)
 {
     if (grain->nodes != grid->total || stencil->reach > grid->ghost)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "grain", "grains of %d nodes, grid of %d: not built on this grid",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "grain", "grains of %d nodes, grid of %d: not built on this grid",
                         (int)grain->nodes, (int)grid->total);
-    int nt = pdi_par_threads(ctx, (int64_t)grid->total * stencil->count);
+    int nt = pd_par_threads(ctx, (int64_t)grid->total * stencil->count);
     (void)nt;
     /* phi_i = min(1, w_gb / 2 sum_n c(n) b(i, i + n)), b: boundaries that the bond crosses  (theory: eq. 6.4) */
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t node = 0; node < grid->total; node++) {
         double width = grain->boundary_width;
         fraction[node] = 0.0f;
@@ -550,9 +550,9 @@ PDI_FN pd_status pdi_grain_measure(pd_ctx *ctx, const pd_grid *grid, const pd_gr
     int64_t solid = 0;
     memset(stats, 0, sizeof *stats);
     if (grain->nodes != grid->total)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "grain", "grains of %d nodes, grid of %d: not built on this grid",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "grain", "grains of %d nodes, grid of %d: not built on this grid",
                         (int)grain->nodes, (int)grid->total);
-    PDI_TRY(PDI_NEW(ctx, "grain", grain->centre_count, share));
+    PD_TRY(PD_NEW(ctx, "grain", grain->centre_count, share));
     for (int32_t node = 0; node < grid->total; node++) {
         if (grid->kind[node] != PD_SOLID || grain->id[node] < 0) continue;
         share[grain->id[node]] += 1.0;
@@ -567,7 +567,7 @@ PDI_FN pd_status pdi_grain_measure(pd_ctx *ctx, const pd_grid *grid, const pd_gr
         sum += diameter;
         square += diameter * diameter;
     }
-    PDI_DELETE(ctx, grain->centre_count, share);
+    PD_DELETE(ctx, grain->centre_count, share);
     if (stats->count == 0) return PD_OK;
     stats->mean = sum / stats->count;
     stats->deviation = sqrt(pdi_max(square / stats->count - stats->mean * stats->mean, 0.0));

@@ -357,14 +357,14 @@ static void pdi_interface_anew(pd_dissolve *d)
 
 PDI_FN pd_status pdi_interface_land(pd_ctx *ctx, pd_dissolve *d)
 {
-    PDI_TRY(pdi_reach_make_room(ctx, d, 1)); /* there is none after memory has been refused */
+    PD_TRY(pdi_reach_make_room(ctx, d, 1)); /* there is none after memory has been refused */
     if (pdi_metal_bonds(d)) return pdi_reach_update(ctx, d);
     for (;;) {
         pdi_interface_anew(d);
         pdi_interface_link(d, pdi_interface_count);
         pdi_interface_link(d, pdi_interface_arrive);
         if (!d->beside_lacks) return PD_OK;
-        PDI_TRY(pdi_reach_make_more(ctx, d));
+        PD_TRY(pdi_reach_make_more(ctx, d));
     }
 }
 

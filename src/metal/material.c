@@ -23,5 +23,5 @@ double pd_material_concentration(const pd_material *material) { return material-
 
 double pd_material_speed(const pd_material *material, double current)
 {
-    return current / (material->charge * PDI_FARADAY * pd_material_concentration(material));
+    return current / (material->charge * PD_FARADAY * pd_material_concentration(material));
 }

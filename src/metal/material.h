@@ -45,8 +45,6 @@ PD_API int pd_material_find(const char *name, pd_material *material);
 PD_API double pd_material_concentration(const pd_material *material);
 /* Recession speed v = i/(z F Cs) [m/s] at the current density i [A/m2] (Faraday's law). */
 PD_API double pd_material_speed(const pd_material *material, double current);
-#ifdef PDI_INTERNAL
-#define PDI_MATERIAL_NAMES "mg4ag, steel304, copper or alloy625"
-#endif
+#define PD_MATERIAL_NAMES "mg4ag, steel304, copper or alloy625"
 
 #endif

@@ -101,7 +101,7 @@ typedef struct pd_dissolve {
     double lead;              /* [-] content at which a node joins the fluid and its solid neighbours take the rest, so
                                * that the surface of the node set lies where the metal ends on average (eq. 6.5) */
     double spread;            /* [1/m2] sum a(n) of a whole family */
-    double time;              /* [s] of the law, set by the caller before pdi_dissolve_prepare */
+    double time;              /* [s] of the law, set by the caller before pd_dissolve_prepare */
     double *moment, *part;    /* [moments] [s] instants in whose place it stands, and their weights [-]; there is room
                                * where a law depends on time */
     int moments;              /* 0: the law is that of `time` */
@@ -241,7 +241,7 @@ static inline double pdi_metal_area(const pd_dissolve *d, int32_t j, int k)
     const pd_stencil *s = d->paths.stencil;
     if (PD_DIM != 2 || !d->grid->circumference) return d->weight[k];
     double middle = pdi_grid_circumference_at(d->grid, j, 0.5 * s->xi[k * PD_DIM + PD_DIM - 1]);
-    return d->weight[k] * (middle / pdi_grid_circumference(d->grid, j));
+    return d->weight[k] * (middle / pd_grid_circumference(d->grid, j));
 }
 /* The same of bond k of fluid node i, which leads to metal j. Behind a side it leads to the image of j, at another mean
  * radius than the bond of j, which leads to the image of i: that one counts for both. */
@@ -252,12 +252,12 @@ static inline double pdi_metal_area_beside(const pd_dissolve *d, int32_t i, int 
     int64_t stride = d->grid->stride[PD_DIM - 1];
     if (j / stride - i / stride == s->offset[k * PD_DIM + PD_DIM - 1]) return pdi_metal_area(d, i, k);
     double middle = pdi_grid_circumference_at(d->grid, j, 0.5 * s->xi[k * PD_DIM + PD_DIM - 1]);
-    return d->weight[k] * (middle / pdi_grid_circumference(d->grid, i));
+    return d->weight[k] * (middle / pd_grid_circumference(d->grid, i));
 }
 /* Volume of node j over that of node i. */
 static inline double pdi_metal_over(const pd_dissolve *d, int32_t j, int32_t i)
 {
-    return pdi_grid_circumference(d->grid, j) / pdi_grid_circumference(d->grid, i);
+    return pd_grid_circumference(d->grid, j) / pd_grid_circumference(d->grid, i);
 }
 /* 1: there is a passive film in front of fluid node i. */
 static inline int pdi_metal_passive(const pd_dissolve *d, int32_t i)

@@ -143,11 +143,11 @@ static void pdi_reach_again(const pd_dissolve *d, pdi_beside *beside)
 /* Rows of exposed nodes, of all or of touched ones, and the fluid that they lead to, as far as there is room. */
 static pd_status pdi_reach_find(pd_ctx *ctx, pd_dissolve *d, int all)
 {
-    int nt = pdi_par_threads(ctx, (int64_t)d->front_count * d->paths.stencil->count);
+    int nt = pd_par_threads(ctx, (int64_t)d->front_count * d->paths.stencil->count);
     (void)nt;
-    if (all) PDI_TRY(pdi_reach_restart(ctx, d));
+    if (all) PD_TRY(pdi_reach_restart(ctx, d));
     if (all) pdi_reach_rows(d);
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t f = 0; f < d->front_count; f++)
         if (all || (d->mark[d->front[f]] & PDI_REACH_TOUCHED)) pdi_reach_row(d, d->front[f]);
     for (int32_t f = 0; f < d->front_count; f++)
@@ -157,18 +157,18 @@ static pd_status pdi_reach_find(pd_ctx *ctx, pd_dissolve *d, int all)
 
 PDI_FN pd_status pdi_reach_update(pd_ctx *ctx, pd_dissolve *d)
 {
-    int nt = pdi_par_threads(ctx, (int64_t)d->front_count * d->paths.stencil->count);
+    int nt = pd_par_threads(ctx, (int64_t)d->front_count * d->paths.stencil->count);
     int all = !d->reached, contents = d->desc.drive == PD_DRIVE_DIFFERENCE;
     (void)nt;
     d->reached = 0; /* unless all goes well */
     if (!all && d->lags) all = !pdi_reach_rows(d);
-    PDI_TRY(pdi_reach_find(ctx, d, all));
+    PD_TRY(pdi_reach_find(ctx, d, all));
     while (d->beside_lacks) {
         all = 1;
-        PDI_TRY(pdi_reach_make_more(ctx, d));
-        PDI_TRY(pdi_reach_find(ctx, d, all));
+        PD_TRY(pdi_reach_make_more(ctx, d));
+        PD_TRY(pdi_reach_find(ctx, d, all));
     }
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t n = 0; n < d->beside_count; n++) {
         pdi_beside *beside = &d->beside[n];
         int touched = all || contents || (d->mark[beside->node] & PDI_REACH_TOUCHED);

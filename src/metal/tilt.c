@@ -50,7 +50,7 @@ static int pdi_tilt_far(const pd_dissolve *d, int32_t j, int k, double *normal)
     uint8_t kind = d->grid->kind[at];
     int flip = 0;
     double dot = 0.0;
-    if (kind != PD_FLUID && kind != PD_SOLID) at = pdi_grid_find_source(d->grid, at, &flip);
+    if (kind != PD_FLUID && kind != PD_SOLID) at = pd_grid_find_source(d->grid, at, &flip);
     if (d->grid->kind[at] != PD_SOLID || !d->exposed[at] || !pdi_entry_free(&d->paths, j, k)) return 0;
     for (int a = 0; a < PD_DIM; a++) {
         normal[a] = flip & 1 << a ? -(double)d->facing[(int64_t)at * PD_DIM + a] : d->facing[(int64_t)at * PD_DIM + a];
@@ -94,16 +94,16 @@ static void pdi_tilt_touch(pd_dissolve *d, int32_t j)
 
 PDI_FN void pdi_tilt_update(const pd_ctx *ctx, pd_dissolve *d)
 {
-    int nt = pdi_par_threads(ctx, (int64_t)d->front_count * d->paths.stencil->count);
+    int nt = pd_par_threads(ctx, (int64_t)d->front_count * d->paths.stencil->count);
     int all = !d->tilted;
     (void)nt;
     if (!d->tilt || (!all && !d->lags)) return;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t f = 0; f < d->front_count; f++)
         if (all || (d->mark[d->front[f]] & PDI_REACH_TOUCHED)) pdi_tilt_face(d, d->front[f]);
     for (int32_t f = 0; f < d->front_count && !all; f++)
         if (d->mark[d->front[f]] & PDI_REACH_TOUCHED) pdi_tilt_near(d, d->front[f]);
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t f = 0; f < d->front_count; f++) {
         int32_t j = d->front[f];
         if (!all && !(d->mark[j] & PDI_TILT_NEAR)) continue;

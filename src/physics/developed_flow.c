@@ -36,7 +36,7 @@ static pd_status pdi_developed_flow_build_duct(pd_ctx *ctx, const pd_inlet *inle
     else box.hi[axis] = grid->lo[axis] + deep;
     for (int s = 0; s < 2 * PD_DIM; s++)
         box.side[s] = s / 2 == axis                                ? PD_SIDE_PERIODIC
-                      : pdi_grid_is_inlet_or_outlet(grid->side[s]) ? PD_SIDE_MIRROR
+                      : pd_grid_is_inlet_or_outlet(grid->side[s]) ? PD_SIDE_MIRROR
                                                                    : grid->side[s];
     box.axisymmetric = u->axisymmetric;
     for (int32_t node = 0; node < grid->total; node++) {
@@ -48,14 +48,14 @@ static pd_status pdi_developed_flow_build_duct(pd_ctx *ctx, const pd_inlet *inle
         box.shapes = u->shape;
         box.wall = &u->shape[u->wall];
     }
-    PDI_TRY(pd_grid_build(ctx, flow->bonds->stencil, &box, &d->grid));
-    PDI_TRY(pd_bonds_build(ctx, flow->bonds->stencil, &d->grid, pdi_setup_get_bond_options(u), &d->bonds));
+    PD_TRY(pd_grid_build(ctx, flow->bonds->stencil, &box, &d->grid));
+    PD_TRY(pd_bonds_build(ctx, flow->bonds->stencil, &d->grid, pdi_setup_get_bond_options(u), &d->bonds));
     for (int32_t r = 0; r < d->bonds.rows; r++)
         if (d->bonds.wall_laplacian[r] > 0.0) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_GEOMETRY, "inlet",
+    return pd_fail(ctx, PD_ERR_GEOMETRY, "inlet",
                     "side %s: found no wall beside the opening, so that no profile develops, expected profile = "
                     "uniform",
-                    pdi_setup_side_name(side));
+                    pd_setup_side_name(side));
 }
 
 /* Solve the steady duct flow, driven by a body force along `axis` that gives about the small Reynolds number.
@@ -72,14 +72,14 @@ static pd_status pdi_developed_flow_solve(pd_ctx *ctx, const pd_flow *flow, int 
     fd.force[axis] = 12.0 * PDI_DEVELOPED_FLOW_REYNOLDS * flow->nu * flow->nu / pow(flow->length_scale, 3.0);
     fd.order = flow->order == 4 ? 4 : 2;
     sd.tolerance = PDI_DEVELOPED_FLOW_TOLERANCE;
-    PDI_TRY(pd_flow_build(ctx, &d->grid, &d->bonds, &fd, &d->flow));
-    PDI_TRY(pd_steady_build(ctx, &d->flow, &sd, &d->steady));
+    PD_TRY(pd_flow_build(ctx, &d->grid, &d->bonds, &fd, &d->flow));
+    PD_TRY(pd_steady_build(ctx, &d->flow, &sd, &d->steady));
     d->flow.isotropic_blending = flow->isotropic_blending; /* friction is that of the run */
     if (!flow->isotropic_stencil.bonds) memset(&d->flow.isotropic_stencil, 0, sizeof d->flow.isotropic_stencil);
     pd_status status = pd_steady_solve(ctx, &d->steady, &result);
     double reached = result.residual_over_tolerance * PDI_DEVELOPED_FLOW_TOLERANCE;
     if (status <= 0 || reached < PDI_DEVELOPED_FLOW_MAX_RESIDUAL) return status < 0 ? status : PD_OK;
-    return pdi_fail(ctx, PD_ERR_DIVERGED, "inlet",
+    return pd_fail(ctx, PD_ERR_DIVERGED, "inlet",
                     "the developed profile of an opening is not found: its residual is %g", reached);
 }
 
@@ -89,7 +89,7 @@ static pd_status pdi_developed_flow_store_profile(pd_ctx *ctx, pd_inlet *inlet, 
     int axis = side / 2, i[PD_DIM];
     int64_t cells = pdi_inlet_count_side_cells(inlet->grid, side), place = 0;
     const double *u = d->flow.u + (int64_t)axis * d->grid.total;
-    PDI_TRY(PDI_NEW(ctx, "inlet", cells, inlet->profile[side]));
+    PD_TRY(PD_NEW(ctx, "inlet", cells, inlet->profile[side]));
     double scale = inlet->area[side] / pd_flow_integrate_section(ctx, &d->flow, axis, 1);
     memset(i, 0, sizeof i);
     for (place = 0; place < cells; place++) {

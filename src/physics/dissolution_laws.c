@@ -23,26 +23,26 @@ PDI_FN void pdi_dissolution_laws_set_variables(const pd_dissolution_law *law, in
     vars[0] = 0.0;
     vars[1] = t;
     pd_grid_position(a->dissolve->grid, node, vars + 2);
-    vars[PDI_SETUP_RATE_GRAIN] = a->grain ? a->grain[node] : -1;
-    vars[PDI_SETUP_RATE_CURRENT] = vars[PDI_SETUP_RATE_POTENTIAL] = 0.0;
+    vars[PD_SETUP_RATE_GRAIN] = a->grain ? a->grain[node] : -1;
+    vars[PD_SETUP_RATE_CURRENT] = vars[PD_SETUP_RATE_POTENTIAL] = 0.0;
     if (a->cell && !a->species_electrodes.setup)
-        pdi_cell_beside(a->cell, node, 0, &vars[PDI_SETUP_RATE_CURRENT], &vars[PDI_SETUP_RATE_POTENTIAL]);
+        pdi_cell_beside(a->cell, node, 0, &vars[PD_SETUP_RATE_CURRENT], &vars[PD_SETUP_RATE_POTENTIAL]);
     if (a->species_electrodes.setup) {
-        vars[PDI_SETUP_RATE_POTENTIAL] = -phi;
+        vars[PD_SETUP_RATE_POTENTIAL] = -phi;
     } else if (metal->has_potential) {
         double x[PD_DIM];
         memset(x, 0, sizeof x);
-        vars[PDI_SETUP_RATE_POTENTIAL] = pdi_setup_eval_expr(&metal->potential, x, t) - phi;
+        vars[PD_SETUP_RATE_POTENTIAL] = pdi_setup_eval_expr(&metal->potential, x, t) - phi;
     }
-    memset(vars + PDI_SETUP_RATE_FIELD, 0, PD_PHYSICS_TYPE_FIELDS * sizeof *vars);
-    if (a->set_registered && pdi_setup_reads_registered_field(metal))
+    memset(vars + PD_SETUP_RATE_FIELD, 0, PD_PHYSICS_TYPE_FIELDS * sizeof *vars);
+    if (a->set_registered && pd_setup_reads_registered_field(metal))
         a->set_registered(a->set_registered_user, node, vars);
-    vars[PDI_SETUP_RATE_PH] = ph;
+    vars[PD_SETUP_RATE_PH] = ph;
     for (int k = 0; k < metal->species_count; k++)
-        vars[PDI_SETUP_RATE_PH + 1 + k] =
+        vars[PD_SETUP_RATE_PH + 1 + k] =
             c[a->surface_solver.reactive->components.solute_of_species[metal->species_index[k]]];
     if (law->surfaces)
-        pdi_surface_states_get_states(law->surfaces, node, vars + PDI_SETUP_RATE_PH + 1 + metal->species_count);
+        pdi_surface_states_get_states(law->surfaces, node, vars + PD_SETUP_RATE_PH + 1 + metal->species_count);
 }
 
 /* Dissolution speed [m/s] of a metal by its rate expression at the surface beside a node, times rate_scale. A
@@ -54,7 +54,7 @@ static double pdi_dissolution_laws_compute_rate(void *user, int32_t node, const 
     const pd_setup_metal *metal = &law->laws->setup->metal[law->setup_metal];
     double vars[PD_EXPR_VARS];
     pdi_dissolution_laws_set_variables(law, node, c, ph, phi, t, vars);
-    return metal->rate_scale * pdi_expr_eval(&metal->rate, vars);
+    return metal->rate_scale * pd_expr_eval(&metal->rate, vars);
 }
 
 /* Update the factors of polarisation curves at all sites from the surface states as they are now. */
@@ -63,7 +63,7 @@ static pd_status pdi_dissolution_laws_update_electrode_factors(pd_ctx *ctx, pd_d
     pd_etch *s = &a->surface_solver;
     for (int32_t p = 0; p < s->count && s->share; p++)
         if (s->electrode[p] >= 0)
-            PDI_TRY(pdi_surface_states_compute_curve_factor(ctx, a->states, s->electrode[p], s->node[p], s->time,
+            PD_TRY(pdi_surface_states_compute_curve_factor(ctx, a->states, s->electrode[p], s->node[p], s->time,
                                                             &s->share[p]));
     return PD_OK;
 }
@@ -89,13 +89,13 @@ static pd_etch_metal pdi_dissolution_laws_set_metal_desc(pd_dissolution_laws *a,
     a->law[m].setup_metal = kind;
     a->law[m].surface_metal = m;
     if (a->setup->has_surface_reaction) metal.shed = of->species_released;
-    if (!pdi_setup_has_species_rate(of)) return metal;
-    if (of->rate.variables_used >> (PDI_SETUP_RATE_PH + 1 + of->species_count)) a->law[m].surfaces = surfaces;
+    if (!pd_setup_has_species_rate(of)) return metal;
+    if (of->rate.variables_used >> (PD_SETUP_RATE_PH + 1 + of->species_count)) a->law[m].surfaces = surfaces;
     metal.law = pdi_dissolution_laws_compute_rate;
     metal.user = &a->law[m];
-    metal.reads_ph = (int)(of->rate.variables_used >> PDI_SETUP_RATE_PH & 1u);
+    metal.reads_ph = (int)(of->rate.variables_used >> PD_SETUP_RATE_PH & 1u);
     for (int k = 0; k < of->species_count; k++)
-        if (of->rate.variables_used >> (PDI_SETUP_RATE_PH + 1 + k) & 1u)
+        if (of->rate.variables_used >> (PD_SETUP_RATE_PH + 1 + k) & 1u)
             metal.reads |= (uint32_t)1 << reactive->components.solute_of_species[of->species_index[k]];
     return metal;
 }
@@ -106,12 +106,12 @@ static void pdi_dissolution_laws_set_metals_desc(pd_dissolution_laws *a, const p
                                                  const pd_surface_states *surfaces, pd_etch_metal *metal,
                                                  pd_etch_desc *desc)
 {
-    int kind = pdi_setup_find_species_rate_metal(a->setup);
-    a->law_count = kind < 0 ? 0 : pdi_setup_count_species_rate_metals(a->setup);
+    int kind = pd_setup_find_species_rate_metal(a->setup);
+    a->law_count = kind < 0 ? 0 : pd_setup_count_species_rate_metals(a->setup);
     for (int m = 0; m < a->law_count; m++) {
         const pd_setup_metal *of = &a->setup->metal[a->law_count > 1 ? m : kind];
         metal[m] = pdi_dissolution_laws_set_metal_desc(a, m, a->law_count > 1 ? m : kind, reactive, surfaces);
-        desc->reads_phi |= of->has_potential && (of->rate.variables_used >> PDI_SETUP_RATE_POTENTIAL & 1u);
+        desc->reads_phi |= of->has_potential && (of->rate.variables_used >> PD_SETUP_RATE_POTENTIAL & 1u);
     }
     if (!a->law_count) return;
     desc->law = metal->law;
@@ -127,7 +127,7 @@ static void pdi_dissolution_laws_set_metals_desc(pd_dissolution_laws *a, const p
 static int pdi_dissolution_laws_reads_grain(const pd_dissolution_laws *a)
 {
     for (int m = 0; m < a->law_count; m++)
-        if (a->setup->metal[a->law[m].setup_metal].rate.variables_used >> PDI_SETUP_RATE_GRAIN & 1u) return 1;
+        if (a->setup->metal[a->law[m].setup_metal].rate.variables_used >> PD_SETUP_RATE_GRAIN & 1u) return 1;
     return 0;
 }
 
@@ -148,28 +148,28 @@ PDI_FN pd_status pdi_dissolution_laws_build(pd_ctx *ctx, const pd_setup *setup, 
         surfaces->solve = pdi_dissolution_laws_set_time;
         surfaces->solve_user = a;
     }
-    a->cell = pdi_setup_has_electric_rate(&setup->metal[a->law->setup_metal]) || pdi_setup_has_ion_electrodes(setup)
+    a->cell = pdi_setup_has_electric_rate(&setup->metal[a->law->setup_metal]) || pd_setup_has_ion_electrodes(setup)
                   ? cell
                   : NULL;
-    if (pdi_setup_has_ion_electrodes(setup)) {
+    if (pd_setup_has_ion_electrodes(setup)) {
         desc.reads_phi = 1;
-        PDI_TRY(pdi_species_electrodes_build(ctx, setup, map, cell, reactive, &a->surface_solver,
+        PD_TRY(pdi_species_electrodes_build(ctx, setup, map, cell, reactive, &a->surface_solver,
                                              &a->species_electrodes, &desc.electrodes));
     }
     if (a->law_count && dissolve && dissolve->kinds == 1 && !pdi_metal_bonds(dissolve) &&
         !(dissolve->kind[0].end > 0.0))
         desc.solid = dissolve->kind[0].solid;
-    PDI_TRY(pd_etch_build(ctx, reactive, &desc, &a->surface_solver));
+    PD_TRY(pd_etch_build(ctx, reactive, &desc, &a->surface_solver));
     if (a->species_electrodes.has_decreasing_range) {
         a->species_electrodes.saved_count = (a->surface_solver.kinds + 1) * (int64_t)reactive->grid->total;
-        PDI_TRY(PDI_NEW(ctx, "attack", a->species_electrodes.saved_count, a->species_electrodes.saved_rates));
+        PD_TRY(PD_NEW(ctx, "attack", a->species_electrodes.saved_count, a->species_electrodes.saved_rates));
     }
-    return pdi_dissolution_laws_reads_grain(a) ? PDI_NEW(ctx, "attack", dissolve->grid->total, a->grain) : PD_OK;
+    return pdi_dissolution_laws_reads_grain(a) ? PD_NEW(ctx, "attack", dissolve->grid->total, a->grain) : PD_OK;
 }
 
 PDI_FN void pdi_dissolution_laws_free(pd_ctx *ctx, pd_dissolution_laws *a)
 {
-    if (a->dissolve) PDI_DELETE(ctx, a->dissolve->grid->total, a->grain);
+    if (a->dissolve) PD_DELETE(ctx, a->dissolve->grid->total, a->grain);
     pd_etch_free(ctx, &a->surface_solver);
     pdi_species_electrodes_free(ctx, &a->species_electrodes);
     memset(a, 0, sizeof *a);
@@ -242,7 +242,7 @@ static pd_status pdi_dissolution_laws_check_speed(pd_ctx *ctx, const pd_dissolut
     char place[PDI_GRID_POSITION_LENGTH];
     double v = a->surface_solver.speed[m * a->dissolve->grid->total + node];
     if (v < 1e100) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_STATE, "dissolve",
+    return pd_fail(ctx, PD_ERR_STATE, "dissolve",
                     "the rate law in pH, species or E gives %g m/s at t = %g s (node %d "
                     "at %s m, pH %.4g), expected a speed below 1e100 m/s",
                     v, a->surface_solver.time, (int)node, pdi_grid_format_position(a->dissolve->grid, node, place),
@@ -298,7 +298,7 @@ static pd_status pdi_dissolution_laws_update_all_speeds(pd_ctx *ctx, pd_dissolut
 {
     const pd_dissolve *d = a->dissolve;
     for (int32_t k = 0; k < d->beside_count; k++)
-        for (int m = 0; m < a->law_count; m++) PDI_TRY(pdi_dissolution_laws_update_speed(ctx, a, m, &d->beside[k]));
+        for (int m = 0; m < a->law_count; m++) PD_TRY(pdi_dissolution_laws_update_speed(ctx, a, m, &d->beside[k]));
     return PD_OK;
 }
 
@@ -361,7 +361,7 @@ static pd_status pdi_dissolution_laws_add_site(pd_ctx *ctx, pd_dissolution_laws 
     const pd_contacts *c = &a->cell->potential.contacts;
     pd_etch *s = &a->surface_solver;
     if (s->count == s->reactive->grid->total)
-        return pdi_fail(ctx, PD_ERR_SIZE, "potential", "more contacts of electrodes than nodes");
+        return pd_fail(ctx, PD_ERR_SIZE, "potential", "more contacts of electrodes than nodes");
     pd_etch_put(s, node, m < 0 ? 0.0 : pdi_dissolution_laws_compute_weight(a, m, beside), 0.0);
     if (m >= 0) pdi_dissolution_laws_set_film_length(a, s->count - 1, m, beside);
     if (n >= 0) pdi_etch_polarise(s, m < 0 ? 0 : m, c->list[n].electrode, c->list[n].area, c->list[n].way);
@@ -379,7 +379,7 @@ static pd_status pdi_dissolution_laws_add_other_metals(pd_ctx *ctx, pd_dissoluti
     for (int m = 0; m < a->law_count && beside; m++)
         if (pdi_dissolution_laws_compute_weight(a, m, beside) > 0.0 &&
             pdi_etch_law(&a->surface_solver, m, beside->node) < 0)
-            PDI_TRY(pdi_dissolution_laws_add_site(ctx, a, beside->node, -1, m, beside));
+            PD_TRY(pdi_dissolution_laws_add_site(ctx, a, beside->node, -1, m, beside));
     return PD_OK;
 }
 
@@ -401,13 +401,13 @@ static pd_status pdi_dissolution_laws_add_electrode_sites(pd_ctx *ctx, pd_dissol
             int law = -1;
             for (int m = a->law_count; m-- > 0;)
                 if (own[m] == at) law = m;
-            PDI_TRY(pdi_dissolution_laws_add_site(ctx, a, i, at, law, beside));
+            PD_TRY(pdi_dissolution_laws_add_site(ctx, a, i, at, law, beside));
         }
-        PDI_TRY(pdi_dissolution_laws_add_other_metals(ctx, a, beside));
+        PD_TRY(pdi_dissolution_laws_add_other_metals(ctx, a, beside));
     }
     for (int32_t k = 0; d && k < d->beside_count; k++)
         if (a->surface_solver.slot[d->beside[k].node] < 0)
-            PDI_TRY(pdi_dissolution_laws_add_other_metals(ctx, a, &d->beside[k]));
+            PD_TRY(pdi_dissolution_laws_add_other_metals(ctx, a, &d->beside[k]));
     return PD_OK;
 }
 
@@ -418,7 +418,7 @@ static pd_status pdi_dissolution_laws_solve_surface(pd_ctx *ctx, pd_dissolution_
     const pd_dissolve *d = a->dissolve;
     pd_etch *s = &a->surface_solver;
     pd_etch_open(s);
-    if (s->electrode) PDI_TRY(pdi_dissolution_laws_add_electrode_sites(ctx, a));
+    if (s->electrode) PD_TRY(pdi_dissolution_laws_add_electrode_sites(ctx, a));
     for (int32_t k = 0; d && k < d->beside_count; k++) {
         const pdi_beside *beside = &d->beside[k];
         pdi_law law;
@@ -431,7 +431,7 @@ static pd_status pdi_dissolution_laws_solve_surface(pd_ctx *ctx, pd_dissolution_
         pd_etch_put(s, beside->node, beside->weight, 0.0);
         pdi_dissolution_laws_set_film_length(a, s->count - 1, 0, beside);
     }
-    PDI_TRY(pdi_dissolution_laws_update_electrode_factors(ctx, a));
+    PD_TRY(pdi_dissolution_laws_update_electrode_factors(ctx, a));
     s->odd = 0;
     s->alone =
         s->electrode && a->species_integrator->steps > 0 && pdi_species_electrodes_has_unwetted(&a->species_electrodes);
@@ -442,12 +442,12 @@ static pd_status pdi_dissolution_laws_solve_surface(pd_ctx *ctx, pd_dissolution_
         *pdi_etch_speed(s, s->odd - 1) = (double)NAN;
         return pdi_dissolution_laws_check_speed(ctx, a, pdi_etch_which(s, s->odd - 1), s->node[s->odd - 1]);
     }
-    if (s->electrode) PDI_TRY(pdi_species_electrodes_check_solved(ctx, &a->species_electrodes));
+    if (s->electrode) PD_TRY(pdi_species_electrodes_check_solved(ctx, &a->species_electrodes));
     if (s->electrode) pdi_species_electrodes_update_surface_range(&a->species_electrodes);
     /* at the start, and after 1, 2, 4, ... steps */
     if (a->species_electrodes.has_decreasing_range &&
         (a->species_integrator->steps & (a->species_integrator->steps - 1)) == 0)
-        PDI_TRY(pdi_species_electrodes_check_unique_potential(ctx, &a->species_electrodes));
+        PD_TRY(pdi_species_electrodes_check_unique_potential(ctx, &a->species_electrodes));
     for (int32_t k = 0; d && k < d->beside_count && s->desc.reads_phi; k++)
         for (int m = 0; m < a->law_count; m++) pdi_dissolution_laws_limit_new_fluid(a, m, &d->beside[k]);
     return d ? pdi_dissolution_laws_update_all_speeds(ctx, a) : PD_OK;
@@ -507,7 +507,7 @@ PDI_FN pd_status pdi_dissolution_laws_solve_initial(pd_ctx *ctx, void *user, dou
     s->time = t;
     if (!a->dissolve) return pdi_dissolution_laws_solve_surface(ctx, a);
     a->dissolve->time = t;
-    PDI_TRY(pdi_dissolve_prepare(ctx, a->dissolve));
+    PD_TRY(pd_dissolve_prepare(ctx, a->dissolve));
     return PD_OK;
 }
 
@@ -537,7 +537,7 @@ PDI_FN pd_status pdi_dissolution_laws_update_interface(pd_ctx *ctx, void *user, 
         return a->species_integrator->begun ? PD_OK : pdi_dissolution_laws_solve_surface(ctx, a);
     }
     a->dissolve->time = t;
-    PDI_TRY(pdi_dissolve_prepare(ctx, a->dissolve));
+    PD_TRY(pd_dissolve_prepare(ctx, a->dissolve));
     if (!a->species_integrator->begun && a->law_count && a->species_integrator->desc.fed &&
         !pdi_metal_bonds(a->dissolve))
         pdi_dissolution_laws_find_components(a);

@@ -11,7 +11,7 @@
 #include "react/course.h"
 #include "physics/species_electrodes.h"
 #include "physics/surface_states.h"
-#include "scene/setup.h"
+#include "setup/setup.h"
 
 /* The rate law of one metal: callback data. */
 typedef struct pd_dissolution_law {

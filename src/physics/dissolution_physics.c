@@ -1,7 +1,7 @@
 /* dissolution_physics: see dissolution_physics.h */
 #include "physics/dissolution_physics.h"
 #include "metal/interface.h"
-#include "scene/interval.h"
+#include "setup/interval.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -13,11 +13,11 @@ static void pdi_dissolution_physics_set_law_variables(const pd_model_law *law, c
     vars[0] = at->c;
     vars[1] = at->t;
     memcpy(vars + 2, at->x, sizeof at->x);
-    vars[PDI_SETUP_RATE_GRAIN] = at->grain;
-    vars[PDI_SETUP_RATE_CURRENT] = vars[PDI_SETUP_RATE_POTENTIAL] = 0.0;
-    if (pdi_setup_reads_registered_field(law->metal)) pdi_model_set_registered_variables(law->model, at->node, vars);
+    vars[PD_SETUP_RATE_GRAIN] = at->grain;
+    vars[PD_SETUP_RATE_CURRENT] = vars[PD_SETUP_RATE_POTENTIAL] = 0.0;
+    if (pd_setup_reads_registered_field(law->metal)) pdi_model_set_registered_variables(law->model, at->node, vars);
     if (law->cell && pdi_setup_has_electric_rate(law->metal))
-        pdi_cell_beside(law->cell, at->node, law->kind, &vars[PDI_SETUP_RATE_CURRENT], &vars[PDI_SETUP_RATE_POTENTIAL]);
+        pdi_cell_beside(law->cell, at->node, law->kind, &vars[PD_SETUP_RATE_CURRENT], &vars[PD_SETUP_RATE_POTENTIAL]);
 }
 
 /* Dissolution speed [m/s] by the rate expression of a metal. A pd_rate_fn; user: a pd_model_law. */
@@ -26,7 +26,7 @@ static double pdi_dissolution_physics_compute_rate(void *user, const pd_rate_at 
     const pd_model_law *law = (const pd_model_law *)user;
     double vars[PD_EXPR_VARS];
     pdi_dissolution_physics_set_law_variables(law, at, vars);
-    return law->metal->rate_scale * pdi_expr_eval(&law->metal->rate, vars);
+    return law->metal->rate_scale * pd_expr_eval(&law->metal->rate, vars);
 }
 
 /* Bounds *least, *most [m/s] of the speed over concentrations from .. to [mol/m3], by interval arithmetic. */
@@ -46,7 +46,7 @@ static pd_status pdi_dissolution_physics_mark_passive(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
     if (u->passive < 0) return PD_OK;
-    PDI_TRY(PDI_NEW(ctx, "model", m->grid.total, m->passive));
+    PD_TRY(PD_NEW(ctx, "model", m->grid.total, m->passive));
     for (int32_t i = 0; i < m->grid.total; i++) {
         double x[PD_DIM];
         pd_grid_position(&m->grid, i, x);
@@ -74,7 +74,7 @@ static pd_metal pdi_dissolution_physics_set_metal_desc(const pd_model_law *law)
 static pd_status pdi_dissolution_physics_set_corrosion_desc(pd_ctx *ctx, pd_model *m, pd_dissolve_desc *desc)
 {
     const pd_setup *u = m->setup;
-    PDI_TRY(pdi_dissolution_physics_mark_passive(ctx, m));
+    PD_TRY(pdi_dissolution_physics_mark_passive(ctx, m));
     desc->model = PD_METAL_BONDS;
     desc->saturation = u->saturation;
     desc->rtol = u->rtol;
@@ -95,7 +95,7 @@ static int pdi_dissolution_physics_is_faradaic(const pd_setup *setup, const pd_d
 {
     int sees = 0;
     for (int k = 0; k < setup->metals; k++)
-        sees |= (int)(setup->metal[k].rate.variables_used >> PDI_SETUP_RATE_CURRENT & 1u);
+        sees |= (int)(setup->metal[k].rate.variables_used >> PD_SETUP_RATE_CURRENT & 1u);
     return sees && setup->has_potential && !setup->has_migration && !desc->factor && desc->drive == PD_DRIVE_CONSTANT;
 }
 
@@ -105,7 +105,7 @@ static pd_status pdi_dissolution_physics_update_currents(pd_ctx *ctx, void *user
     pd_model *m = (pd_model *)user;
     if (!m->cell.grid) return PD_OK;
     if (m->cell.desc.timed && !pdi_electrode_map_is_solved_per_species_step(m->setup))
-        PDI_TRY(pdi_cell_bring(ctx, &m->cell, t));
+        PD_TRY(pdi_cell_bring(ctx, &m->cell, t));
     if (pdi_dissolution_physics_is_faradaic(m->setup, &m->dissolve.desc)) pdi_cell_match(&m->cell);
     return PD_OK;
 }
@@ -128,21 +128,21 @@ static pd_status pdi_dissolution_physics_build(pd_ctx *ctx, pd_model *m)
     desc.more_count = u->metals - 1;
     desc.metal = m->metal;
     for (int k = 0; k < u->metals; k++)
-        if (u->metal[k].rate.variables_used >> PDI_SETUP_RATE_GRAIN & 1u) desc.grain = m->grain.id;
+        if (u->metal[k].rate.variables_used >> PD_SETUP_RATE_GRAIN & 1u) desc.grain = m->grain.id;
     desc.factor = m->setup->metal_body.has_rate_factor ? m->solid.rate_factor : m->boundary_factor;
     if (u->shielding_thickness > 0.0 && u->minerals) {
-        PDI_TRY(PDI_NEW(ctx, "model", m->grid.total, m->coverage_factor));
+        PD_TRY(PD_NEW(ctx, "model", m->grid.total, m->coverage_factor));
         for (int32_t i = 0; i < m->grid.total; i++) m->coverage_factor[i] = desc.factor ? desc.factor[i] : 1.0;
         desc.factor = m->coverage_factor;
         desc.lags = 1;
     }
-    if (m->setup->has_corrode) PDI_TRY(pdi_dissolution_physics_set_corrosion_desc(ctx, m, &desc));
+    if (m->setup->has_corrode) PD_TRY(pdi_dissolution_physics_set_corrosion_desc(ctx, m, &desc));
     else desc.threshold = m->setup->threshold;
-    desc.sheds = u->has_surface_reaction ? 1 + (pdi_setup_count_species_rate_metals(u) > 1) : 0;
+    desc.sheds = u->has_surface_reaction ? 1 + (pd_setup_count_species_rate_metals(u) > 1) : 0;
     for (int k = 0; k < u->metals; k++) {
-        if (!pdi_setup_has_species_rate(&u->metal[k])) continue;
+        if (!pd_setup_has_species_rate(&u->metal[k])) continue;
         metal[k].rate = pdi_dissolution_laws_get_speed;
-        metal[k].rate_user = &m->dissolution_laws.law[pdi_setup_count_species_rate_metals(u) > 1 ? k : 0];
+        metal[k].rate_user = &m->dissolution_laws.law[pd_setup_count_species_rate_metals(u) > 1 ? k : 0];
         metal[k].uniform = 0;
         metal[k].timeless = 1; /* it is found once a step */
         metal[k].bounds = NULL;
@@ -160,7 +160,7 @@ static pd_status pdi_dissolution_physics_build(pd_ctx *ctx, pd_model *m)
         desc.found = pdi_dissolution_physics_update_currents;
         desc.found_user = m;
     }
-    if (pdi_setup_find_species_rate_metal(u) >= 0 || pdi_setup_has_ion_electrodes(u)) {
+    if (pd_setup_find_species_rate_metal(u) >= 0 || pd_setup_has_ion_electrodes(u)) {
         desc.found = pdi_dissolution_laws_update_speeds;
         desc.found_user = &m->dissolution_laws;
         desc.lags = 1;
@@ -185,7 +185,7 @@ static void pdi_dissolution_physics_estimate(const pd_setup *setup, pdi_memory_p
     d.kernel.stencil = &plan->across;
     d.desc.model = setup->has_corrode ? PD_METAL_BONDS : PD_METAL_SURFACE;
     d.desc.activation = setup->activation;
-    d.desc.sheds = setup->has_surface_reaction ? 1 + (pdi_setup_count_species_rate_metals(setup) > 1) : 0;
+    d.desc.sheds = setup->has_surface_reaction ? 1 + (pd_setup_count_species_rate_metals(setup) > 1) : 0;
     d.desc.stochastic = setup->stochastic;
     d.desc.repassivation = setup->repassivation;
     *bytes += pdi_memory_plan_count_array_bytes(plan, pdi_dissolve_list, &d) +
@@ -206,13 +206,13 @@ static void pdi_dissolution_physics_format_rate(const pd_setup *setup, int m, ch
 {
     const pd_setup_metal *metal = &setup->metal[m];
     char speed[PD_UNITS_TEXT];
-    double v = pdi_setup_compute_rate_at_zero(metal), z = metal->material.charge;
-    pdi_setup_format_value(v, "m/s", speed);
-    if (pdi_setup_has_species_rate(metal) || pdi_setup_has_electric_rate(metal) ||
-        pdi_setup_reads_registered_field(metal)) {
+    double v = pd_setup_compute_rate_at_zero(metal), z = metal->material.charge;
+    pd_setup_format_value(v, "m/s", speed);
+    if (pd_setup_has_species_rate(metal) || pdi_setup_has_electric_rate(metal) ||
+        pd_setup_reads_registered_field(metal)) {
         snprintf(text, size, "%s%ssurface rate by %s, z = %g, Cs = %.6g mol/m3",
                  setup->metals > 1 ? metal->material.name : "", setup->metals > 1 ? ": " : "",
-                 pdi_setup_has_species_rate(metal)    ? "a law in the species at the surface"
+                 pd_setup_has_species_rate(metal)    ? "a law in the species at the surface"
                  : pdi_setup_has_electric_rate(metal) ? "the potential"
                                                       : "a law in the fields at the surface",
                  z, metal->solid_c);
@@ -221,7 +221,7 @@ static void pdi_dissolution_physics_format_rate(const pd_setup *setup, int m, ch
     snprintf(text, size, "%s%ssurface rate %s at C = 0%s (%.4g mm/year, %.4g A/m2 with z = %g), Cs = %.6g mol/m3",
              setup->metals > 1 ? metal->material.name : "", setup->metals > 1 ? ": " : "", speed,
              metal->rate.variables_used > 1 ? ", t = 0 and the origin" : "", v * 1e3 * 31557600.0,
-             v * metal->solid_c * z * PDI_FARADAY, z, metal->solid_c);
+             v * metal->solid_c * z * PD_FARADAY, z, metal->solid_c);
 }
 
 static void pdi_dissolution_physics_print_surface_laws(const pdi_summary_text *s)
@@ -264,8 +264,8 @@ static pd_status pdi_dissolution_physics_add_processes(pd_ctx *ctx, pd_model *m)
 static void pdi_dissolution_physics_free(pd_ctx *ctx, pd_model *m)
 {
     pd_dissolve_free(ctx, &m->dissolve);
-    PDI_DELETE(ctx, m->grid.total, m->passive);
-    PDI_DELETE(ctx, m->grid.total, m->coverage_factor);
+    PD_DELETE(ctx, m->grid.total, m->passive);
+    PD_DELETE(ctx, m->grid.total, m->coverage_factor);
 }
 
 static int pdi_dissolution_physics_reads_bonds(const pd_setup *setup)
@@ -273,7 +273,7 @@ static int pdi_dissolution_physics_reads_bonds(const pd_setup *setup)
     return !setup->has_corrode || !setup->activation;
 }
 
-static void pdi_dissolution_physics_add_statistics(const pd_model *m, pdi_model_statistics *e)
+static void pdi_dissolution_physics_add_statistics(const pd_model *m, pd_model_statistics *e)
 {
     const pd_transport_result *r = &m->dissolve.result;
     e->transport_krylov += m->dissolve.krylov;

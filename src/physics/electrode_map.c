@@ -34,8 +34,8 @@ PDI_FN int pdi_electrode_map_is_time_dependent(const pd_setup *setup)
     int timed = 0;
     for (int k = 0; k < setup->potential.electrodes; k++) {
         const pd_setup_electrode *e = &setup->potential.electrode[k];
-        timed |= ((e->has_fixed_potential || e->has_fixed_current) && pdi_setup_is_time_dependent(&e->fixed_value)) ||
-                 (e->has_current_factor && pdi_setup_is_time_dependent(&e->current_factor));
+        timed |= ((e->has_fixed_potential || e->has_fixed_current) && pd_setup_is_time_dependent(&e->fixed_value)) ||
+                 (e->has_current_factor && pd_setup_is_time_dependent(&e->current_factor));
     }
     return timed;
 }
@@ -46,7 +46,7 @@ static void pdi_electrode_map_compute_conductivity(void *user, double *field)
 {
     const pd_electrode_map *m = (const pd_electrode_map *)user;
     const pd_electrolyte *e = &m->setup->electrolyte;
-    double factor = PDI_FARADAY * PDI_FARADAY / (PDI_GAS_CONSTANT * e->temperature);
+    double factor = PD_FARADAY * PD_FARADAY / (PD_GAS_CONSTANT * e->temperature);
     for (int32_t i = 0; i < m->grid->total; i++) field[i] = 0.0;
     for (int k = 0; k < e->count; k++) {
         const pd_species *s = &e->species[k];
@@ -75,7 +75,7 @@ PDI_FN void pdi_electrode_map_add_faradaic_source(void *user, double *source)
     for (int32_t k = 0; k < p->contacts.count; k++) {
         const pd_contact *contact = &p->contacts.list[k];
         const pd_setup_electrode *e = &m->setup->potential.electrode[contact->electrode];
-        double electrons = contact->area * p->current[k] / PDI_FARADAY;
+        double electrons = contact->area * p->current[k] / PD_FARADAY;
         for (int n = 0; n < m->setup->electrolyte.count && e->has_reaction; n++) {
             int place = m->species->components.solute_of_species[n];
             if (place >= 0) source[place * total + contact->node] += e->species_released[n] * electrons;
@@ -103,7 +103,7 @@ PDI_FN pd_status pdi_electrode_map_report_depleted_species(pd_ctx *ctx, void *us
         name = e->name;
         into = p->current[k] < 0.0;
     }
-    return pdi_fail(ctx, PD_ERR_STATE, "potential",
+    return pd_fail(ctx, PD_ERR_STATE, "potential",
                     "at t = %g s electrode %s takes up more of %s beside %s m than is "
                     "there: its current flows %s the metal, by which its reaction uses %s up; expected a curve or a "
                     "potential by which it flows the other way, or fluid that holds %s",
@@ -128,16 +128,16 @@ static pd_status pdi_electrode_map_find_electrodes(pd_ctx *ctx, pd_electrode_map
     char text[PDI_GRID_POSITION_LENGTH];
     memset(nodes, 0, sizeof nodes);
     for (int32_t i = 0; i < m->grid->total; i++) {
-        if (m->grid->kind[i] != PD_SOLID || pdi_grid_find_source(m->grid, i, NULL) != i) continue;
+        if (m->grid->kind[i] != PD_SOLID || pd_grid_find_source(m->grid, i, NULL) != i) continue;
         int e = pdi_electrode_map_find_electrode(m, i);
         if (e < 0)
-            return pdi_fail(ctx, PD_ERR_GEOMETRY, "potential",
+            return pd_fail(ctx, PD_ERR_GEOMETRY, "potential",
                             "the metal at %s m belongs to no electrode, expected an "
                             "[electrode NAME] with its shape or material, or kind = wall for what insulates",
                             pdi_grid_format_position(m->grid, i, text));
         nodes[e]++;
         for (int d = 0; d < PD_DIM; d++) {
-            int32_t near = pdi_grid_find_source(m->grid, i + m->grid->stride[d], NULL);
+            int32_t near = pd_grid_find_source(m->grid, i + m->grid->stride[d], NULL);
             if (m->grid->kind[near] == PD_SOLID && pdi_electrode_map_find_electrode(m, near) >= 0)
                 pdi_electrode_map_merge_circuits(wire, p->electrodes, e, pdi_electrode_map_find_electrode(m, near));
         }
@@ -145,7 +145,7 @@ static pd_status pdi_electrode_map_find_electrodes(pd_ctx *ctx, pd_electrode_map
     for (int k = 0; k < p->electrodes; k++) {
         if (nodes[k]) continue;
         m->error_line = p->electrode[k].line;
-        return pdi_fail(ctx, PD_ERR_GEOMETRY, "potential", "the electrode %s has no metal on the lattice, expected a "
+        return pd_fail(ctx, PD_ERR_GEOMETRY, "potential", "the electrode %s has no metal on the lattice, expected a "
                         "shape that is larger than the spacing, and that no later electrode covers",
                         p->electrode[k].name);
     }
@@ -166,7 +166,7 @@ static pd_status pdi_electrode_map_build_circuits(pd_ctx *ctx, pd_electrode_map 
         if (!e->has_fixed_potential && !e->has_fixed_current) continue;
         m->error_line = e->line;
         if (*given >= 0)
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "potential", "the electrodes %s and %s are connected or touch, and "
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "potential", "the electrodes %s and %s are connected or touch, and "
                             "both have a given potential or current, expected one of them", p->electrode[*given].name,
                             e->name);
         *given = k;
@@ -196,7 +196,7 @@ static pd_status pdi_electrode_map_build_cell(pd_ctx *ctx, pd_electrode_map *m, 
         m->name[k] = e->name;
     }
     for (int k = 0; k < m->setup->metals; k++)
-        desc.reads |= (m->setup->metal[k].rate.variables_used >> PDI_SETUP_RATE_POTENTIAL & 1u) << k;
+        desc.reads |= (m->setup->metal[k].rate.variables_used >> PD_SETUP_RATE_POTENTIAL & 1u) << k;
     desc.name = m->name;
     desc.electrode = curve;
     desc.circuit = m->circuit;
@@ -234,8 +234,8 @@ PDI_FN pd_status pdi_electrode_map_build(pd_ctx *ctx, const pd_setup *setup, con
     m->surfaces = surfaces;
     m->error_line = setup->line[PD_PART_POTENTIAL];
     for (int k = 0; k < setup->potential.electrodes; k++) wire[k] = setup->potential.electrode[k].circuit;
-    PDI_TRY(pdi_electrode_map_find_electrodes(ctx, m, wire));
-    PDI_TRY(pdi_electrode_map_build_circuits(ctx, m, wire));
+    PD_TRY(pdi_electrode_map_find_electrodes(ctx, m, wire));
+    PD_TRY(pdi_electrode_map_build_circuits(ctx, m, wire));
     return pdi_electrode_map_build_cell(ctx, m, bonds, across, dissolve, cell);
 }
 

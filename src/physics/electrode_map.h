@@ -5,7 +5,7 @@
 #include "potential/cell.h"
 #include "react/reactive.h"
 #include "physics/surface_states.h"
-#include "scene/setup.h"
+#include "setup/setup.h"
 
 /* Data of the callbacks of the potential solver, pd_cell. */
 typedef struct pd_electrode_map {

@@ -23,7 +23,7 @@ static pd_status pdi_flow_physics_build_unsteady(pd_ctx *ctx, pd_model *m)
         for (int d = 0; d < PD_DIM; d++) {
             double v = pdi_setup_eval_expr(&u->initial_velocity[d], x, 0.0);
             if (!(fabs(v) < 1e100))
-                return pdi_fail(ctx, PD_ERR_STATE, "model", "the velocity at the start is %g m/s at x = %g m", v, x[0]);
+                return pd_fail(ctx, PD_ERR_STATE, "model", "the velocity at the start is %g m/s at x = %g m", v, x[0]);
             m->flow.u[(int64_t)d * m->grid.total + node] = v;
         }
     }
@@ -66,12 +66,12 @@ static pd_status pdi_flow_physics_build(pd_ctx *ctx, pd_model *m)
     flow.wall_user = &m->inlet;
     steady.tolerance = u->steady_tolerance;
     steady.arena = &m->arena;
-    PDI_TRY(pd_flow_build(ctx, &m->grid, &m->bonds, &flow, &m->flow));
+    PD_TRY(pd_flow_build(ctx, &m->grid, &m->bonds, &flow, &m->flow));
     if (u->flow_time == PD_FLOW_STEADY || u->flow_time == PD_FLOW_IMPLICIT)
-        PDI_TRY(pd_steady_build(ctx, &m->flow, &steady, &m->steady));
+        PD_TRY(pd_steady_build(ctx, &m->flow, &steady, &m->steady));
     m->error_line = u->side[m->inlet.error_side].line;
-    PDI_TRY(pdi_developed_flow_compute_profiles(ctx, &m->inlet, &m->flow));
-    if (u->flow_time != PD_FLOW_STEADY) PDI_TRY(pdi_flow_physics_build_unsteady(ctx, m));
+    PD_TRY(pdi_developed_flow_compute_profiles(ctx, &m->inlet, &m->flow));
+    if (u->flow_time != PD_FLOW_STEADY) PD_TRY(pdi_flow_physics_build_unsteady(ctx, m));
     if (u->flow_time != PD_FLOW_PRESCRIBED) m->unknowns[PD_PART_FLOW] = (PD_DIM + 1) * m->grid.fluid_count;
     return PD_OK;
 }
@@ -134,8 +134,8 @@ static void pdi_flow_physics_print_summary(const pdi_summary_text *s)
 {
     const pd_model *m = s->model;
     char text[384], speed[PD_UNITS_TEXT], length[PD_UNITS_TEXT];
-    pdi_setup_format_value(m->flow.reference_speed, "m/s", speed);
-    pdi_setup_format_value(m->flow.reference_length, "m", length);
+    pd_setup_format_value(m->flow.reference_speed, "m/s", speed);
+    pd_setup_format_value(m->flow.reference_length, "m", length);
     char how[112];
     const char *order = m->flow.order == 4 ? ", order 4" : "";
     if (m->setup->flow_time == PD_FLOW_IMPLICIT)
@@ -182,7 +182,7 @@ static void pdi_flow_physics_free(pd_ctx *ctx, pd_model *m)
 
 static const double *pdi_flow_physics_velocity(const pd_model *m) { return m->flow.u; }
 
-static void pdi_flow_physics_add_statistics(const pd_model *m, pdi_model_statistics *e)
+static void pdi_flow_physics_add_statistics(const pd_model *m, pd_model_statistics *e)
 {
     int moves = m->setup->flow_time == PD_FLOW_IMPLICIT || m->setup->flow_time == PD_FLOW_EXPLICIT;
     e->flow_solves = moves ? m->time_loop.steps : m->quasi.solves;

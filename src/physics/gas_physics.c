@@ -24,7 +24,7 @@ static pd_status pdi_gas_physics_build(pd_ctx *ctx, pd_model *m)
     desc.initial = pdi_gas_physics_get_initial_state;
     desc.initial_user = (void *)u; /* only read */
     m->unknowns[PD_PART_GAS] = PD_GAS_FIELDS * m->grid.fluid_count;
-    PDI_TRY(pd_gas_build(ctx, &m->grid, &m->bonds, &desc, &m->gas));
+    PD_TRY(pd_gas_build(ctx, &m->grid, &m->bonds, &desc, &m->gas));
     double limit;
     return pd_gas_limit(ctx, &m->gas, &limit); /* the state at the start shows */
 }
@@ -44,7 +44,7 @@ static void pdi_gas_physics_print_summary(const pdi_summary_text *s)
 {
     const pd_setup *u = s->model->setup;
     char text[192], until[PD_UNITS_TEXT];
-    pdi_setup_format_value(u->end_time, "s", until);
+    pd_setup_format_value(u->end_time, "s", until);
     snprintf(text, sizeof text, "ideal gas with gamma = %g, %s order, explicit, until %s", u->gas_gamma,
              u->gas_order == PD_GAS_SECOND ? "second" : "first", until);
     pdi_summary_text_print_part(s, PD_PART_GAS, "gas", text);

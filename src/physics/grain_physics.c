@@ -7,10 +7,10 @@
 /* Grain-boundary rate factor of nodes, 1 + (gb_factor - 1) * boundary fraction. fraction [total]: output. */
 static pd_status pdi_grain_physics_build_boundary_factor(pd_ctx *ctx, pd_model *m, float *fraction)
 {
-    PDI_TRY(pd_grain_fraction(ctx, &m->interface_stencil, &m->grid, &m->grain, fraction));
-    PDI_TRY(pdi_grain_measure(ctx, &m->grid, &m->grain, fraction, &m->grain_stats));
+    PD_TRY(pd_grain_fraction(ctx, &m->interface_stencil, &m->grid, &m->grain, fraction));
+    PD_TRY(pdi_grain_measure(ctx, &m->grid, &m->grain, fraction, &m->grain_stats));
     if (!m->setup->has_dissolve || !(fabs(m->setup->gb_factor - 1.0) > 0.0)) return PD_OK;
-    PDI_TRY(PDI_NEW(ctx, "model", m->grid.total, m->boundary_factor));
+    PD_TRY(PD_NEW(ctx, "model", m->grid.total, m->boundary_factor));
     double more = m->setup->gb_factor - 1.0;
     for (int32_t i = 0; i < m->grid.total; i++) m->boundary_factor[i] = 1.0 + more * (double)fraction[i];
     return PD_OK;
@@ -19,10 +19,10 @@ static pd_status pdi_grain_physics_build_boundary_factor(pd_ctx *ctx, pd_model *
 static pd_status pdi_grain_physics_build(pd_ctx *ctx, pd_model *m)
 {
     float *fraction = NULL;
-    PDI_TRY(pd_grain_build(ctx, &m->grid, &m->setup->grain, &m->grain));
-    PDI_TRY(PDI_NEW(ctx, "model", m->grid.total, fraction));
+    PD_TRY(pd_grain_build(ctx, &m->grid, &m->setup->grain, &m->grain));
+    PD_TRY(PD_NEW(ctx, "model", m->grid.total, fraction));
     pd_status status = pdi_grain_physics_build_boundary_factor(ctx, m, fraction);
-    PDI_DELETE(ctx, m->grid.total, fraction);
+    PD_DELETE(ctx, m->grid.total, fraction);
     return status;
 }
 
@@ -30,8 +30,8 @@ static void pdi_grain_physics_print_summary(const pdi_summary_text *s)
 {
     const pd_model *m = s->model;
     char text[384], mean[PD_UNITS_TEXT], width[PD_UNITS_TEXT];
-    pdi_setup_format_value(m->grain_stats.mean, "m", mean);
-    pdi_setup_format_value(m->grain.boundary_width, "m", width);
+    pd_setup_format_value(m->grain_stats.mean, "m", mean);
+    pd_setup_format_value(m->grain.boundary_width, "m", width);
     double share = m->grain_stats.boundary_fraction;
     snprintf(text, sizeof text,
              "%d in the solid, mean %s, boundaries %s wide: %.3g %% of the solid, mean rate factor %.5g",
@@ -43,7 +43,7 @@ static int pdi_grain_physics_is_present(const pd_setup *setup) { return setup->h
 
 static void pdi_grain_physics_free(pd_ctx *ctx, pd_model *m)
 {
-    PDI_DELETE(ctx, m->grid.total, m->boundary_factor);
+    PD_DELETE(ctx, m->grid.total, m->boundary_factor);
     pd_grain_free(ctx, &m->grain);
 }
 

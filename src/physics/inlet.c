@@ -70,9 +70,9 @@ static void pdi_inlet_compute_layer(const pd_setup *setup, const pd_grid *grid, 
         pd_grid_position(grid, node, x);
         x[axis] = side % 2 ? grid->hi[axis] : grid->lo[axis];
         pdi_inlet_compute_expression(&setup->side[side], x, t, u);
-        sum += pdi_inlet_get_inward_sign(side) * u[axis] * pdi_grid_circumference(grid, node);
-        size += fabs(u[axis]) * pdi_grid_circumference(grid, node);
-        weight += pdi_grid_circumference(grid, node);
+        sum += pdi_inlet_get_inward_sign(side) * u[axis] * pd_grid_circumference(grid, node);
+        size += fabs(u[axis]) * pd_grid_circumference(grid, node);
+        weight += pd_grid_circumference(grid, node);
     } while (pdi_inlet_set_next_node(grid, axis, i));
     if (!(weight > 0.0)) return;
     layer->velocity = sum / weight;
@@ -93,7 +93,7 @@ static double pdi_inlet_find_wall_edge(const pd_grid *grid, int side, int s, int
     b = a + step * grid->h[along];
     i[along] = s + step;
     if (grid->kind[pd_grid_node(grid, i)] != PD_WALL) return 0.5 * (a + b);
-    if (grid->wall >= 0 && pdi_shape_is_smooth(grid->shapes, grid->wall)) {
+    if (grid->wall >= 0 && pd_shape_is_smooth(grid->shapes, grid->wall)) {
         double way[PD_DIM];
         for (int d = 0; d < PD_DIM; d++) way[d] = d == along ? b - a : 0.0;
         return a + pdi_min(pdi_grid_find_shape_entry(grid, grid->wall, x, way, 1.0), 1.0) * (b - a);
@@ -142,7 +142,7 @@ static int pdi_inlet_is_circular(const pd_grid *grid, int side, const double *ce
 /* Report why an inlet side cannot be built. Returns PD_ERR_GEOMETRY. */
 static pd_status pdi_inlet_reject(pd_ctx *ctx, int side, const char *why)
 {
-    return pdi_fail(ctx, PD_ERR_GEOMETRY, "inlet", "side %s: %s", pdi_setup_side_name(side), why);
+    return pd_fail(ctx, PD_ERR_GEOMETRY, "inlet", "side %s: %s", pd_setup_side_name(side), why);
 }
 
 /* Axisymmetric opening from lo to hi [m]: an annulus or tube across the axis, a cylinder along it. Sets centre, inner
@@ -152,18 +152,18 @@ static void pdi_inlet_measure_annulus(const pd_grid *grid, int side, double lo, 
 {
     int i[PD_DIM], axis = side / 2, r = PD_DIM - 1;
     if (axis == r) {
-        *area *= 2.0 * PDI_PI * (side % 2 ? grid->hi[r] : grid->lo[r]);
+        *area *= 2.0 * PD_PI * (side % 2 ? grid->hi[r] : grid->lo[r]);
         return;
     }
     inlet->centre[side][r] = 0.0;
     inlet->inner_radius[side] = lo;
     inlet->width[side] = lo > 0.0 ? hi - lo : 2.0 * hi;
-    *area = PDI_PI * (hi - lo) * (hi + lo);
+    *area = PD_PI * (hi - lo) * (hi + lo);
     pdi_inlet_set_first_node(grid, side, i);
     if (several) *area = 0.0;
     if (several) do {
             int32_t node = pd_grid_node(grid, i);
-            if (grid->kind[node] == PD_FLUID) *area += pdi_grid_circumference(grid, node) * grid->h[r];
+            if (grid->kind[node] == PD_FLUID) *area += pd_grid_circumference(grid, node) * grid->h[r];
         } while (pdi_inlet_set_next_node(grid, axis, i));
 }
 
@@ -184,7 +184,7 @@ static double pdi_inlet_compute_open_fraction(const pd_grid *grid, int axis, con
             if (d == PD_DIM - 1 && grid->circumference) around = fabs(at[d] / x[d]);
         }
         all += around;
-        double distance = pd_shape_distance(grid->shapes, grid->wall, at), tie = pdi_shape_tolerance(grid->h, at);
+        double distance = pd_shape_distance(grid->shapes, grid->wall, at), tie = pd_shape_tolerance(grid->h, at);
         open += distance > tie ? around : distance >= -tie ? 0.5 * around : 0.0; /* on a face: one half */
         for (int d = 0; d < PD_DIM && !more; d++) {
             if (d == axis) continue;
@@ -206,7 +206,7 @@ static double pdi_inlet_integrate_open_area(const pd_grid *grid, int side)
         pd_grid_position(grid, node, x);
         x[axis] = side % 2 ? grid->hi[axis] : grid->lo[axis];
         if (grid->kind[node] == PD_FLUID || grid->kind[node] == PD_WALL)
-            sum += face * pdi_grid_circumference(grid, node) *
+            sum += face * pd_grid_circumference(grid, node) *
                    pdi_inlet_compute_open_fraction(grid, axis, x, grid->kind[node] == PD_FLUID);
     } while (pdi_inlet_set_next_node(grid, axis, i));
     return sum;
@@ -262,18 +262,18 @@ static pd_status pdi_inlet_measure_opening(pd_ctx *ctx, const pd_grid *grid, int
         if (!several) *area = hi - lo;
         else inlet->needs_profile[side] = parabola;
         if (!several && parabola && !grid->circumference)
-            PDI_TRY(pdi_inlet_apply_symmetry(ctx, grid, side, layer, inlet));
+            PD_TRY(pdi_inlet_apply_symmetry(ctx, grid, side, layer, inlet));
         if (PD_DIM == 2 && grid->circumference) pdi_inlet_measure_annulus(grid, side, lo, hi, several, inlet, area);
         return PD_OK;
     }
     if (grid->wall >= 0) radius = pdi_inlet_find_tube_radius(grid, grid->wall, axis, inlet->centre[side]);
     if (radius > 0.0 && pdi_inlet_is_circular(grid, side, inlet->centre[side], radius)) {
         inlet->width[side] = 2.0 * radius;
-        *area = PDI_PI * radius * radius;
+        *area = PD_PI * radius * radius;
         return PD_OK;
     }
     *area = pdi_inlet_integrate_open_area(grid, side);
-    inlet->width[side] = sqrt(4.0 * *area / PDI_PI);
+    inlet->width[side] = sqrt(4.0 * *area / PD_PI);
     inlet->needs_profile[side] = parabola;
     return PD_OK;
 }
@@ -297,15 +297,15 @@ static int pdi_inlet_is_time_dependent(const pd_setup *setup)
     int timed = 0;
     for (int side = 0; side < 2 * PD_DIM; side++) {
         const pd_setup_side *s = &setup->side[side];
-        timed = timed || pdi_setup_is_time_dependent(&s->inflow_of_time) || pdi_setup_is_time_dependent(&s->inlet_c) ||
-                pdi_setup_is_time_dependent(&s->fixed_c);
+        timed = timed || pd_setup_is_time_dependent(&s->inflow_of_time) || pd_setup_is_time_dependent(&s->inlet_c) ||
+                pd_setup_is_time_dependent(&s->fixed_c);
         for (int d = 0; d < PD_DIM; d++)
-            timed = timed || pdi_setup_is_time_dependent(&s->velocity[d]) ||
-                    pdi_setup_is_time_dependent(&s->wall_velocity[d]);
+            timed = timed || pd_setup_is_time_dependent(&s->velocity[d]) ||
+                    pd_setup_is_time_dependent(&s->wall_velocity[d]);
     }
     for (int k = 0; k < setup->wall_count; k++)
-        timed = timed || pdi_setup_is_time_dependent(&setup->wall_shape[k].fixed_c);
-    for (int d = 0; d < PD_DIM; d++) timed = timed || pdi_setup_is_time_dependent(&setup->body_force[d]);
+        timed = timed || pd_setup_is_time_dependent(&setup->wall_shape[k].fixed_c);
+    for (int d = 0; d < PD_DIM; d++) timed = timed || pd_setup_is_time_dependent(&setup->body_force[d]);
     return timed;
 }
 
@@ -317,7 +317,7 @@ PDI_FN double pdi_inlet_get_mean_velocity(const pd_inlet *inlet, int side)
     if (s->inflow_of_time.variables_used)
         return pdi_setup_eval_expr(&s->inflow_of_time, at, inlet->time) /
                (s->flow_rate > 0.0 ? inlet->area[side] : 1.0);
-    for (int d = 0; d < PD_DIM; d++) timed = timed || pdi_setup_is_time_dependent(&s->velocity[d]);
+    for (int d = 0; d < PD_DIM; d++) timed = timed || pd_setup_is_time_dependent(&s->velocity[d]);
     if (!timed) return inlet->mean[side];
     pdi_inlet_layer layer;
     pdi_inlet_compute_layer(inlet->setup, inlet->grid, inlet->time, side, &layer);
@@ -349,12 +349,12 @@ static pd_status pdi_inlet_build_inner(pd_ctx *ctx, const pd_setup *setup, const
         if (s->kind != PD_SIDE_INLET || s->profile == PD_PROFILE_NONE) continue;
         inlet->error_side = side;
         pdi_inlet_compute_layer(setup, grid, 0.0, side, &layer);
-        PDI_TRY(pdi_inlet_measure_opening(ctx, grid, side, &layer, inlet, &area));
+        PD_TRY(pdi_inlet_measure_opening(ctx, grid, side, &layer, inlet, &area));
         double opening = PD_DIM == 3 && !pdi_inlet_is_inside_box(grid, side, inlet)
                              ? pdi_inlet_integrate_open_area(grid, side)
                              : area;
         if (PD_DIM == 2 && !grid->circumference && s->flow_rate > 0.0)
-            area = 0.25 * PDI_PI * inlet->width[side] * inlet->width[side];
+            area = 0.25 * PD_PI * inlet->width[side] * inlet->width[side];
         inlet->area[side] = area;
         inlet->area_ratio[side] = pdi_inlet_compute_open_faces(grid, side);
         inlet->area_ratio[side] = inlet->area_ratio[side] > 0.0 ? opening / inlet->area_ratio[side] : 1.0;
@@ -382,7 +382,7 @@ PDI_FN int64_t pdi_inlet_count_side_cells(const pd_grid *grid, int side)
 PDI_FN void pdi_inlet_free(pd_ctx *ctx, pd_inlet *inlet)
 {
     for (int side = 0; side < 2 * PD_DIM && inlet->grid; side++)
-        PDI_DELETE(ctx, pdi_inlet_count_side_cells(inlet->grid, side), inlet->profile[side]);
+        PD_DELETE(ctx, pdi_inlet_count_side_cells(inlet->grid, side), inlet->profile[side]);
 }
 
 PDI_FN pd_status pdi_inlet_build(pd_ctx *ctx, const pd_setup *setup, const pd_grid *grid, pd_inlet *inlet)

@@ -2,7 +2,7 @@
  * concentration of what flows in. */
 #ifndef PD_INLET_H
 #define PD_INLET_H
-#include "scene/setup.h"
+#include "setup/setup.h"
 
 /* Inlets of a setup on its lattice. Arrays are by side of the box. */
 typedef struct pd_inlet {

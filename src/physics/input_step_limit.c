@@ -46,7 +46,7 @@ static void pdi_input_step_limit_add_expression(const pd_setup *setup, const pd_
                                                 pd_input_step_limit *vary)
 {
     int places = 1;
-    if (!pdi_setup_is_time_dependent(expr)) return;
+    if (!pd_setup_is_time_dependent(expr)) return;
     for (int d = 0; d < PD_DIM; d++)
         if ((expr->variables_used >> d & 1u) && d != (side < 0 ? -1 : side / 2))
             places *= PDI_INPUT_STEP_LIMIT_SAMPLE_POINTS;

@@ -7,8 +7,8 @@
 #ifndef PD_INPUT_STEP_LIMIT_H
 #define PD_INPUT_STEP_LIMIT_H
 #include "core/array_registry.h"
-#include "scene/interval.h"
-#include "scene/setup.h"
+#include "setup/interval.h"
+#include "setup/setup.h"
 
 /* A time-dependent expression at one sample place. */
 typedef struct pd_input_value {

@@ -23,7 +23,7 @@ static int pdi_mechanical_bc_get_layer(const pd_mechanical_bc *g, int32_t i, int
 {
     const pd_grid *grid = g->structure->grid;
     int at[PD_DIM];
-    pdi_grid_index(grid, g->structure->node[i], at);
+    pd_grid_index(grid, g->structure->node[i], at);
     return side % 2 ? grid->n[side / 2] - 1 - at[side / 2] : at[side / 2];
 }
 
@@ -38,7 +38,7 @@ static int pdi_mechanical_bc_is_connected_to_side(const pd_mechanical_bc *g, int
 {
     const pd_solid_coupling *s = g->structure;
     int at[PD_DIM], row = pdi_mechanical_bc_get_layer(g, i, side);
-    pdi_grid_index(s->grid, s->node[i], at);
+    pd_grid_index(s->grid, s->node[i], at);
     while (row-- > 0) {
         at[side / 2] += side % 2 ? 1 : -1;
         if (s->point[pd_grid_node(s->grid, at)] < 0) return 0;
@@ -70,9 +70,9 @@ static int32_t pdi_mechanical_bc_find_point_in_layer(const pd_mechanical_bc *g, 
 {
     const pd_solid_coupling *s = g->structure;
     int at[PD_DIM];
-    pdi_grid_index(s->grid, s->node[i], at);
+    pd_grid_index(s->grid, s->node[i], at);
     at[side / 2] = side % 2 ? s->grid->n[side / 2] - 1 - row : row;
-    if (!pdi_grid_is_inside(s->grid, at)) return -1;
+    if (!pd_grid_is_inside(s->grid, at)) return -1;
     int32_t inner = s->point[pd_grid_node(s->grid, at)];
     return inner >= 0 && s->stiffness_factor[inner] > 0.0 ? inner : -1;
 }
@@ -105,7 +105,7 @@ static int32_t pdi_mechanical_bc_next_reference_point(const pd_mechanical_bc *g,
     int axis = g->setup->metal_body.mechanical_bc[k].side / 2;
     while (l->next < l->positions) {
         int square = 0, at[PD_DIM], rest = l->next++;
-        pdi_grid_index(s->grid, s->node[i], at);
+        pd_grid_index(s->grid, s->node[i], at);
         for (int a = 0; a < PD_DIM; a++) {
             if (a == axis) continue;
             int step = rest % l->positions_per_axis - g->held_layers[k];
@@ -113,7 +113,7 @@ static int32_t pdi_mechanical_bc_next_reference_point(const pd_mechanical_bc *g,
             at[a] += step;
             square += step * step;
         }
-        if (!pdi_grid_is_inside(s->grid, at) || square > l->distance_squared) continue;
+        if (!pd_grid_is_inside(s->grid, at) || square > l->distance_squared) continue;
         int32_t other = s->point[pd_grid_node(s->grid, at)];
         if (other < 0 || !pdi_mechanical_bc_is_held(g, k, other) || !pdi_mechanical_bc_has_free_layer(g, k, other, d))
             continue;
@@ -149,15 +149,15 @@ static pd_status pdi_mechanical_bc_check_free_layer(pd_ctx *ctx, const pd_mechan
 {
     const pd_setup_mechanical_bc *grip = &g->setup->metal_body.mechanical_bc[k];
     const pd_solid_coupling *s = g->structure;
-    for (int d = 0; d < PD_DIM && grip->side >= 0 && !pdi_solid_coupling_is_dynamic(s); d++) {
+    for (int d = 0; d < PD_DIM && grip->side >= 0 && !pd_solid_coupling_is_dynamic(s); d++) {
         int found = !grip->has_displacement[d];
         for (int32_t i = 0; i < s->count && !found; i++)
             found = pdi_mechanical_bc_get_layer(g, i, grip->side) == 0 && pdi_mechanical_bc_has_free_layer(g, k, i, d);
         if (!found)
-            return pdi_fail(ctx, PD_ERR_GEOMETRY, "grip",
+            return pd_fail(ctx, PD_ERR_GEOMETRY, "grip",
                             "the side %s holds %d rows of nodes, two horizons, and no "
                             "line of metal has one more that is free behind them: choose a smaller h, or a grip",
-                            pdi_setup_side_name(grip->side), g->held_layers[k]);
+                            pd_setup_side_name(grip->side), g->held_layers[k]);
     }
     return PD_OK;
 }
@@ -275,10 +275,10 @@ static pd_status pdi_mechanical_bc_check_thickness(pd_ctx *ctx, const pd_mechani
     if (PD_DIM == 1 || g->structure->desc.material != PD_SOLID_COUPLING_ORDINARY_STATE || !both || !run->spans_box ||
         run->layers >= expected)
         return PD_OK;
-    return pdi_fail(ctx, PD_ERR_GEOMETRY, "grip",
+    return pd_fail(ctx, PD_ERR_GEOMETRY, "grip",
                     "metal of %d cells between the side %s, which holds it, and %s, "
                     "which loads it, expected at least %d of the ordinary material: choose a smaller h, or another one",
-                    run->layers, pdi_setup_side_name(side ^ 1), pdi_setup_side_name(side), expected);
+                    run->layers, pd_setup_side_name(side ^ 1), pd_setup_side_name(side), expected);
 }
 
 /* Set faces[k] (what the opposite side holds) and borne[k] (area that load weights sum to at the start; the full area
@@ -296,7 +296,7 @@ static pd_status pdi_mechanical_bc_set_initial_load_area(pd_ctx *ctx, pd_mechani
     for (int32_t i = 0; i < g->structure->count; i++) {
         if (pdi_mechanical_bc_get_layer(g, i, side) > 0) continue;
         pdi_mechanical_bc_metal_run run = pdi_mechanical_bc_find_metal_run(g, i, side);
-        PDI_TRY(pdi_mechanical_bc_check_thickness(ctx, g, k, &run));
+        PD_TRY(pdi_mechanical_bc_check_thickness(ctx, g, k, &run));
         thin = thin || run.thin;
     }
     if (thin) pdi_mechanical_bc_integrate_load_weights(g, k, bears, spreads);
@@ -325,10 +325,10 @@ static pd_status pdi_mechanical_bc_compute_load_scaling(pd_ctx *ctx, const pd_me
         double borne = g->weighted_area[k][d];
         int bearing = fabs(borne) > PDI_MECHANICAL_BC_MIN_METAL_FRACTION * area;
         if (bearing ? !(bears[d] / borne > PDI_MECHANICAL_BC_MIN_METAL_FRACTION) : !(spreads[d] > 0.0))
-            return pdi_fail(ctx, PD_ERR_STATE, "grip",
+            return pd_fail(ctx, PD_ERR_STATE, "grip",
                             "too little metal is left at the side %s to bear its traction "
                             "at t = %g s",
-                            pdi_setup_side_name(g->setup->metal_body.mechanical_bc[k].side), t);
+                            pd_setup_side_name(g->setup->metal_body.mechanical_bc[k].side), t);
         shares->scale[d] =
             bearing && fabs(bears[d] - borne) > PDI_MECHANICAL_BC_SUM_TOLERANCE * area ? borne / bears[d] : 1.0;
         shares->remainder[d] = spreads[d] > 0.0 ? (area - borne) / spreads[d] : 0.0;
@@ -373,18 +373,18 @@ PDI_FN pd_status pdi_mechanical_bc_build(pd_ctx *ctx, const pd_setup *setup, pd_
             held += grip->side < 0 || pdi_mechanical_bc_get_layer(g, i, grip->side) == 0;
             for (int d = 0; d < PD_DIM; d++)
                 if (grip->has_displacement[d]) structure->prescribed[(int64_t)i * PD_DIM + d] = 1;
-            for (int d = 0; d < PD_DIM && grip->side >= 0 && !pdi_solid_coupling_is_dynamic(structure); d++)
+            for (int d = 0; d < PD_DIM && grip->side >= 0 && !pd_solid_coupling_is_dynamic(structure); d++)
                 g->interpolation_capacity += grip->has_displacement[d];
         }
         g->initial_area[k] = face * held;
         if (held) continue;
         if (grip->side >= 0)
-            return pdi_fail(ctx, PD_ERR_GEOMETRY, "grip", "no metal on the side %s, expected some that it holds or "
-                            "loads", pdi_setup_side_name(grip->side));
-        return pdi_fail(ctx, PD_ERR_GEOMETRY, "grip", "no metal in a shape that is to hold it");
+            return pd_fail(ctx, PD_ERR_GEOMETRY, "grip", "no metal on the side %s, expected some that it holds or "
+                            "loads", pd_setup_side_name(grip->side));
+        return pd_fail(ctx, PD_ERR_GEOMETRY, "grip", "no metal in a shape that is to hold it");
     }
-    for (int k = 0; k < b->mechanical_bcs; k++) PDI_TRY(pdi_mechanical_bc_check_free_layer(ctx, g, k));
-    for (int k = 0; k < b->mechanical_bcs; k++) PDI_TRY(pdi_mechanical_bc_set_initial_load_area(ctx, g, k));
+    for (int k = 0; k < b->mechanical_bcs; k++) PD_TRY(pdi_mechanical_bc_check_free_layer(ctx, g, k));
+    for (int k = 0; k < b->mechanical_bcs; k++) PD_TRY(pdi_mechanical_bc_set_initial_load_area(ctx, g, k));
     structure->static_solver.desc.interpolation = &g->interpolation;
     return pdi_array_registry_build(ctx, pdi_mechanical_bc_list, g);
 }
@@ -398,8 +398,8 @@ static pd_status pdi_mechanical_bc_check_finite(pd_ctx *ctx, const pd_setup_mech
     if (fabs(value) < 1e100) return PD_OK;
     if (grip && grip->side < 0) snprintf(of, sizeof of, "a displacement of a grip");
     if (grip && grip->side >= 0)
-        snprintf(of, sizeof of, "a displacement or load of %s", pdi_setup_side_name(grip->side));
-    return pdi_fail(ctx, PD_ERR_STATE, "grip", "%s is %g at x = %g m, t = %g s, expected a finite number", of, value,
+        snprintf(of, sizeof of, "a displacement or load of %s", pd_setup_side_name(grip->side));
+    return pd_fail(ctx, PD_ERR_STATE, "grip", "%s is %g at x = %g m, t = %g s, expected a finite number", of, value,
                     x[0], t);
 }
 
@@ -445,10 +445,10 @@ static pd_status pdi_mechanical_bc_set_corner_displacement(pd_ctx *ctx, const pd
             memcpy(edge, x, sizeof edge);
             pdi_mechanical_bc_project_to_side(g, g->setup->metal_body.mechanical_bc[holders[a]].side, edge);
             pdi_mechanical_bc_project_to_side(g, g->setup->metal_body.mechanical_bc[holders[b]].side, edge);
-            PDI_TRY(pdi_mechanical_bc_get_displacement(ctx, g, holders[a], x, d, t, &of_a));
-            PDI_TRY(pdi_mechanical_bc_get_displacement(ctx, g, holders[b], x, d, t, &of_b));
-            PDI_TRY(pdi_mechanical_bc_get_displacement(ctx, g, holders[a], edge, d, t, &edge_a));
-            PDI_TRY(pdi_mechanical_bc_get_displacement(ctx, g, holders[b], edge, d, t, &edge_b));
+            PD_TRY(pdi_mechanical_bc_get_displacement(ctx, g, holders[a], x, d, t, &of_a));
+            PD_TRY(pdi_mechanical_bc_get_displacement(ctx, g, holders[b], x, d, t, &of_b));
+            PD_TRY(pdi_mechanical_bc_get_displacement(ctx, g, holders[a], edge, d, t, &edge_a));
+            PD_TRY(pdi_mechanical_bc_get_displacement(ctx, g, holders[b], edge, d, t, &edge_b));
             sum += (of_a + of_b - 0.5 * (edge_a + edge_b)) / pairs;
         }
     u[(int64_t)i * PD_DIM + d] = fabs(sum) < PDI_MECHANICAL_BC_MIN_DISPLACEMENT ? 0.0 : sum;
@@ -465,7 +465,7 @@ static pd_status pdi_mechanical_bc_set_displacement(pd_ctx *ctx, const pd_mechan
     for (int d = 0; d < PD_DIM; d++) {
         double value;
         if (!grip->has_displacement[d]) continue;
-        PDI_TRY(pdi_mechanical_bc_get_displacement(ctx, g, k, x, d, t, &value));
+        PD_TRY(pdi_mechanical_bc_get_displacement(ctx, g, k, x, d, t, &value));
         u[(int64_t)i * PD_DIM + d] = fabs(value) < PDI_MECHANICAL_BC_MIN_DISPLACEMENT ? 0.0 : value;
     }
     return PD_OK;
@@ -478,9 +478,9 @@ static pd_status pdi_mechanical_bc_grow_interpolation(pd_ctx *ctx, pd_mechanical
     pd_constraint_row *row = NULL;
     if (g->interpolation.count < g->interpolation_capacity) return PD_OK;
     int64_t led = 2 * g->interpolation_capacity;
-    PDI_TRY(PDI_NEW(ctx, "grip", led, row));
+    PD_TRY(PD_NEW(ctx, "grip", led, row));
     memcpy(row, g->interpolation.row, (size_t)g->interpolation_capacity * sizeof *row);
-    PDI_DELETE(ctx, g->interpolation_capacity, g->interpolation.row);
+    PD_DELETE(ctx, g->interpolation_capacity, g->interpolation.row);
     g->interpolation.row = row;
     g->interpolation_capacity = led;
     return PD_OK;
@@ -494,14 +494,14 @@ static pd_status pdi_mechanical_bc_add_interpolation(pd_ctx *ctx, pd_mechanical_
 {
     const pd_setup_mechanical_bc *grip = &g->setup->metal_body.mechanical_bc[k];
     double x[PD_DIM], given;
-    PDI_TRY(pdi_mechanical_bc_grow_interpolation(ctx, g));
+    PD_TRY(pdi_mechanical_bc_grow_interpolation(ctx, g));
     pd_constraint_row *row = g->interpolation.row + g->interpolation.count++;
     row->follower = (int64_t)i * PD_DIM + d;
     row->leader = (int64_t)pdi_mechanical_bc_find_point_in_layer(g, leader, grip->side, g->held_layers[k]) * PD_DIM + d;
     row->coefficient = share * (pdi_mechanical_bc_get_layer(g, i, grip->side) + 0.5) / (g->held_layers[k] + 0.5);
     row->near_boundary = pdi_mechanical_bc_get_layer(g, i, grip->side) == 0;
     pd_grid_position(g->structure->grid, g->structure->node[leader], x);
-    PDI_TRY(pdi_mechanical_bc_get_displacement(ctx, g, k, x, d, t, &given));
+    PD_TRY(pdi_mechanical_bc_get_displacement(ctx, g, k, x, d, t, &given));
     if (fabs(given) >= PDI_MECHANICAL_BC_MIN_DISPLACEMENT) u[row->follower] -= row->coefficient * given;
     return PD_OK;
 }
@@ -511,7 +511,7 @@ static pd_status pdi_mechanical_bc_add_interpolation(pd_ctx *ctx, pd_mechanical_
 static pd_status pdi_mechanical_bc_interpolate_held(pd_ctx *ctx, pd_mechanical_bc *g, int k, int32_t i, int d, double t,
                                                     double *u)
 {
-    if (g->setup->metal_body.mechanical_bc[k].side < 0 || pdi_solid_coupling_is_dynamic(g->structure)) return PD_OK;
+    if (g->setup->metal_body.mechanical_bc[k].side < 0 || pd_solid_coupling_is_dynamic(g->structure)) return PD_OK;
     int holders[PD_DIM], count = pdi_mechanical_bc_find_sides(g, i, d, holders);
     if (count > 1) return pdi_mechanical_bc_set_corner_displacement(ctx, g, holders, count, i, d, t, u);
     pdi_mechanical_bc_reference_points l = pdi_mechanical_bc_find_reference_points(g, k, i, d);
@@ -519,7 +519,7 @@ static pd_status pdi_mechanical_bc_interpolate_held(pd_ctx *ctx, pd_mechanical_b
     double share = 1.0 / l.count;
     l.next = 0;
     for (int32_t leader = 0; l.count && (leader = pdi_mechanical_bc_next_reference_point(g, k, i, d, &l)) >= 0;)
-        PDI_TRY(pdi_mechanical_bc_add_interpolation(ctx, g, k, i, leader, d, share, t, u));
+        PD_TRY(pdi_mechanical_bc_add_interpolation(ctx, g, k, i, leader, d, share, t, u));
     return PD_OK;
 }
 
@@ -534,12 +534,12 @@ static pd_status pdi_mechanical_bc_set_displacements(pd_ctx *ctx, pd_mechanical_
         for (int d = 0; d < PD_DIM; d++) last[d] = -1;
         for (int k = 0; k < b->mechanical_bcs; k++) {
             if (!pdi_mechanical_bc_is_held(g, k, i)) continue;
-            PDI_TRY(pdi_mechanical_bc_set_displacement(ctx, g, k, i, t, u));
+            PD_TRY(pdi_mechanical_bc_set_displacement(ctx, g, k, i, t, u));
             for (int d = 0; d < PD_DIM; d++)
                 if (b->mechanical_bc[k].has_displacement[d]) last[d] = k;
         }
         for (int d = 0; d < PD_DIM; d++)
-            if (last[d] >= 0) PDI_TRY(pdi_mechanical_bc_interpolate_held(ctx, g, last[d], i, d, t, u));
+            if (last[d] >= 0) PD_TRY(pdi_mechanical_bc_interpolate_held(ctx, g, last[d], i, d, t, u));
     }
     for (int64_t k = 0; k < g->interpolation.count; k++) {
         const pd_constraint_row *row = g->interpolation.row + k;
@@ -558,7 +558,7 @@ static pd_status pdi_mechanical_bc_compute_traction(pd_ctx *ctx, const pd_mechan
         pull[d] = grip->has_traction ? pdi_setup_eval_expr(&grip->traction[d], x, t) : 0.0;
         if (grip->has_pressure && d == grip->side / 2)
             pull[d] += (grip->side % 2 ? -1.0 : 1.0) * pdi_setup_eval_expr(&grip->pressure, x, t);
-        PDI_TRY(pdi_mechanical_bc_check_finite(ctx, grip, pull[d], x, t));
+        PD_TRY(pdi_mechanical_bc_check_finite(ctx, grip, pull[d], x, t));
     }
     *size = pdi_vec_norm(pull);
     return PD_OK;
@@ -639,7 +639,7 @@ static pd_status pdi_mechanical_bc_add_traction_moments(pd_ctx *ctx, const pd_me
             pd_grid_position(s->grid, s->node[i], x);
             for (int b = 0; b < PD_DIM; b++) x[b] += (corner >> b & 1 ? 0.5 : -0.5) * sqrt(1.0 / 3.0) * s->grid->h[b];
             pdi_mechanical_bc_project_to_side(g, side, x);
-            PDI_TRY(pdi_mechanical_bc_compute_traction(ctx, g, k, x, t, pull, &size));
+            PD_TRY(pdi_mechanical_bc_compute_traction(ctx, g, k, x, t, pull, &size));
             pdi_mechanical_bc_compute_moment_basis(w, x, axis, basis);
             for (int d = 0; d < PD_DIM; d++)
                 pdi_mechanical_bc_add_resultant(w, d, face / (1 << (PD_DIM - 1)) * shares->total[d] * pull[d], basis);
@@ -664,7 +664,7 @@ static pd_status pdi_mechanical_bc_subtract_nodal_moments(pd_ctx *ctx, const pd_
         double inside = x[axis];
         pdi_mechanical_bc_project_to_side(g, side, x);
         double depth = (inside - x[axis]) / w->size;
-        PDI_TRY(pdi_mechanical_bc_compute_traction(ctx, g, k, x, t, pull, &size));
+        PD_TRY(pdi_mechanical_bc_compute_traction(ctx, g, k, x, t, pull, &size));
         pdi_mechanical_bc_compute_moment_basis(w, x, axis, basis);
         for (int d = 0; d < PD_DIM; d++) {
             double bears = pdi_mechanical_bc_get_load_weight(shares, &part, d) * s->body.volume[i];
@@ -726,8 +726,8 @@ static pd_status pdi_mechanical_bc_solve_traction_correction(pd_ctx *ctx, const 
     if (!(area > 0.0)) return PD_OK;
     /* the load stays as metal goes */
     double face = s->body.volume[0] / s->grid->h[axis] * (g->initial_area[k] / area);
-    PDI_TRY(pdi_mechanical_bc_add_traction_moments(ctx, g, k, t, face, shares, w));
-    PDI_TRY(pdi_mechanical_bc_subtract_nodal_moments(ctx, g, k, t, shares, w));
+    PD_TRY(pdi_mechanical_bc_add_traction_moments(ctx, g, k, t, face, shares, w));
+    PD_TRY(pdi_mechanical_bc_subtract_nodal_moments(ctx, g, k, t, shares, w));
     for (int b = 1; b < PD_DIM; b++) {
         int d = (axis + b) % PD_DIM;
         pdi_mechanical_bc_solve_correction(g, d, w);
@@ -745,16 +745,16 @@ PDI_FN pd_status pdi_mechanical_bc_add_traction(pd_ctx *ctx, const pd_mechanical
         varies = pdi_mechanical_bc_is_nonuniform(g, k);
     pdi_mechanical_bc_resultants w;
     pdi_mechanical_bc_load_scaling shares;
-    PDI_TRY(pdi_mechanical_bc_compute_load_scaling(ctx, g, k, t, &shares));
+    PD_TRY(pdi_mechanical_bc_compute_load_scaling(ctx, g, k, t, &shares));
     memset(&w, 0, sizeof w);
-    if (varies) PDI_TRY(pdi_mechanical_bc_solve_traction_correction(ctx, g, k, t, &shares, &w));
+    if (varies) PD_TRY(pdi_mechanical_bc_solve_traction_correction(ctx, g, k, t, &shares, &w));
     for (int32_t i = 0; i < s->count; i++) {
         double x[PD_DIM], pull[PD_DIM], basis[1 + PD_DIM], size;
         pdi_mechanical_bc_load_weights part;
         if (!pdi_mechanical_bc_compute_load_weights(g, k, i, &part)) continue;
         pd_grid_position(s->grid, s->node[i], x);
         pdi_mechanical_bc_project_to_side(g, side, x);
-        PDI_TRY(pdi_mechanical_bc_compute_traction(ctx, g, k, x, t, pull, &size));
+        PD_TRY(pdi_mechanical_bc_compute_traction(ctx, g, k, x, t, pull, &size));
         if (varies) pdi_mechanical_bc_compute_moment_basis(&w, x, axis, basis);
         for (int d = 0; d < PD_DIM; d++) {
             for (int p = 0; p <= PD_DIM && varies; p++) pull[d] += w.correction[d][p] * basis[p] * size;
@@ -770,17 +770,17 @@ PDI_FN pd_status pdi_mechanical_bc_apply(pd_ctx *ctx, void *user, double t, doub
     pd_mechanical_bc *g = (pd_mechanical_bc *)user;
     const pd_setup_mechanics *b = &g->setup->metal_body;
     const pd_solid_coupling *s = g->structure;
-    PDI_TRY(pdi_mechanical_bc_set_displacements(ctx, g, t, u));
+    PD_TRY(pdi_mechanical_bc_set_displacements(ctx, g, t, u));
     for (int k = 0; k < b->mechanical_bcs; k++)
         if (b->mechanical_bc[k].has_traction || b->mechanical_bc[k].has_pressure)
-            PDI_TRY(pdi_mechanical_bc_add_traction(ctx, g, k, t, load));
+            PD_TRY(pdi_mechanical_bc_add_traction(ctx, g, k, t, load));
     for (int32_t i = 0; i < s->count && b->has_body_force; i++) {
         double x[PD_DIM];
         if (!(s->stiffness_factor[i] > 0.0)) continue;
         pd_grid_position(s->grid, s->node[i], x);
         for (int d = 0; d < PD_DIM; d++) {
             double value = pdi_setup_eval_expr(&b->force[d], x, t);
-            PDI_TRY(pdi_mechanical_bc_check_finite(ctx, NULL, value, x, t));
+            PD_TRY(pdi_mechanical_bc_check_finite(ctx, NULL, value, x, t));
             load[(int64_t)i * PD_DIM + d] += s->stiffness_factor[i] * value;
         }
     }
@@ -790,13 +790,13 @@ PDI_FN pd_status pdi_mechanical_bc_apply(pd_ctx *ctx, void *user, double t, doub
 PDI_FN double pdi_mechanical_bc_compute_rate_factor(void *user, const pd_local_stress_state *at)
 {
     const pd_setup *u = (const pd_setup *)user;
-    double vars[PDI_SETUP_STRESS_VARS];
+    double vars[PD_SETUP_STRESS_VARS];
     vars[0] = at->pressure;
     vars[1] = at->mises;
     vars[2] = at->plastic_strain;
     memcpy(vars + 3, at->x, sizeof at->x);
     vars[3 + PD_DIM] = at->t;
-    return pdi_expr_eval(&u->metal_body.rate_factor, vars);
+    return pd_expr_eval(&u->metal_body.rate_factor, vars);
 }
 
 #undef PDI_MECHANICAL_BC_MIN_DISPLACEMENT

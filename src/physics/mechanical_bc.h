@@ -3,7 +3,7 @@
 #ifndef PD_MECHANICAL_BC_H
 #define PD_MECHANICAL_BC_H
 #include "couple/solid_coupling.h"
-#include "scene/setup.h"
+#include "setup/setup.h"
 
 /* The mechanical boundary conditions of a setup, built for its body. */
 typedef struct pd_mechanical_bc {

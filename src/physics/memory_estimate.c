@@ -1,17 +1,11 @@
 /* memory_estimate: see memory_estimate.h */
 #include "physics/memory_estimate.h"
-#include "scene/fields.h"
-#include "io/renderer.h"
-#include "io/field_plot.h"
+#include "setup/fields.h"
 #include <math.h>
 #include <string.h>
 
 /* Sample points of the geometry along an axis, at most. */
 #define PDI_MEMORY_ESTIMATE_SAMPLE_POINTS (PD_DIM == 1 ? 2000 : PD_DIM == 2 ? 100 : 28)
-/* [byte] A plot: pixels, filtered rows, the compressed file and the state of the compressor. */
-#define PDI_MEMORY_ESTIMATE_PLOT_BYTES 5.7e6
-/* [byte] The state of the compressor alone. */
-#define PDI_MEMORY_ESTIMATE_DEFLATE_BYTES 0.65e6
 /* [byte] What does not grow with the lattice: tables of a run, small matrices of the solvers, the stencil. */
 #define PDI_MEMORY_ESTIMATE_FIXED_BYTES 0.22e6
 
@@ -98,88 +92,21 @@ static void pdi_memory_estimate_grid(const pd_setup *setup, pdi_memory_plan *pla
     b->bytes[PD_PART_GRID] += pdi_memory_plan_count_array_bytes(plan, pdi_bond_list_row_arrays, &plan->bonds);
 }
 
-/* Pixels along an axis for a field of `cells`, about `wanted`; cells are merged beyond `largest`. */
-static double pdi_memory_estimate_count_pixels(double cells, double wanted, double largest)
-{
-    double each = pdi_max(1.0, floor(wanted / cells + 0.5));
-    return cells > largest ? cells / ceil(cells / largest) : pdi_max(cells * each, 120.0);
-}
-
-/* [byte] Memory of the rendered metal surface in 3D, its mesh taken as large as the surface of the box. */
-static double pdi_memory_estimate_surface_view(const pd_setup *setup)
-{
-    pd_rendering s;
-    double lo[3] = {0.0, 0.0, 0.0}, hi[3] = {1.0, 1.0, 1.0}, faces = 0.0;
-    if (PD_DIM < 3 || !setup->drawing.surface) return 0.0;
-    for (int d = 0; d < PD_DIM; d++) {
-        int e = (d + 1) % PD_DIM;
-        lo[d] = setup->lo[d];
-        hi[d] = setup->hi[d];
-        faces += 2.0 * (setup->hi[d] - setup->lo[d]) / setup->h[d] * (setup->hi[e] - setup->lo[e]) / setup->h[e];
-    }
-    pdi_renderer_init_view(lo, hi, setup->drawing.view_direction,
-                           setup->drawing.width ? setup->drawing.width : PD_FIELD_PLOT_WIDTH, &s);
-    double pixels = (double)s.width * s.height, image = 6.0 * (s.width + 140.0) * (s.height + 110.0);
-    double sorted = setup->drawing.percentile > 0.0 && setup->drawing.percentile < 1.0 ? 8.0 * pixels : 0.0;
-    return 7.0 * pixels + sorted + pdi_max(20.0 * pixels + 330.0 * faces, image + PDI_MEMORY_ESTIMATE_DEFLATE_BYTES);
-}
-
-/* [byte] Memory of the largest picture; they are drawn one by one. */
-static double pdi_memory_estimate_pictures(const pd_setup *u)
-{
-    int right = u->slice_axis == 0 && PD_DIM == 3 ? 1 : 0, up = u->slice_axis == 2 || PD_DIM < 3 ? 1 : 2;
-    int lines = 0, flows = 0, plots = u->has_dissolve || (PD_DIM == 1 && u->images);
-    double largest = 0.0, across = 0.0;
-    for (int k = 0; k < u->monitors; k++) {
-        const pd_setup_monitor *m = &u->monitor[k];
-        plots = plots || (m->kind == PD_MONITOR_LINE && m->images) || (m->kind == PD_MONITOR_TRANSFER && m->axis >= 0);
-    }
-    if (plots) largest = PDI_MEMORY_ESTIMATE_PLOT_BYTES;
-    largest = pdi_max(largest, pdi_memory_estimate_surface_view(u));
-    if (PD_DIM == 1 || !u->images) return largest;
-    double lx = u->hi[right] - u->lo[right], ly = u->hi[up] - u->lo[up];
-    if (u->axisymmetric && !(u->lo[up] > 0.0)) ly *= 2.0; /* both halves are drawn */
-    double wanted = u->drawing.width ? u->drawing.width : PD_FIELD_PLOT_WIDTH, cells = lx / u->h[right] * ly / u->h[up];
-    double scale = pdi_min(wanted / lx, PD_FIELD_PLOT_MAX_ASPECT * wanted / ly);
-    double width = pdi_memory_estimate_count_pixels(lx / u->h[right], scale * lx, 1.4 * wanted) + 230.0;
-    double height = pdi_memory_estimate_count_pixels(ly / u->h[up], scale * ly, 1.4 * wanted) + 140.0;
-    double all = 6.0 * width * height + PDI_MEMORY_ESTIMATE_DEFLATE_BYTES;
-    if (u->displacement_scale > 0.0) { /* drawn on paper of its own, which is gone as the image is packed */
-        double pixels = scale * lx * scale * ly;
-        width = scale * lx + 230.0;
-        height = scale * ly + 140.0;
-        all = pdi_max(3.0 * width * height + 9.0 * pixels, 6.0 * width * height + PDI_MEMORY_ESTIMATE_DEFLATE_BYTES);
-        all += 17.0 * cells;
-    }
-    for (int k = 0; k < PD_FIELD_COUNT; k++) {
-        lines = lines || u->drawing.contours[k];
-        flows = flows || u->drawing.streamlines[k] || u->drawing.vectors[k];
-        across = pdi_max(across, u->drawing.streamlines[k]);
-    }
-    if (flows) all = pdi_max(all, 4.0 * width * height) + 16.0 * cells;
-    /* points of streamlines, 12 of 80 bytes over the distance between lines */
-    all = pdi_max(all, 4.0 * width * height + 1000.0 * width * height * pow(across / wanted, 2.0));
-    /* cover of a pixel, place on the bar of a cell */
-    if (lines) all = pdi_max(all, 4.0 * width * height + 8.0 * cells);
-    if (u->drawing.percentile > 0.0 && u->drawing.percentile < 1.0) all += 8.0 * cells;
-    return pdi_max(largest, all) + 9.0 * cells;
-}
-
 /* Add the memory of output: copies of fields, and the largest picture. */
 static void pdi_memory_estimate_output(const pd_setup *setup, pd_memory_estimate *b)
 {
     double copies = 0.0;
     for (int k = 0; k < PD_FIELD_COUNT; k++)
-        if (((setup->fields >> k) & 1u) && (k == PD_FIELD_U || pdi_fields_is_scalar((pd_field)k)))
+        if (((setup->fields >> k) & 1u) && (k == PD_FIELD_U || pd_fields_is_scalar((pd_field)k)))
             copies += k == PD_FIELD_U ? 8.0 * PD_DIM : 8.0;
-    b->output_bytes = copies * b->nodes + pdi_memory_estimate_pictures(setup);
+    b->output_bytes = copies * b->nodes + (setup->picture_bytes ? setup->picture_bytes(setup) : 0.0);
 }
 
 void pd_memory_estimate_compute(const pd_setup *u, pd_memory_estimate *b)
 {
     pdi_memory_plan plan;
     pdi_physics_list list;
-    double reach = ceil(u->fluid_m + 0.5) - 1.0, layers = pdi_setup_count_ghost_layers(u);
+    double reach = ceil(u->fluid_m + 0.5) - 1.0, layers = pd_setup_count_ghost_layers(u);
     memset(b, 0, sizeof *b);
     b->nodes = b->cells = 1.0;
     for (int d = 0; d < PD_DIM; d++) {
@@ -202,22 +129,20 @@ void pd_memory_estimate_compute(const pd_setup *u, pd_memory_estimate *b)
     for (int k = 0; k < PD_PART_COUNT; k++) b->total_bytes += b->bytes[k];
 }
 
-PDI_FN pd_status pdi_memory_estimate_check_limit(pd_ctx *ctx, const pd_setup *setup, int dry)
+pd_status pd_memory_estimate_check_limit(pd_ctx *ctx, const pd_setup *setup, int dry)
 {
     pd_memory_estimate b;
     pd_memory_estimate_compute(setup, &b);
     if (dry) b.total_bytes -= pdi_max(b.output_bytes - b.equilibrium_bytes, 0.0);
     if (!(b.nodes <= (double)INT32_MAX))
-        return pdi_fail(ctx, PD_ERR_SIZE, "grid", "the lattice has %.3g nodes, at most %.3g are possible", b.nodes,
+        return pd_fail(ctx, PD_ERR_SIZE, "grid", "the lattice has %.3g nodes, at most %.3g are possible", b.nodes,
                         (double)INT32_MAX);
     double sure = (b.total_bytes - PDI_MEMORY_ESTIMATE_FIXED_BYTES) / (1.0 + PD_MEMORY_ESTIMATE_ERROR);
     if (ctx->alloc.limit && sure > (double)ctx->alloc.limit)
-        return pdi_fail(ctx, PD_ERR_LIMIT, "memory", "the run needs about %.3g MB, the limit is %.3g MB",
+        return pd_fail(ctx, PD_ERR_LIMIT, "memory", "the run needs about %.3g MB, the limit is %.3g MB",
                         b.total_bytes * 1e-6, (double)ctx->alloc.limit * 1e-6);
     return PD_OK;
 }
 
 #undef PDI_MEMORY_ESTIMATE_SAMPLE_POINTS
-#undef PDI_MEMORY_ESTIMATE_PLOT_BYTES
-#undef PDI_MEMORY_ESTIMATE_DEFLATE_BYTES
 #undef PDI_MEMORY_ESTIMATE_FIXED_BYTES

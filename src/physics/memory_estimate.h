@@ -8,15 +8,14 @@
 #include "physics/physics_list.h"
 
 #define pd_memory_estimate_compute PD_NAME(pd_memory_estimate_compute)
+#define pd_memory_estimate_check_limit PD_NAME(pd_memory_estimate_check_limit)
 
 /* Estimate the peak memory of a run of the setup; numbers of nodes come from some thousand sample points of the shapes.
  */
 PD_API void pd_memory_estimate_compute(const pd_setup *setup, pd_memory_estimate *footprint);
-
-#ifdef PDI_INTERNAL
 /* Check the estimate before a run. dry: a run that writes nothing. PD_ERR_LIMIT: it exceeds ctx->alloc.limit by more
  * than its error; PD_ERR_SIZE: the lattice has more nodes than an int32 counts. */
-PDI_FN pd_status pdi_memory_estimate_check_limit(pd_ctx *ctx, const pd_setup *setup, int dry);
-#endif
+PD_API pd_status pd_memory_estimate_check_limit(pd_ctx *ctx, const pd_setup *setup, int dry);
+
 
 #endif

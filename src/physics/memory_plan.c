@@ -21,7 +21,7 @@ PDI_FN void pdi_memory_plan_init(const pd_setup *setup, const pd_memory_estimate
 {
     pd_grid *grid = &plan->grid;
     double nodes = b->nodes;
-    int reach = pdi_setup_count_ghost_layers(setup);
+    int reach = pd_setup_count_ghost_layers(setup);
     memset(plan, 0, sizeof *plan);
     pd_ctx_init(&plan->ctx);
     grid->ghost = reach;

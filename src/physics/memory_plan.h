@@ -4,7 +4,7 @@
 #ifndef PD_MEMORY_PLAN_H
 #define PD_MEMORY_PLAN_H
 #include "flow/steady.h"
-#include "scene/setup.h"
+#include "setup/setup.h"
 
 /* Relative error that the estimate may have. */
 #define PD_MEMORY_ESTIMATE_ERROR 0.2

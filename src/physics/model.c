@@ -1,6 +1,6 @@
 /* model: see model.h */
 #include "physics/model.h"
-#include "scene/fields.h"
+#include "setup/fields.h"
 #include <math.h>
 #include <string.h>
 
@@ -15,11 +15,11 @@ static pd_status pdi_model_build_stencil(pd_ctx *ctx, const pd_setup *setup, dou
     return pd_stencil_build(ctx, &family, stencil);
 }
 
-PDI_FN pd_status pdi_model_build_grid(pd_ctx *ctx, const pd_setup *setup, int *line, pd_stencil *stencil, pd_grid *grid)
+pd_status pd_model_build_grid(pd_ctx *ctx, const pd_setup *setup, int *line, pd_stencil *stencil, pd_grid *grid)
 {
     pd_grid_desc box;
     memset(&box, 0, sizeof box);
-    box.ghost = pdi_setup_count_ghost_layers(setup);
+    box.ghost = pd_setup_count_ghost_layers(setup);
     for (int d = 0; d < PD_DIM; d++) {
         box.lo[d] = setup->lo[d];
         box.hi[d] = setup->hi[d];
@@ -32,7 +32,7 @@ PDI_FN pd_status pdi_model_build_grid(pd_ctx *ctx, const pd_setup *setup, int *l
     for (int s = 0; s < 2 * PD_DIM; s++)
         if (setup->side[s].is_open) box.is_inlet = pdi_inlet_is_inflow;
     box.is_inlet_user = (void *)setup; /* only read */
-    PDI_TRY(pdi_model_build_stencil(ctx, setup, setup->fluid_m, stencil));
+    PD_TRY(pdi_model_build_stencil(ctx, setup, setup->fluid_m, stencil));
     if (setup->shape_line) *line = setup->shape_line; /* what the lattice refuses are shapes */
     return pd_grid_build(ctx, stencil, &box, grid);
 }
@@ -41,7 +41,7 @@ PDI_FN pd_status pdi_model_build_grid(pd_ctx *ctx, const pd_setup *setup, int *l
 static pd_status pdi_model_mark_metals(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
-    PDI_TRY(PDI_NEW(ctx, "model", m->grid.total, m->metal));
+    PD_TRY(PD_NEW(ctx, "model", m->grid.total, m->metal));
     for (int32_t i = 0; i < m->grid.total; i++) {
         double x[PD_DIM];
         if (m->grid.kind[i] != PD_SOLID) continue;
@@ -55,13 +55,13 @@ static pd_status pdi_model_mark_metals(pd_ctx *ctx, pd_model *m)
 /* Grid, metal of nodes, bonds, bonds across surfaces and inlets. */
 static pd_status pdi_model_build_lattice(pd_ctx *ctx, pd_model *m)
 {
-    PDI_TRY(pdi_model_build_grid(ctx, m->setup, &m->error_line, &m->stencil, &m->grid));
-    PDI_TRY(pd_bonds_build(ctx, &m->stencil, &m->grid, pdi_setup_get_bond_options(m->setup), &m->bonds));
+    PD_TRY(pd_model_build_grid(ctx, m->setup, &m->error_line, &m->stencil, &m->grid));
+    PD_TRY(pd_bonds_build(ctx, &m->stencil, &m->grid, pdi_setup_get_bond_options(m->setup), &m->bonds));
     if (pdi_setup_has_surface_area(m->setup)) {
-        PDI_TRY(pdi_model_build_stencil(ctx, m->setup, m->setup->metal_m, &m->interface_stencil));
-        PDI_TRY(pdi_bond_path_build(ctx, &m->interface_stencil, &m->grid, &m->paths));
+        PD_TRY(pdi_model_build_stencil(ctx, m->setup, m->setup->metal_m, &m->interface_stencil));
+        PD_TRY(pdi_bond_path_build(ctx, &m->interface_stencil, &m->grid, &m->paths));
     }
-    if (m->setup->metals > 1) PDI_TRY(pdi_model_mark_metals(ctx, m));
+    if (m->setup->metals > 1) PD_TRY(pdi_model_mark_metals(ctx, m));
     pd_status status = pdi_inlet_build(ctx, m->setup, &m->grid, &m->inlet);
     m->error_line = m->setup->side[m->inlet.error_side].line;
     return status;
@@ -72,7 +72,7 @@ static pd_status pdi_model_build_part(pd_ctx *ctx, pd_model *m, pd_part part, pd
 {
     size_t before = ctx->in_use;
     m->error_line = m->setup->line[part];
-    PDI_TRY(build(ctx, m));
+    PD_TRY(build(ctx, m));
     m->bytes[part] += ctx->in_use - before;
     return PD_OK;
 }
@@ -80,17 +80,17 @@ static pd_status pdi_model_build_part(pd_ctx *ctx, pd_model *m, pd_part part, pd
 /* Build the lattice and all physics that the setup has, in order. */
 static pd_status pdi_model_build_parts(pd_ctx *ctx, pd_model *m)
 {
-    PDI_TRY(pdi_model_build_part(ctx, m, PD_PART_GRID, pdi_model_build_lattice));
+    PD_TRY(pdi_model_build_part(ctx, m, PD_PART_GRID, pdi_model_build_lattice));
     for (int connects = 0; connects < 2; connects++)
         for (int k = 0; k < m->physics->count; k++) {
             const pdi_physics_row *row = &m->physics->row[k];
             pd_status (*build)(pd_ctx *, pd_model *) = connects ? row->connect : row->build;
-            if (build) PDI_TRY(pdi_model_build_part(ctx, m, row->part, build));
+            if (build) PD_TRY(pdi_model_build_part(ctx, m, row->part, build));
         }
     return PD_OK;
 }
 
-PDI_FN void pdi_model_get_statistics(const pd_model *m, pdi_model_statistics *e)
+void pd_model_get_statistics(const pd_model *m, pd_model_statistics *e)
 {
     memset(e, 0, sizeof *e);
     for (int k = 0; k < m->physics->count; k++) {
@@ -107,7 +107,7 @@ static pd_status pdi_model_add_processes(pd_ctx *ctx, pd_model *m)
             const pdi_physics_row *row = &m->physics->row[k];
             if (!row->add_processes) continue;
             pdi_physics_stage own = row->get_stage ? row->get_stage(m) : row->stage;
-            if ((int)own == stage) PDI_TRY(row->add_processes(ctx, m));
+            if ((int)own == stage) PD_TRY(row->add_processes(ctx, m));
         }
     return PD_OK;
 }
@@ -136,7 +136,7 @@ static void pdi_model_set_samplers(pd_model *m)
     }
 }
 
-PDI_FN const double *pdi_model_velocity(const pd_model *m)
+const double *pd_model_velocity(const pd_model *m)
 {
     for (int k = 0; k < m->physics->count; k++) {
         const pdi_physics_row *row = &m->physics->row[k];
@@ -158,27 +158,27 @@ PDI_FN double pdi_model_compute_speed(const pd_model *m, const double *velocity,
 PDI_FN void pdi_model_set_registered_variables(const void *model, int32_t node, double *vars)
 {
     const pd_model *m = (const pd_model *)model;
-    int first = pdi_fields_first_registered(m->setup);
+    int first = pd_fields_first_registered(m->setup);
     for (int k = 0; k < PD_PHYSICS_TYPE_FIELDS; k++) {
         const pdi_physics_sampler *sampler = first + k < PD_FIELD_COUNT ? m->sampler[first + k] : NULL;
-        vars[PDI_SETUP_RATE_FIELD + k] = sampler ? sampler->sample(m, (pd_field)(first + k), node) : 0.0;
+        vars[PD_SETUP_RATE_FIELD + k] = sampler ? sampler->sample(m, (pd_field)(first + k), node) : 0.0;
     }
 }
 
-PDI_FN int pdi_model_is_undefined(const pd_model *m, pd_field field, int32_t i)
+int pd_model_is_undefined(const pd_model *m, pd_field field, int32_t i)
 {
     int dissolved = field == PD_FIELD_PH || field == PD_FIELD_SATURATION_INDEX ||
-                    field == PD_FIELD_DIFFUSION_POTENTIAL || pdi_fields_species_index(m->setup, field) >= 0;
+                    field == PD_FIELD_DIFFUSION_POTENTIAL || pd_fields_species_index(m->setup, field) >= 0;
     if (field == PD_FIELD_C) dissolved = !m->setup->has_corrode;
     return m->just_converted && m->just_converted[i] && dissolved && m->grid.kind[i] == PD_FLUID;
 }
 
-PDI_FN pd_status pdi_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
+pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
 {
     pd_time_loop_desc desc;
     memset(m, 0, sizeof *m);
     memset(&desc, 0, sizeof desc);
-    PDI_TRY(PDI_NEW(ctx, "model", 1, m->physics));
+    PD_TRY(PD_NEW(ctx, "model", 1, m->physics));
     m->setup = setup;
     pdi_physics_list_init_present(setup, m->physics);
     pdi_model_set_samplers(m);
@@ -191,22 +191,22 @@ PDI_FN pd_status pdi_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m
     pd_bonds *bonds = pdi_model_needs_bond_updates(m) ? &m->bonds : NULL;
     if (status == PD_OK) status = pd_time_loop_build(ctx, &desc, &m->grid, bonds, &m->time_loop);
     if (status == PD_OK && setup->has_dissolve && (!setup->has_corrode || setup->has_chemistry))
-        status = PDI_NEW(ctx, "model", m->grid.total, m->just_converted);
+        status = PD_NEW(ctx, "model", m->grid.total, m->just_converted);
     m->time_loop.new_fluid = m->just_converted;
     if (status == PD_OK) status = pdi_model_add_processes(ctx, m);
     int line = m->error_line;
-    if (status < 0) pdi_model_free(ctx, m);
+    if (status < 0) pd_model_free(ctx, m);
     m->error_line = line;
     return status;
 }
 
-PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
+void pd_model_free(pd_ctx *ctx, pd_model *m)
 {
     for (int k = m->physics ? m->physics->count : 0; k-- > 0;)
         if (m->physics->row[k].free) m->physics->row[k].free(ctx, m);
-    PDI_DELETE(ctx, 1, m->physics);
-    PDI_DELETE(ctx, m->grid.total, m->just_converted);
-    PDI_DELETE(ctx, m->grid.total, m->metal);
+    PD_DELETE(ctx, 1, m->physics);
+    PD_DELETE(ctx, m->grid.total, m->just_converted);
+    PD_DELETE(ctx, m->grid.total, m->metal);
     pdi_input_step_limit_free(ctx, &m->input_step_limit);
     pd_arena_free(ctx, &m->arena);
     pdi_inlet_free(ctx, &m->inlet);

@@ -3,16 +3,19 @@
 #define PD_MODEL_H
 #include "physics/physics_list.h"
 
-#ifdef PDI_INTERNAL
+#define pd_model_build PD_NAME(pd_model_build)
+#define pd_model_build_grid PD_NAME(pd_model_build_grid)
+#define pd_model_free PD_NAME(pd_model_free)
+#define pd_model_get_statistics PD_NAME(pd_model_get_statistics)
+
 /* Build all solvers of a setup, which is borrowed for the life of the model. The errors of the builders; PD_ERR_STATE:
  * an initial field is negative or not finite. */
-PDI_FN pd_status pdi_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *model);
-PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *model);
-/* Collect the solver statistics of a model. */
-PDI_FN void pdi_model_get_statistics(const pd_model *model, pdi_model_statistics *effort);
+PD_API pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *model);
 /* Build stencil and grid of a setup only. *line: line of the scene that an error is about; unchanged when unknown. */
-PDI_FN pd_status pdi_model_build_grid(pd_ctx *ctx, const pd_setup *setup, int *line, pd_stencil *stencil,
+PD_API pd_status pd_model_build_grid(pd_ctx *ctx, const pd_setup *setup, int *line, pd_stencil *stencil,
                                       pd_grid *grid);
-#endif
+PD_API void pd_model_free(pd_ctx *ctx, pd_model *model);
+/* Collect the solver statistics of a model. */
+PD_API void pd_model_get_statistics(const pd_model *model, pd_model_statistics *effort);
 
 #endif

@@ -82,26 +82,31 @@ typedef struct pd_model {
     int64_t unknowns[PD_PART_COUNT];
 } pd_model;
 
-#ifdef PDI_INTERNAL
-#define PDI_MODEL_ATMOSPHERE 101325.0 /* [Pa] */
-/* 1: the value of a dissolved field at node i is undefined: the node was just converted to fluid, and no solver has
- * stepped since. */
-PDI_FN int pdi_model_is_undefined(const pd_model *m, pd_field field, int32_t i);
-/* [PD_DIM][total] [m/s] velocity of flow or gas; NULL: nothing moves. */
-PDI_FN const double *pdi_model_velocity(const pd_model *model);
-/* Set the variables of a rate law that are fields of the physics of the program, at a node. model: a pd_model. */
-PDI_FN void pdi_model_set_registered_variables(const void *model, int32_t node, double *vars);
-/* Norm [m/s] at a node of a velocity [PD_DIM][total] [m/s]. */
-PDI_FN double pdi_model_compute_speed(const pd_model *model, const double *velocity, int32_t node);
+#define PD_MODEL_ATMOSPHERE 101325.0 /* [Pa] */
 
 /* Solver statistics since the start, and residuals of the last solves; zero where there is no such solver. */
-typedef struct pdi_model_statistics {
+typedef struct pd_model_statistics {
     int64_t flow_solves;             /* of a flow in time: steps of the run */
     int64_t flow_evaluations, flow_krylov, transport_krylov;
     int limiter_iterations;          /* Newton steps on the limited equations in the last step */
     double momentum, continuity;     /* [-] residuals of the last flow solve */
     double steady_change, mass_defect; /* [-] of a steady field, see pd_transport_result */
-} pdi_model_statistics;
+} pd_model_statistics;
+
+#define pd_model_is_undefined PD_NAME(pd_model_is_undefined)
+#define pd_model_velocity PD_NAME(pd_model_velocity)
+
+/* 1: the value of a dissolved field at node i is undefined: the node was just converted to fluid, and no solver has
+ * stepped since. */
+PD_API int pd_model_is_undefined(const pd_model *m, pd_field field, int32_t i);
+/* [PD_DIM][total] [m/s] velocity of flow or gas; NULL: nothing moves. */
+PD_API const double *pd_model_velocity(const pd_model *model);
+#ifdef PDI_INTERNAL
+/* Set the variables of a rate law that are fields of the physics of the program, at a node. model: a pd_model. */
+PDI_FN void pdi_model_set_registered_variables(const void *model, int32_t node, double *vars);
+/* Norm [m/s] at a node of a velocity [PD_DIM][total] [m/s]. */
+PDI_FN double pdi_model_compute_speed(const pd_model *model, const double *velocity, int32_t node);
+
 #endif
 
 #endif

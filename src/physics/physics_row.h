@@ -24,7 +24,7 @@ typedef enum pdi_physics_stage {
 typedef struct pdi_physics_sampler {
     pd_field first, last;
     int (*has)(const pd_setup *setup, pd_field field); /* 1: it has this one of them; NULL: all */
-    /* value at a node as of pdi_sample_get_node */
+    /* value at a node as of pd_sample_get_node */
     double (*sample)(const pd_model *m, pd_field field, int32_t node);
     /* array [total] of a component, which values at points are interpolated from; NULL: from `sample` */
     const double *(*get_values)(const pd_model *m, pd_field field, int component);
@@ -44,8 +44,8 @@ typedef struct pdi_physics_row {
     void (*free)(pd_ctx *ctx, pd_model *m);       /* also after a build that failed, or none */
     int (*reads_bonds)(const pd_setup *setup);    /* 1: it reads the bonds after metal has dissolved */
     const double *(*velocity)(const pd_model *m); /* [PD_DIM][total] [m/s] what moves */
-    void (*add_statistics)(const pd_model *m, pdi_model_statistics *effort);
-    void (*prepare_samples)(pd_ctx *ctx, pd_model *m, pd_fields fields); /* as of pdi_sample_prepare */
+    void (*add_statistics)(const pd_model *m, pd_model_statistics *effort);
+    void (*prepare_samples)(pd_ctx *ctx, pd_model *m, pd_fields fields); /* as of pd_sample_prepare */
     pdi_physics_sampler sampler[PDI_PHYSICS_ROW_SAMPLERS];
     int samplers;
     void (*estimate)(const pd_setup *setup, pdi_memory_plan *plan, pd_memory_estimate *b); /* add its memory */

@@ -73,7 +73,7 @@ static void pdi_potential_physics_print_summary(const pdi_summary_text *s)
     const pd_setup *u = s->model->setup;
     const pd_electrode_map *e = &s->model->electrodes;
     char text[384], value[PD_UNITS_TEXT] = "that of the species";
-    if (u->potential.conductivity > 0.0) pdi_setup_format_value(u->potential.conductivity, "S/m", value);
+    if (u->potential.conductivity > 0.0) pd_setup_format_value(u->potential.conductivity, "S/m", value);
     snprintf(text, sizeof text, "%d electrode%s in %d circuit%s, conductivity %s", u->potential.electrodes,
              u->potential.electrodes > 1 ? "s" : "", e->circuits, e->circuits > 1 ? "s" : "", value);
     pdi_summary_text_print_part(s, PD_PART_POTENTIAL, "potential", text);

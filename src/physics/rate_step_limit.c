@@ -1,7 +1,7 @@
 /* rate_step_limit: see rate_step_limit.h */
 #include "physics/rate_step_limit.h"
 #include "react/layer.h"
-#include "scene/interval.h"
+#include "setup/interval.h"
 #include "solve/time_quadrature.h"
 #include "solve/sdirk.h"
 #include <math.h>
@@ -40,7 +40,7 @@ static double pdi_rate_step_limit_compute_law(void *user, double t)
 {
     pdi_rate_step_limit_local_law *law = (pdi_rate_step_limit_local_law *)user;
     law->vars[law->time_index] = t;
-    return pdi_max(law->scale * pdi_expr_eval(law->expr, law->vars), law->minimum);
+    return pdi_max(law->scale * pd_expr_eval(law->expr, law->vars), law->minimum);
 }
 
 /* Lower and upper bound of the law over the time interval from .. to [s], by interval arithmetic. */
@@ -163,10 +163,10 @@ static double pdi_rate_step_limit_limit_electrode_factor(const pd_rate_step_limi
     const pd_coat *coat = &s->surfaces->state_solver;
     for (int e = 0; e < s->setup->potential.electrodes; e++) {
         const pd_setup_electrode *of = &s->setup->potential.electrode[e];
-        if (!of->has_current_factor || !pdi_setup_is_time_dependent(&of->current_factor)) continue;
+        if (!of->has_current_factor || !pd_setup_is_time_dependent(&of->current_factor)) continue;
         memset(law->vars, 0, sizeof law->vars);
         pd_grid_position(s->surfaces->bonds->grid, coat->node[place], law->vars);
-        pdi_surface_states_get_states(s->surfaces, coat->node[place], law->vars + PDI_SETUP_POSITION_VARS);
+        pdi_surface_states_get_states(s->surfaces, coat->node[place], law->vars + PD_SETUP_POSITION_VARS);
         law->expr = &of->current_factor;
         law->time_index = PD_DIM;
         law->scale = 1.0;
@@ -213,12 +213,12 @@ PDI_FN void pdi_rate_step_limit_build(const pd_setup *setup, const pd_dissolutio
     timed->setup = setup;
     for (int m = 0; attack && m < attack->law_count; m++) {
         const pd_setup_metal *metal = &setup->metal[attack->law[m].setup_metal];
-        laws |= pdi_setup_has_species_rate(metal) && (metal->rate.variables_used >> 1 & 1u);
+        laws |= pd_setup_has_species_rate(metal) && (metal->rate.variables_used >> 1 & 1u);
     }
     for (int k = 0; k < setup->states; k++) rates |= (int)(setup->state[k].rate.variables_used >> 1 & 1u);
     for (int e = 0; e < setup->potential.electrodes; e++)
         rates |= setup->potential.electrode[e].has_current_factor &&
-                 pdi_setup_is_time_dependent(&setup->potential.electrode[e].current_factor);
+                 pd_setup_is_time_dependent(&setup->potential.electrode[e].current_factor);
     if (laws) timed->attack = attack;
     if (rates) timed->surfaces = surfaces;
 }

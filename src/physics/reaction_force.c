@@ -9,7 +9,7 @@ static pd_status pdi_reaction_force_compute_applied_load(pd_ctx *ctx, const pd_m
     const pd_solid_coupling *s = g->structure;
     pdi_compensated_sum sum[PD_DIM];
     memset(sum, 0, sizeof sum);
-    PDI_TRY(pdi_mechanical_bc_add_traction(ctx, g, k, t, load));
+    PD_TRY(pdi_mechanical_bc_add_traction(ctx, g, k, t, load));
     for (int64_t n = 0; n < (int64_t)s->count * PD_DIM; n++)
         pdi_compensated_sum_add(&sum[n % PD_DIM], s->body.volume[n / PD_DIM] * load[n]);
     for (int d = 0; d < PD_DIM; d++) force[d] = pdi_compensated_sum_total(&sum[d]);
@@ -40,7 +40,7 @@ static void pdi_reaction_force_fit_corner_stress(const pd_mechanical_bc *g, cons
     int all = 1, depth = pdi_mechanical_bc_count_held_layers(g), at[PD_DIM];
     if (count > PD_DIM) count = PD_DIM;
     memset(fit, 0, sizeof *fit);
-    pdi_grid_index(s->grid, s->node[i], at);
+    pd_grid_index(s->grid, s->node[i], at);
     for (int a = 0; a < count; a++) all *= depth;
     for (int n = 0; n < all; n++) {
         double c[PD_DIM];
@@ -96,7 +96,7 @@ static double pdi_reaction_force_compute_point_force(const pd_mechanical_bc *g, 
     return -(own + rest / count);
 }
 
-PDI_FN pd_status pdi_reaction_force_compute(pd_ctx *ctx, const pd_mechanical_bc *g, int k, double t, double *force)
+pd_status pd_reaction_force_compute(pd_ctx *ctx, const pd_mechanical_bc *g, int k, double t, double *force)
 {
     const pd_setup_mechanical_bc *grip = &g->setup->metal_body.mechanical_bc[k];
     int64_t count = (int64_t)g->structure->count * PD_DIM;
@@ -104,9 +104,9 @@ PDI_FN pd_status pdi_reaction_force_compute(pd_ctx *ctx, const pd_mechanical_bc 
     pd_status status = PD_OK;
     for (int d = 0; d < PD_DIM; d++) force[d] = reaction[d] = 0.0;
     if (grip->has_traction || grip->has_pressure) {
-        PDI_TRY(PDI_NEW(ctx, "grip_force", count, work));
+        PD_TRY(PD_NEW(ctx, "grip_force", count, work));
         status = pdi_reaction_force_compute_applied_load(ctx, g, k, t, work, force);
-        PDI_DELETE(ctx, count, work);
+        PD_DELETE(ctx, count, work);
     }
     for (int64_t n = 0; n < count; n++) {
         int32_t i = (int32_t)(n / PD_DIM);

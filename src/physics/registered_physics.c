@@ -1,6 +1,6 @@
 /* registered_physics: see registered_physics.h */
 #include "physics/registered_physics.h"
-#include "scene/fields.h"
+#include "setup/fields.h"
 #include <math.h>
 #include <string.h>
 
@@ -35,9 +35,9 @@ static pd_status pdi_registered_physics_build(pd_ctx *ctx, pd_model *m)
         view->value = pdi_registered_physics_get_value;
         view->prescribed = pdi_registered_physics_get_prescribed;
         m->error_line = own->line;
-        PDI_TRY(own->type->build(ctx, view, &m->registered[k].state));
+        PD_TRY(own->type->build(ctx, view, &m->registered[k].state));
         if (!m->registered[k].state)
-            return pdi_fail(ctx, PD_ERR_INTERNAL, own->type->section.name, "its builder gave no state");
+            return pd_fail(ctx, PD_ERR_INTERNAL, own->type->section.name, "its builder gave no state");
     }
     return PD_OK;
 }
@@ -48,7 +48,7 @@ static pd_status pdi_registered_physics_add_processes(pd_ctx *ctx, pd_model *m)
         pd_physics process;
         memset(&process, 0, sizeof process);
         m->setup->registered[k].type->set_process(m->registered[k].state, &process);
-        PDI_TRY(pd_time_loop_add_process(ctx, &m->time_loop, process));
+        PD_TRY(pd_time_loop_add_process(ctx, &m->time_loop, process));
     }
     return PD_OK;
 }
@@ -64,13 +64,13 @@ static void pdi_registered_physics_free(pd_ctx *ctx, pd_model *m)
 static int pdi_registered_physics_has_field(const pd_setup *setup, pd_field field)
 {
     int index;
-    return pdi_fields_find_registered(setup, field, &index) >= 0;
+    return pd_fields_find_registered(setup, field, &index) >= 0;
 }
 
 /* Value at a node; 0 where the field has none. */
 static double pdi_registered_physics_sample(const pd_model *m, pd_field field, int32_t i)
 {
-    int index, own = pdi_fields_find_registered(m->setup, field, &index);
+    int index, own = pd_fields_find_registered(m->setup, field, &index);
     const pd_physics_type *type = m->setup->registered[own].type;
     pd_field_place place = type->field[index].place;
     int kind = m->grid.kind[i];

@@ -1,6 +1,6 @@
 /* sample: see sample.h */
 #include "physics/sample.h"
-#include "scene/fields.h"
+#include "setup/fields.h"
 #include "core/vec.h"
 #include "metal/interface.h"
 #include "flow/near_wall.h"
@@ -29,16 +29,16 @@ static double pdi_sample_get_node_density(const pd_model *m, int32_t i)
     return moving ? moving->sample(m, PD_FIELD_DENSITY, i) : 0.0;
 }
 
-PDI_FN double pdi_sample_get_node(const pd_model *m, pd_field field, int32_t i)
+double pd_sample_get_node(const pd_model *m, pd_field field, int32_t i)
 {
-    if (pdi_model_is_undefined(m, field, i)) return (double)NAN;
+    if (pd_model_is_undefined(m, field, i)) return (double)NAN;
     if (field == PD_FIELD_KIND) return m->grid.kind[i];
     if (field == PD_FIELD_PHASE) return m->grid.kind[i] == PD_SOLID;
     if (field == PD_FIELD_DENSITY) return pdi_sample_get_node_density(m, i);
     return m->sampler[field] ? m->sampler[field]->sample(m, field, i) : 0.0;
 }
 
-PDI_FN void pdi_sample_prepare(pd_ctx *ctx, pd_model *m, pd_fields fields)
+void pd_sample_prepare(pd_ctx *ctx, pd_model *m, pd_fields fields)
 {
     for (int k = 0; k < m->physics->count; k++) {
         const pdi_physics_row *row = &m->physics->row[k];
@@ -84,10 +84,10 @@ static double pdi_sample_interpolate_linear(const pd_model *m, pd_field field, c
             i[d] = (int)low + up;
             weight *= up ? place - low : 1.0 - (place - low);
         }
-        if (!pdi_grid_is_inside(grid, i)) continue;
+        if (!pd_grid_is_inside(grid, i)) continue;
         int32_t node = pd_grid_node(grid, i);
-        if (grid->kind[node] != PD_FLUID || pdi_model_is_undefined(m, field, node)) continue;
-        sum += weight * (f ? f[node] : pdi_sample_get_node(m, field, node));
+        if (grid->kind[node] != PD_FLUID || pd_model_is_undefined(m, field, node)) continue;
+        sum += weight * (f ? f[node] : pd_sample_get_node(m, field, node));
         weights += weight;
     }
     return sum / weights;
@@ -110,7 +110,7 @@ typedef struct pdi_sample_point_query {
 /* 1: the field is a concentration. */
 static int pdi_sample_is_concentration(const pd_model *m, pd_field field)
 {
-    return field == PD_FIELD_C || pdi_fields_species_index(m->setup, field) >= 0;
+    return field == PD_FIELD_C || pd_fields_species_index(m->setup, field) >= 0;
 }
 
 /* Signed distance [m] of x from the surface of the medium; 0: there is none, or x lies on it. */
@@ -162,14 +162,14 @@ static void pdi_sample_add_neighbour_value(pdi_sample_point_query *job, int32_t 
     const pd_stencil *s = m->bonds.stencil;
     int32_t far = base + m->bonds.paths.shift[k];
     double at[PD_DIM], place[PD_DIM], share = 1.0;
-    if (pdi_model_is_undefined(m, job->field, pdi_grid_find_source(&m->grid, far, NULL))) return;
+    if (pd_model_is_undefined(m, job->field, pd_grid_find_source(&m->grid, far, NULL))) return;
     int i[PD_DIM], inlet = m->grid.kind[far] == PD_INLET;
     pd_grid_position(&m->grid, base, at);
-    pdi_grid_index(&m->grid, base, i);
+    pd_grid_index(&m->grid, base, i);
     for (int d = 0; d < PD_DIM && inlet && pdi_sample_is_concentration(job->m, job->field); d++) {
         int step = s->offset[k * PD_DIM + d], upper = step > 0;
         double inside = upper ? m->grid.n[d] - i[d] - 0.5 : i[d] + 0.5;
-        if (step && pdi_grid_is_inlet_or_outlet(m->grid.side[2 * d + upper]))
+        if (step && pd_grid_is_inlet_or_outlet(m->grid.side[2 * d + upper]))
             share = pdi_min(share, inside / abs(step));
     }
     for (int d = 0; d < PD_DIM; d++) place[d] = at[d] + share * s->xi[k * PD_DIM + d];
@@ -243,7 +243,7 @@ static int pdi_sample_find_fluid_nodes(const pd_model *m, const double *x, int32
     if (fluid || !m->bonds.grid) return fluid;
     if (!(pdi_bond_surface_distance(&m->bonds, own, x) >= -PDI_SAMPLE_FACE_TOLERANCE * pdi_vec_min(m->grid.h)))
         return 0;
-    pdi_grid_index(&m->grid, own, i);
+    pd_grid_index(&m->grid, own, i);
     for (int k = 0; k < PDI_SAMPLE_BLOCK_CELLS; k++) {
         double square = 0.0, place[PD_DIM];
         int rest = k;
@@ -252,7 +252,7 @@ static int pdi_sample_find_fluid_nodes(const pd_model *m, const double *x, int32
             rest /= 3;
         }
         int32_t j = pd_grid_node(&m->grid, at);
-        if (!pdi_grid_is_inside(&m->grid, at) || m->grid.kind[j] != PD_FLUID) continue;
+        if (!pd_grid_is_inside(&m->grid, at) || m->grid.kind[j] != PD_FLUID) continue;
         pd_grid_position(&m->grid, j, place);
         for (int d = 0; d < PD_DIM; d++) {
             double way = (place[d] - x[d]) / m->grid.h[d];
@@ -270,7 +270,7 @@ static int pdi_sample_find_fluid_nodes(const pd_model *m, const double *x, int32
 static int pdi_sample_is_surface_field(const pd_model *m, pd_field field)
 {
     return field == PD_FIELD_CURRENT_METAL || field == PD_FIELD_RATE ||
-           pdi_fields_state_index(m->setup, field) >= 0;
+           pd_fields_state_index(m->setup, field) >= 0;
 }
 
 /* Mean of a surface field over those of the cells that have a value; NaN: none has. */
@@ -279,7 +279,7 @@ static double pdi_sample_average_cells(const pd_model *m, pd_field field, int ce
     double sum = 0.0;
     int count = 0;
     for (int k = 0; k < cells; k++) {
-        double value = pdi_sample_get_node(m, field, node[k]);
+        double value = pd_sample_get_node(m, field, node[k]);
         if (!(value == value)) continue;
         sum += value;
         count++;
@@ -287,7 +287,7 @@ static double pdi_sample_average_cells(const pd_model *m, pd_field field, int ce
     return count ? sum / count : (double)NAN;
 }
 
-PDI_FN double pdi_sample_get_point(const pd_model *m, pd_field field, int component, const double *x)
+double pd_sample_get_point(const pd_model *m, pd_field field, int component, const double *x)
 {
     int32_t node[PDI_SAMPLE_MAX_CELLS];
     pdi_sample_point_query job;
@@ -302,11 +302,11 @@ PDI_FN double pdi_sample_get_point(const pd_model *m, pd_field field, int compon
     if (!job.values && field != PD_FIELD_PH && field != PD_FIELD_DIFFUSION_POTENTIAL) {
         int cells = pdi_sample_find_cells(&m->grid, x, node);
         if (pdi_sample_is_surface_field(m, field)) return pdi_sample_average_cells(m, field, cells, node);
-        return pdi_sample_get_node(m, field, node[cells - 1]);
+        return pd_sample_get_node(m, field, node[cells - 1]);
     }
     int fluid = pdi_sample_find_fluid_nodes(m, x, node);
     for (int k = fluid; k-- > 0;)
-        if (pdi_model_is_undefined(m, field, node[k])) node[k] = node[--fluid];
+        if (pd_model_is_undefined(m, field, node[k])) node[k] = node[--fluid];
     /* a gas has jumps, and slips along walls */
     if (fluid && (m->setup->has_gas || !job.values || field == PD_FIELD_PHI))
         return pdi_sample_interpolate_linear(m, field, job.values, x);
@@ -317,17 +317,17 @@ PDI_FN double pdi_sample_get_point(const pd_model *m, pd_field field, int compon
     return (field == PD_FIELD_P ? m->flow.rho : 1.0) * sum / fluid;
 }
 
-PDI_FN double pdi_sample_get_probe(const pd_model *m, pd_field field, int component, const double *x)
+double pd_sample_get_probe(const pd_model *m, pd_field field, int component, const double *x)
 {
-    double value = pdi_sample_get_point(m, field, component, x);
+    double value = pd_sample_get_point(m, field, component, x);
     int32_t node[PDI_SAMPLE_MAX_CELLS];
     int cells = value == value || !m->just_converted ? 0 : pdi_sample_find_cells(&m->grid, x, node);
     for (int k = 0; k < cells; k++)
-        if (pdi_model_is_undefined(m, field, node[k])) return value;
+        if (pd_model_is_undefined(m, field, node[k])) return value;
     return value == value || pdi_sample_is_surface_field(m, field) ? value : 0.0;
 }
 
-PDI_FN int pdi_sample_is_inside(const pd_model *m, const double *x)
+int pd_sample_is_inside(const pd_model *m, const double *x)
 {
     int32_t node[PDI_SAMPLE_MAX_CELLS];
     int cells = pdi_sample_find_cells(&m->grid, x, node);

@@ -3,24 +3,28 @@
 #define PD_SAMPLE_H
 #include "physics/model.h"
 
-#ifdef PDI_INTERNAL
+#define pd_sample_get_node PD_NAME(pd_sample_get_node)
+#define pd_sample_get_point PD_NAME(pd_sample_get_point)
+#define pd_sample_get_probe PD_NAME(pd_sample_get_probe)
+#define pd_sample_is_inside PD_NAME(pd_sample_is_inside)
+#define pd_sample_prepare PD_NAME(pd_sample_prepare)
+
 /* Value of a scalar field at a node [unit of the field]; of a velocity or displacement its norm. 0 where the field has
  * none, NaN where the node was just converted to fluid. Metal left in a node is in `density`; C is the dissolved
  * concentration. */
-PDI_FN double pdi_sample_get_node(const pd_model *m, pd_field field, int32_t node);
-/* Fill the ghosts of concentrations, and compute those of `fields` that are computed on request. Call it before
- * pdi_sample_get_point, and before pdi_sample_get_node of such a field, at each output time. */
-PDI_FN void pdi_sample_prepare(pd_ctx *ctx, pd_model *m, pd_fields fields);
+PD_API double pd_sample_get_node(const pd_model *m, pd_field field, int32_t node);
 /* Value of a field at the point x [m] of the box. C, species and v (its component): a least-squares quadratic through
  * nodes and surfaces around x; p along its gradient (theory: 3.6). With bond-based corrosion, and for pH: linear
  * between fluid nodes. The mean over the fluid cells that x touches. Near a smooth surface in a closed cell: from the
  * nearest fluid nodes; behind it in a fluid cell: from the surface. NaN where there is no fluid. Other fields: of the
  * cell. */
-PDI_FN double pdi_sample_get_point(const pd_model *m, pd_field field, int component, const double *x);
+PD_API double pd_sample_get_point(const pd_model *m, pd_field field, int component, const double *x);
 /* The same for a probe: 0 instead of NaN in the metal, for fields of the fluid. */
-PDI_FN double pdi_sample_get_probe(const pd_model *m, pd_field field, int component, const double *x);
+PD_API double pd_sample_get_probe(const pd_model *m, pd_field field, int component, const double *x);
 /* 1 when x touches a solid cell or fluid nodes give a value there; 0: deep in a wall. */
-PDI_FN int pdi_sample_is_inside(const pd_model *m, const double *x);
-#endif
+PD_API int pd_sample_is_inside(const pd_model *m, const double *x);
+/* Fill the ghosts of concentrations, and compute those of `fields` that are computed on request. Call it before
+ * pd_sample_get_point, and before pd_sample_get_node of such a field, at each output time. */
+PD_API void pd_sample_prepare(pd_ctx *ctx, pd_model *m, pd_fields fields);
 
 #endif

@@ -70,9 +70,9 @@ static pd_status pdi_solid_physics_build(pd_ctx *ctx, pd_model *m)
     m->unknowns[PD_PART_SOLID] = (int64_t)PD_DIM * m->grid.solid_count;
     if (PD_DIM > 1) {
         m->min_cells_across = pdi_solid_physics_get_min_cells_across(b);
-        PDI_TRY(pdi_thickness_compute_thin_fraction(ctx, &m->grid, m->min_cells_across, &m->thin_fraction));
+        PD_TRY(pdi_thickness_compute_thin_fraction(ctx, &m->grid, m->min_cells_across, &m->thin_fraction));
     }
-    PDI_TRY(pd_solid_coupling_build(ctx, &m->grid, &desc, &m->solid));
+    PD_TRY(pd_solid_coupling_build(ctx, &m->grid, &desc, &m->solid));
     return pdi_mechanical_bc_build(ctx, m->setup, &m->solid, &m->mechanical_bc);
 }
 
@@ -215,14 +215,14 @@ static void pdi_solid_physics_estimate(const pd_setup *setup, pdi_memory_plan *p
     if (setup->metal_body.has_rate_factor) s.desc.rate_factor = pdi_mechanical_bc_compute_rate_factor;
     *bytes = pdi_memory_plan_count_array_bytes(plan, pdi_solid_coupling_list, &s) +
              pdi_memory_plan_count_array_bytes(plan, pdi_body_list_state, &s.body);
-    if (!pdi_solid_coupling_is_dynamic(&s)) *bytes += pdi_solid_physics_estimate_interpolation(setup, plan);
+    if (!pd_solid_coupling_is_dynamic(&s)) *bytes += pdi_solid_physics_estimate_interpolation(setup, plan);
     *bytes += pdi_memory_plan_count_array_bytes(plan, pdi_body_list_points, &s.body);
     *bytes += pdi_memory_plan_count_array_bytes(plan, pdi_body_list_families, &s.body);
     *bytes += pdi_solid_physics_estimate_material(plan, &s);
-    *bytes += pdi_solid_coupling_is_dynamic(&s)
+    *bytes += pd_solid_coupling_is_dynamic(&s)
                   ? pdi_memory_plan_count_array_bytes(plan, pdi_verlet_list, &s.dynamic_solver)
                   : pdi_memory_plan_count_array_bytes(plan, pdi_quasi_static_list, &s.static_solver);
-    if (!pdi_solid_coupling_is_dynamic(&s))
+    if (!pd_solid_coupling_is_dynamic(&s))
         b->equilibrium_bytes = pdi_solid_physics_estimate_equilibrium(setup, plan, &s);
 }
 
@@ -231,7 +231,7 @@ static void pdi_solid_physics_print_fracture(const pdi_summary_text *s)
 {
     const pd_setup_mechanics *b = &s->model->setup->metal_body;
     char strength[PD_UNITS_TEXT];
-    pdi_setup_format_value(b->strength, "Pa", strength);
+    pd_setup_format_value(b->strength, "Pa", strength);
     if (b->stretch > 0.0) pdi_summary_text_print_line(s, "  %-12sbonds break at a stretch of %g", "", b->stretch);
     if (b->strength > 0.0)
         pdi_summary_text_print_line(s, "  %-12sbonds break at a principal stress of %s", "", strength);
@@ -244,8 +244,8 @@ static void pdi_solid_physics_print_summary(const pdi_summary_text *s)
     const pd_model *m = s->model;
     const pd_setup_mechanics *b = &m->setup->metal_body;
     char text[384], young[PD_UNITS_TEXT], yield[PD_UNITS_TEXT];
-    pdi_setup_format_value(b->young, "Pa", young);
-    pdi_setup_format_value(b->yield, "Pa", yield);
+    pd_setup_format_value(b->young, "Pa", young);
+    pd_setup_format_value(b->yield, "Pa", yield);
     snprintf(text, sizeof text, "%s, E = %s, nu = %g%s, m = %g, %.0f bonds", materials[b->material], young, b->poisson,
              PD_DIM != 2                   ? ""
              : b->plane == PD_PLANE_STRESS ? ", plane stress"
@@ -293,7 +293,7 @@ static double pdi_solid_physics_sample(const pd_model *m, pd_field field, int32_
     switch (field) {
     case PD_FIELD_U:
         for (int d = 0; d < PD_DIM; d++) {
-            double u = pdi_solid_coupling_displacements(s)[(int64_t)point * PD_DIM + d];
+            double u = pd_solid_coupling_displacements(s)[(int64_t)point * PD_DIM + d];
             square += u * u;
         }
         return sqrt(square);
@@ -325,7 +325,7 @@ static void pdi_solid_physics_prepare_samples(pd_ctx *ctx, pd_model *m, pd_field
 {
     const pd_material_interface *solid = &m->solid.solid;
     if (((fields >> PD_FIELD_STRAIN_ENERGY) & 1u) && m->solid.count)
-        solid->density(ctx, solid->self, pdi_solid_coupling_displacements(&m->solid), m->solid.density);
+        solid->density(ctx, solid->self, pd_solid_coupling_displacements(&m->solid), m->solid.density);
 }
 
 PDI_FN void pdi_solid_physics_register(pdi_physics_list *list)

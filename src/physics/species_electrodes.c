@@ -39,7 +39,7 @@ static double pdi_species_electrodes_compute_curve(void *user, int electrode, do
     vars[0] = drop;
     vars[1] = ph;
     for (int k = 0; k < e->species_count; k++) vars[2 + k] = c[s->solute_of_species[e->species_index[k]]];
-    return share * pdi_expr_eval(&e->species_curve, vars);
+    return share * pd_expr_eval(&e->species_curve, vars);
 }
 
 /* Prescribed potential or current of a circuit at time t [s], as of pdi_electrode_map_get_circuit_value. */
@@ -57,7 +57,7 @@ static void pdi_species_electrodes_find_decrease(const pd_expr *law, int of, dou
     double last = -HUGE_VAL, stride = 2.0 * PDI_SPECIES_ELECTRODES_SCAN_RANGE / PDI_SPECIES_ELECTRODES_SCAN_POINTS;
     for (int k = 0; k <= PDI_SPECIES_ELECTRODES_SCAN_POINTS; k++) {
         vars[of] = stride * k - PDI_SPECIES_ELECTRODES_SCAN_RANGE;
-        double i = pdi_max(pdi_expr_eval(law, vars), least);
+        double i = pdi_max(pd_expr_eval(law, vars), least);
         if (i < last - PDI_SPECIES_ELECTRODES_MONOTONE_TOLERANCE * fabs(last)) {
             p->decreasing_from =
                 p->has_decreasing_range ? pdi_min(p->decreasing_from, vars[of] - stride) : vars[of] - stride;
@@ -89,13 +89,13 @@ static void pdi_species_electrodes_find_decreasing_range(pd_species_electrodes *
         for (int k = 0; k < PD_EXPR_VARS; k++) vars[k] = concentration[n];
         for (int m = 0; m < u->metals && u->has_dissolve; m++) {
             const pd_setup_metal *metal = &u->metal[m];
-            if (!(metal->rate.variables_used >> PDI_SETUP_RATE_POTENTIAL & 1u)) continue;
+            if (!(metal->rate.variables_used >> PD_SETUP_RATE_POTENTIAL & 1u)) continue;
             for (int d = 0; d < PD_DIM; d++) vars[2 + d] = u->lo[d] + 0.5 * n * (u->hi[d] - u->lo[d]);
-            vars[PDI_SETUP_RATE_PH] = ph[n];
+            vars[PD_SETUP_RATE_PH] = ph[n];
             for (int k = 0; k < u->states; k++)
-                vars[PDI_SETUP_RATE_PH + 1 + metal->species_count + k] =
+                vars[PD_SETUP_RATE_PH + 1 + metal->species_count + k] =
                     pdi_species_electrodes_get_sample_state(&u->state[k], trial / 3);
-            pdi_species_electrodes_find_decrease(&metal->rate, PDI_SETUP_RATE_POTENTIAL, vars, 0.0, p);
+            pdi_species_electrodes_find_decrease(&metal->rate, PD_SETUP_RATE_POTENTIAL, vars, 0.0, p);
         }
         for (int k = 0; k < PD_EXPR_VARS; k++) vars[k] = concentration[n];
         vars[1] = ph[n];
@@ -116,7 +116,7 @@ PDI_FN pd_status pdi_species_electrodes_build(pd_ctx *ctx, const pd_setup *setup
     p->map = map;
     p->cell = cell;
     p->etch = etch;
-    PDI_TRY(PDI_NEW(ctx, "polarise", (int64_t)count * species, p->stoichiometry));
+    PD_TRY(PD_NEW(ctx, "polarise", (int64_t)count * species, p->stoichiometry));
     for (int e = 0; e < count; e++) {
         const pd_setup_electrode *of = &setup->potential.electrode[e];
         for (int k = 0; k < species && of->has_reaction; k++)
@@ -152,8 +152,8 @@ static pd_status pdi_species_electrodes_reject_multiple_roots(pd_ctx *ctx, const
     while (p->map->circuit_of_electrode[e] != circuit) e++;
     text[0] = '\0';
     for (int k = 0; k < shown; k++)
-        pdi_append(text, sizeof text, "%s%.3g V", k == 0 ? "" : k + 1 < shown ? ", " : " and ", root[k]);
-    return pdi_fail(ctx, PD_ERR_STATE, "potential", "at t = %g s the metal of [electrode %s] gives its total current "
+        pd_append(text, sizeof text, "%s%.3g V", k == 0 ? "" : k + 1 < shown ? ", " : " and ", root[k]);
+    return pd_fail(ctx, PD_ERR_STATE, "potential", "at t = %g s the metal of [electrode %s] gives its total current "
                     "at %d potentials, %s: its law or curve falls as E rises, and its past decides which of them it "
                     "has; expected a law that rises or stays there, or a given potential of the electrode",
                     p->etch->time, of->electrode[e].name, found, text);
@@ -187,9 +187,9 @@ PDI_FN pd_status pdi_species_electrodes_check_unique_potential(pd_ctx *ctx, pd_s
 
 PDI_FN void pdi_species_electrodes_free(pd_ctx *ctx, pd_species_electrodes *p)
 {
-    PDI_DELETE(ctx, p->saved_count, p->saved_rates);
+    PD_DELETE(ctx, p->saved_count, p->saved_rates);
     if (p->setup)
-        PDI_DELETE(ctx, (int64_t)p->setup->potential.electrodes * p->setup->electrolyte.count, p->stoichiometry);
+        PD_DELETE(ctx, (int64_t)p->setup->potential.electrodes * p->setup->electrolyte.count, p->stoichiometry);
     memset(p, 0, sizeof *p);
 }
 
@@ -231,11 +231,11 @@ PDI_FN int pdi_species_electrodes_find_nearest_electrode(const pd_species_electr
 static double pdi_species_electrodes_compute_site_current(const pd_etch *s, int32_t k, double *size, double *anodic)
 {
     const pd_reactive *r = s->reactive;
-    double charge = 0.0, volume = r->bonds->stencil->volume * pdi_grid_circumference(r->grid, s->node[k]);
+    double charge = 0.0, volume = r->bonds->stencil->volume * pd_grid_circumference(r->grid, s->node[k]);
     for (int n = 0; n < r->components.solutes; n++)
         charge += r->components.charge[n] * s->part[s->electrode[k] * r->components.solutes + n];
-    double law = PDI_FARADAY * volume * pdi_etch_of(s, k)->charge * s->gave[k];
-    double curve = PDI_FARADAY * volume * charge * s->area[k] * s->flow[k];
+    double law = PD_FARADAY * volume * pdi_etch_of(s, k)->charge * s->gave[k];
+    double curve = PD_FARADAY * volume * charge * s->area[k] * s->flow[k];
     *size = fabs(law) + fabs(curve);
     *anodic = pdi_max(law, 0.0) + pdi_max(curve, 0.0);
     return law + curve;
@@ -261,7 +261,7 @@ PDI_FN int pdi_species_electrodes_has_unwetted(const pd_species_electrodes *p)
 static void pdi_species_electrodes_extend_surface_range(const pd_species_electrodes *p, int electrode,
                                                         pd_cell_range *met)
 {
-    const pd_electrode_term *table = pdi_cell_table(p->cell, electrode);
+    const pd_electrode_term *table = pd_cell_table(p->cell, electrode);
     const pd_etch *s = p->etch;
     double c[PD_SPECIES_MAX], psi, slope;
     for (int32_t k = 0; table && k < s->count; k++) {
@@ -290,7 +290,7 @@ static double pdi_species_electrodes_get_potential(const pd_species_electrodes *
     return known ? s->level[circuit] : (double)NAN;
 }
 
-PDI_FN void pdi_species_electrodes_get_electrode(const pd_species_electrodes *p, int electrode, pd_cell_electrode *now)
+void pd_species_electrodes_get_electrode(const pd_species_electrodes *p, int electrode, pd_cell_electrode *now)
 {
     const pd_etch *s = p->etch;
     int touched = 0;
@@ -298,7 +298,7 @@ PDI_FN void pdi_species_electrodes_get_electrode(const pd_species_electrodes *p,
     now->potential = pdi_species_electrodes_get_potential(p, s->desc.electrodes.member[electrode]);
     for (int32_t k = 0; k < s->count; k++) {
         if (s->electrode[k] != electrode) continue;
-        double volume = s->reactive->bonds->stencil->volume * pdi_grid_circumference(s->reactive->grid, s->node[k]);
+        double volume = s->reactive->bonds->stencil->volume * pd_grid_circumference(s->reactive->grid, s->node[k]);
         double area = volume * s->area[k], size, anodic,
                current = pdi_species_electrodes_compute_site_current(s, k, &size, &anodic);
         now->touches = s->idle >> s->desc.electrodes.member[electrode] & 1u ? PD_CELL_IDLE : PD_CELL_WORKS;
@@ -312,8 +312,8 @@ PDI_FN void pdi_species_electrodes_get_electrode(const pd_species_electrodes *p,
     }
     now->met = p->cell->met[electrode];
     pdi_species_electrodes_extend_surface_range(p, electrode, &now->met);
-    now->charge = PDI_FARADAY * s->charge[2 * electrode];
-    now->passed = PDI_FARADAY * s->charge[2 * electrode + 1];
+    now->charge = PD_FARADAY * s->charge[2 * electrode];
+    now->passed = PD_FARADAY * s->charge[2 * electrode + 1];
 }
 
 PDI_FN double pdi_species_electrodes_compute_current_density(const pd_species_electrodes *p, int32_t node)
@@ -321,20 +321,20 @@ PDI_FN double pdi_species_electrodes_compute_current_density(const pd_species_el
     const pd_etch *s = p->etch;
     double area = 0.0, current = 0.0, size, anodic;
     for (int32_t k = s->slot[node]; k >= 0 && k < s->count && s->node[k] == node; k++) {
-        area += s->reactive->bonds->stencil->volume * pdi_grid_circumference(s->reactive->grid, node) * s->area[k];
+        area += s->reactive->bonds->stencil->volume * pd_grid_circumference(s->reactive->grid, node) * s->area[k];
         current += pdi_species_electrodes_compute_site_current(s, k, &size, &anodic);
     }
     return area > 0.0 ? current / area : (double)NAN;
 }
 
-PDI_FN double pdi_species_electrodes_compute_total_current(const pd_species_electrodes *p, double *off)
+double pd_species_electrodes_compute_total_current(const pd_species_electrodes *p, double *off)
 {
     const pd_etch *s = p->etch;
-    double anodic = 0.0, extra = PDI_FARADAY * s->extra;
+    double anodic = 0.0, extra = PD_FARADAY * s->extra;
     *off = 0.0;
     for (int n = 0; n < s->desc.electrodes.circuits; n++) {
         double sum = 0.0, wanted = s->desc.electrodes.circuit[n].value + extra;
-        double size = PDI_FARADAY * fabs(s->conduct[n]) * PDI_POTENTIAL_SMALL; /* less is none */
+        double size = PD_FARADAY * fabs(s->conduct[n]) * PDI_POTENTIAL_SMALL; /* less is none */
         for (int32_t k = 0; k < s->count; k++) {
             if (pdi_etch_circuit(s, k) != n) continue;
             double each, leaves;
@@ -356,7 +356,7 @@ PDI_FN pd_status pdi_species_electrodes_check_solved(pd_ctx *ctx, const pd_speci
     if (!s->lost) return PD_OK;
     for (int e = 0; e < of->electrodes; e++) {
         if (s->desc.electrodes.member[e] != s->lost - 1 || !pdi_species_electrodes_is_wetted(s, e)) continue;
-        return pdi_fail(ctx, PD_ERR_STATE, "potential", "at t = %g s no potential was found that gives the metal "
+        return pd_fail(ctx, PD_ERR_STATE, "potential", "at t = %g s no potential was found that gives the metal "
                         "of %s a total current of %g A: its curve and its law do not carry that, or carry it at two "
                         "potentials around a peak, or they take up more of a species than reaches the metal; expected "
                         "anodic and cathodic reactions, and a curve that falls to 0 with the species that it takes up",

@@ -27,6 +27,15 @@ typedef struct pd_species_electrodes {
     int64_t saved_count;                   /* length of `former` */
 } pd_species_electrodes;
 
+#define pd_species_electrodes_compute_total_current PD_NAME(pd_species_electrodes_compute_total_current)
+#define pd_species_electrodes_get_electrode PD_NAME(pd_species_electrodes_get_electrode)
+
+/* [A] (per m in planar 2D) Total anodic current of all metal; *off [-]: largest relative current imbalance of a circuit
+ * with a prescribed current. */
+PD_API double pd_species_electrodes_compute_total_current(const pd_species_electrodes *p, double *off);
+/* State of an electrode at the end of the last step of the species: potential [V], current [A], area, charge [C] and
+ * extremes of current density. */
+PD_API void pd_species_electrodes_get_electrode(const pd_species_electrodes *p, int electrode, pd_cell_electrode *now);
 #ifdef PDI_INTERNAL
 /* Set up electrodes among migrating ions, and the descriptor `electrodes` for a surface solver pd_etch that is built
  * afterwards. All is borrowed. */
@@ -45,14 +54,8 @@ PDI_FN int32_t pdi_species_electrodes_find_node_contacts(const pd_species_electr
 /* Electrode of the nearest solid node of metal `kind` around a fluid node; 0 if none is near. */
 PDI_FN int pdi_species_electrodes_find_nearest_electrode(const pd_species_electrodes *p, const pd_dissolve *dissolve,
                                                          int32_t node, int kind);
-/* State of an electrode at the end of the last step of the species: potential [V], current [A], area, charge [C] and
- * extremes of current density. */
-PDI_FN void pdi_species_electrodes_get_electrode(const pd_species_electrodes *p, int electrode, pd_cell_electrode *now);
 /* [A/m2] Mean current density from metal to fluid at the electrodes beside a fluid node; NaN where there are none. */
 PDI_FN double pdi_species_electrodes_compute_current_density(const pd_species_electrodes *p, int32_t node);
-/* [A] (per m in planar 2D) Total anodic current of all metal; *off [-]: largest relative current imbalance of a circuit
- * with a prescribed current. */
-PDI_FN double pdi_species_electrodes_compute_total_current(const pd_species_electrodes *p, double *off);
 /* Check that circuits with a prescribed current have one potential only, by a search around the present one.
  * PD_ERR_STATE: there are several (bistability of a passivating metal). */
 PDI_FN pd_status pdi_species_electrodes_check_unique_potential(pd_ctx *ctx, pd_species_electrodes *p);

@@ -1,6 +1,6 @@
 /* species_physics: see species_physics.h */
 #include "physics/species_physics.h"
-#include "scene/fields.h"
+#include "setup/fields.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -12,7 +12,7 @@ static pd_status pdi_species_physics_set_initial_solution(pd_ctx *ctx, const pd_
     double inside[PD_SPECIES_MAX], x[PD_DIM];
     pd_electrolyte_state state;
     memcpy(inside, e->shape_initial, sizeof inside);
-    PDI_TRY(pd_electrolyte_solve(ctx, e, inside, &state));
+    PD_TRY(pd_electrolyte_solve(ctx, e, inside, &state));
     for (int32_t i = 0; i < m->grid.total; i++) {
         if (m->grid.kind[i] != PD_FLUID) continue;
         pd_grid_position(&m->grid, i, x);
@@ -28,10 +28,10 @@ static pd_status pdi_species_physics_build_surface_states(pd_ctx *ctx, pd_model 
 {
     const pd_setup *u = m->setup;
     m->error_line = u->state[0].line;
-    PDI_TRY(PDI_NEW(ctx, "model", 1, m->surface_states));
+    PD_TRY(PD_NEW(ctx, "model", 1, m->surface_states));
     return pdi_surface_states_build(ctx, u, &m->reactive, &m->bonds, &m->interface_stencil,
                                     u->has_potential ? &m->cell : NULL,
-                                    pdi_setup_find_species_rate_metal(u) >= 0 || pdi_setup_has_ion_electrodes(u)
+                                    pd_setup_find_species_rate_metal(u) >= 0 || pd_setup_has_ion_electrodes(u)
                                         ? &m->dissolution_laws.surface_solver
                                         : NULL,
                                     m->surface_states);
@@ -45,12 +45,12 @@ static pd_status pdi_species_physics_build(pd_ctx *ctx, pd_model *m)
     double initial[PD_SPECIES_MAX], inlet[PD_SPECIES_MAX];
     pd_electrolyte_state state;
     pd_reactive_desc desc;
-    pdi_setup_get_reactive_desc(u, &desc);
+    pd_setup_get_reactive_desc(u, &desc);
     memcpy(initial, e.initial, sizeof initial);
     memcpy(inlet, e.inlet, sizeof inlet);
     e.reactions = pdi_mineral_copy_solid_free_reactions(e.species, e.count, e.reaction, e.reactions, e.reaction);
-    PDI_TRY(pd_electrolyte_solve(ctx, &e, initial, &state));
-    PDI_TRY(pd_electrolyte_solve(ctx, &e, inlet, &state));
+    PD_TRY(pd_electrolyte_solve(ctx, &e, initial, &state));
+    PD_TRY(pd_electrolyte_solve(ctx, &e, inlet, &state));
     desc.initial = initial;
     desc.inlet = inlet;
     for (int s = 0; s < 2 * PD_DIM; s++)
@@ -58,9 +58,9 @@ static pd_status pdi_species_physics_build(pd_ctx *ctx, pd_model *m)
     desc.wall = desc.held ? inlet : NULL;
     desc.user = &m->inlet;
     desc.arena = &m->arena;
-    PDI_TRY(pd_reactive_build(ctx, &m->grid, &m->bonds, u->has_flow ? &m->flow : NULL, &desc, &m->reactive));
+    PD_TRY(pd_reactive_build(ctx, &m->grid, &m->bonds, u->has_flow ? &m->flow : NULL, &desc, &m->reactive));
     m->unknowns[PD_PART_CHEMISTRY] = m->reactive.components.count * m->grid.fluid_count;
-    if (u->solution >= 0) PDI_TRY(pdi_species_physics_set_initial_solution(ctx, &e, m));
+    if (u->solution >= 0) PD_TRY(pdi_species_physics_set_initial_solution(ctx, &e, m));
     return u->states ? pdi_species_physics_build_surface_states(ctx, m) : PD_OK;
 }
 
@@ -96,12 +96,12 @@ static pd_status pdi_species_physics_build_integrator(pd_ctx *ctx, pd_model *m)
     desc.settle = u->steady_transport;
     desc.fed = u->has_surface_reaction ? m->dissolve.shed : NULL;
     desc.shed =
-        u->metal[pdi_setup_find_species_rate_metal(u) > 0 ? pdi_setup_find_species_rate_metal(u) : 0].species_released;
+        u->metal[pd_setup_find_species_rate_metal(u) > 0 ? pd_setup_find_species_rate_metal(u) : 0].species_released;
     desc.coat = m->surface_states ? &m->surface_states->state_solver : NULL;
     desc.species = u->electrolyte.species;
     desc.species_count = u->electrolyte.count;
-    if (pdi_setup_find_species_rate_metal(u) >= 0 || pdi_setup_has_ion_electrodes(u)) {
-        PDI_TRY(pdi_dissolution_laws_build(ctx, u, &m->reactive, u->has_dissolve ? &m->dissolve : NULL,
+    if (pd_setup_find_species_rate_metal(u) >= 0 || pd_setup_has_ion_electrodes(u)) {
+        PD_TRY(pdi_dissolution_laws_build(ctx, u, &m->reactive, u->has_dissolve ? &m->dissolve : NULL,
                                            &m->species_integrator, &m->cell, &m->electrodes, m->surface_states,
                                            &m->dissolution_laws));
         m->dissolution_laws.set_registered = pdi_model_set_registered_variables;
@@ -171,8 +171,8 @@ static void pdi_species_physics_estimate(const pd_setup *setup, pdi_memory_plan 
     memset(&r, 0, sizeof r);
     memset(&course, 0, sizeof course);
     memset(filter, 0, sizeof filter);
-    pdi_setup_get_reactive_desc(setup, &r.desc);
-    if (pdi_reactive_system(&plan->ctx, &r.desc, &r) < 0) return; /* the model says why */
+    pd_setup_get_reactive_desc(setup, &r.desc);
+    if (pd_reactive_system(&plan->ctx, &r.desc, &r) < 0) return; /* the model says why */
     r.grid = &plan->grid;
     r.bonds = r.flux.bonds = r.diffusion.bonds = &plan->bonds;
     if (setup->has_flow) r.flow = r.flux.flow = &plan->flow;
@@ -197,11 +197,11 @@ static void pdi_species_physics_estimate(const pd_setup *setup, pdi_memory_plan 
     course.reactive = &r;
     course.desc.settle = setup->steady_transport;
     memset(&etch, 0, sizeof etch);
-    if (pdi_setup_find_species_rate_metal(setup) >= 0 || pdi_setup_has_ion_electrodes(setup)) {
+    if (pd_setup_find_species_rate_metal(setup) >= 0 || pd_setup_has_ion_electrodes(setup)) {
         etch.reactive = &r;
-        etch.kinds = pdi_setup_count_species_rate_metals(setup);
-        etch.desc.solid = pdi_setup_find_species_rate_metal(setup) >= 0 && setup->metals == 1 ? 1.0 : 0.0;
-        if (pdi_setup_has_ion_electrodes(setup)) {
+        etch.kinds = pd_setup_count_species_rate_metals(setup);
+        etch.desc.solid = pd_setup_find_species_rate_metal(setup) >= 0 && setup->metals == 1 ? 1.0 : 0.0;
+        if (pd_setup_has_ion_electrodes(setup)) {
             etch.desc.electrodes.count = setup->potential.electrodes;
             etch.desc.electrodes.circuits = setup->potential.electrodes;
             for (int e = 0; e < setup->potential.electrodes; e++)
@@ -228,13 +228,13 @@ static void pdi_species_physics_print_released(const pdi_summary_text *s, int m)
     const pd_setup *u = s->model->setup;
     const pd_setup_metal *metal = &u->metal[m];
     char text[384];
-    if (pdi_setup_find_species_rate_metal(u) < 0 ? m > 0 : !pdi_setup_has_species_rate(metal)) return;
+    if (pd_setup_find_species_rate_metal(u) < 0 ? m > 0 : !pd_setup_has_species_rate(metal)) return;
     snprintf(text, sizeof text,
-             "one of %s:", pdi_setup_count_species_rate_metals(u) > 1 ? metal->material.name : "metal");
+             "one of %s:", pd_setup_count_species_rate_metals(u) > 1 ? metal->material.name : "metal");
     for (int k = 0; k < u->electrolyte.count; k++)
         if (fabs(metal->species_released[k]) > 0.0)
-            pdi_append(text, sizeof text, " %+g %s", metal->species_released[k], u->electrolyte.species[k].name);
-    if (fabs(metal->gas_released) > 0.0) pdi_append(text, sizeof text, " %+g %s", metal->gas_released, u->gas);
+            pd_append(text, sizeof text, " %+g %s", metal->species_released[k], u->electrolyte.species[k].name);
+    if (fabs(metal->gas_released) > 0.0) pd_append(text, sizeof text, " %+g %s", metal->gas_released, u->gas);
     pdi_summary_text_print_line(s, "  %-12s%s", "", text);
 }
 
@@ -243,14 +243,14 @@ static void pdi_species_physics_print_summary(const pdi_summary_text *s)
     const pd_setup *u = s->model->setup;
     const pd_components *c = &s->model->reactive.components;
     char text[384], until[PD_UNITS_TEXT];
-    pdi_setup_format_value(u->end_time, "s", until);
+    pd_setup_format_value(u->end_time, "s", until);
     snprintf(text, sizeof text, "%d solutes of %d components, %d reactions (%d with a rate), %s, %.5g K, %s%s",
              c->solutes, c->count, u->electrolyte.reactions, c->kinetics,
              u->electrolyte.activity == PD_ACTIVITY_DAVIES ? "Davies" : "ideal", u->electrolyte.temperature,
              u->steady_transport ? "steady" : "implicit, until ", u->steady_transport ? "" : until);
     pdi_summary_text_print_part(s, PD_PART_CHEMISTRY, "chemistry", text);
     snprintf(text, sizeof text, "states of surfaces:");
-    for (int k = 0; k < u->states; k++) pdi_append(text, sizeof text, "%s %s", k ? "," : "", u->state[k].label);
+    for (int k = 0; k < u->states; k++) pd_append(text, sizeof text, "%s %s", k ? "," : "", u->state[k].label);
     if (u->states) pdi_summary_text_print_line(s, "  %-12s%s", "", text);
     for (int m = 0; m < u->metals && u->has_surface_reaction; m++) pdi_species_physics_print_released(s, m);
 }
@@ -258,7 +258,7 @@ static void pdi_species_physics_print_summary(const pdi_summary_text *s)
 /* Array [total] [mol/m3] of the concentration of a species, or the amount of a mineral; NULL: it is no field of one. */
 static const double *pdi_species_physics_get_field(const pd_model *m, pd_field field)
 {
-    int species = pdi_fields_species_index(m->setup, field);
+    int species = pd_fields_species_index(m->setup, field);
     int n = species < 0 ? -1 : m->reactive.components.solute_of_species[species];
     for (int s = 0; s < m->reactive.minerals.count; s++)
         if (species >= 0 && m->reactive.minerals.mineral[s].species == species)
@@ -286,11 +286,11 @@ static void pdi_species_physics_free(pd_ctx *ctx, pd_model *m)
     pd_course_free(ctx, &m->species_integrator);
     pdi_dissolution_laws_free(ctx, &m->dissolution_laws);
     if (m->surface_states) pdi_surface_states_free(ctx, m->surface_states);
-    PDI_DELETE(ctx, 1, m->surface_states);
+    PD_DELETE(ctx, 1, m->surface_states);
     pd_reactive_free(ctx, &m->reactive);
 }
 
-static void pdi_species_physics_add_statistics(const pd_model *m, pdi_model_statistics *e)
+static void pdi_species_physics_add_statistics(const pd_model *m, pd_model_statistics *e)
 {
     e->transport_krylov += m->species_integrator.krylov;
 }
@@ -306,7 +306,7 @@ static void pdi_species_physics_prepare_samples(pd_ctx *ctx, pd_model *m, pd_fie
 /* Behind its fields follow those of the physics of the program. */
 static int pdi_species_physics_has_field(const pd_setup *setup, pd_field field)
 {
-    return (int)field < pdi_fields_first_registered(setup);
+    return (int)field < pd_fields_first_registered(setup);
 }
 
 static const double *pdi_species_physics_get_values(const pd_model *m, pd_field field, int component)
@@ -319,7 +319,7 @@ static const double *pdi_species_physics_get_values(const pd_model *m, pd_field 
 static double pdi_species_physics_sample(const pd_model *m, pd_field field, int32_t i)
 {
     const double *species = pdi_species_physics_get_field(m, field);
-    int fluid = m->grid.kind[i] == PD_FLUID, state = pdi_fields_state_index(m->setup, field);
+    int fluid = m->grid.kind[i] == PD_FLUID, state = pd_fields_state_index(m->setup, field);
     if (field == PD_FIELD_MINERAL_FRACTION) return fluid ? pd_reactive_film(&m->reactive, i) : 0.0;
     if (species) return fluid ? species[i] : 0.0;
     if (!fluid) return (double)NAN;

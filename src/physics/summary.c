@@ -18,7 +18,7 @@ static void pdi_summary_print_grid(const pdi_summary_text *s)
         size_t used = strlen(size), length = strlen(spacing);
         snprintf(size + used, sizeof size - used, "%s%d", d ? " x " : "", m->grid.n[d]);
         if (d >= axes) continue;
-        pdi_setup_format_value(m->grid.h[d], "m", text);
+        pd_setup_format_value(m->grid.h[d], "m", text);
         snprintf(spacing + length, sizeof spacing - length, "%s%s", d ? " x " : "", text);
     }
     if (m->setup->has_dissolve && m->interface_stencil.count != m->stencil.count)
@@ -39,7 +39,7 @@ static void pdi_summary_print_monitors(const pdi_summary_text *s)
     for (int k = 0; k < u->monitors; k++) {
         size_t used = strlen(text);
         snprintf(text + used, sizeof text - used, "%s%s %s", k ? ", " : "",
-                 pdi_setup_monitor_section_name(u->monitor[k].kind), u->monitor[k].name);
+                 pd_setup_monitor_section_name(u->monitor[k].kind), u->monitor[k].name);
     }
     if (u->monitors) pdi_summary_text_print_line(s, "  %-12s%s", "watched", text);
 }
@@ -55,12 +55,12 @@ static void pdi_summary_print_absent(const pdi_summary_text *s)
     for (int k = 0; k < all.count; k++) {
         const pdi_physics_row *row = &all.row[k];
         const char *what = row->absent ? row->absent(u) : row->is_present(u) ? NULL : row->name;
-        if (what) pdi_append(text, sizeof text, "%s%s", absent++ ? ", " : "", what);
+        if (what) pd_append(text, sizeof text, "%s%s", absent++ ? ", " : "", what);
     }
     if (absent) pdi_summary_text_print_line(s, "%s", text);
 }
 
-PDI_FN void pdi_summary_print(const pd_model *model, pd_print_fn print, void *user)
+void pd_summary_print(const pd_model *model, pd_print_fn print, void *user)
 {
     pdi_summary_text s;
     pd_memory_estimate footprint;

@@ -4,9 +4,9 @@
 #include "physics/model.h"
 #include "physics/summary_text.h"
 
-#ifdef PDI_INTERNAL
+#define pd_summary_print PD_NAME(pd_summary_print)
+
 /* Print the description of a built model. print: NULL: nothing. */
-PDI_FN void pdi_summary_print(const pd_model *model, pd_print_fn print, void *user);
-#endif
+PD_API void pd_summary_print(const pd_model *model, pd_print_fn print, void *user);
 
 #endif

@@ -30,7 +30,7 @@ static pd_status pdi_surface_states_mark_nodes(pd_ctx *ctx, void *user, int anew
         pdi_contact_metal metal;
         memset(&metal, 0, sizeof metal);
         metal.wide = s->interface_stencil;
-        PDI_TRY(pdi_contact_find(ctx, s->bonds, &metal, &s->contacts));
+        PD_TRY(pdi_contact_find(ctx, s->bonds, &metal, &s->contacts));
     }
     const pd_contacts *c = pdi_surface_states_get_contacts(s);
     for (int32_t k = 0; k < c->count; k++)
@@ -69,13 +69,13 @@ PDI_FN void pdi_surface_states_set_variables(const pd_surface_states *s, int k, 
                                              double *vars)
 {
     const pd_setup_surface_state *state = &s->setup->state[k];
-    int next = PDI_SETUP_RATE_PH + 1;
+    int next = PD_SETUP_RATE_PH + 1;
     memset(vars, 0, PD_EXPR_VARS * sizeof *vars);
     vars[1] = at->time;
     pd_grid_position(s->bonds->grid, at->node, vars + 2);
-    vars[PDI_SETUP_RATE_CURRENT] = at->around[0];
-    vars[PDI_SETUP_RATE_POTENTIAL] = at->around[1];
-    vars[PDI_SETUP_RATE_PH] = at->ph;
+    vars[PD_SETUP_RATE_CURRENT] = at->around[0];
+    vars[PD_SETUP_RATE_POTENTIAL] = at->around[1];
+    vars[PD_SETUP_RATE_PH] = at->ph;
     for (int n = 0; n < state->species_count; n++)
         vars[next++] = at->c[s->state_solver.reactive->components.solute_of_species[state->species_index[n]]];
     for (int n = 0; n < s->setup->states; n++) vars[next++] = y[n];
@@ -88,7 +88,7 @@ static void pdi_surface_states_compute_rates(void *user, const pd_coat_at *at, c
     double vars[PD_EXPR_VARS];
     for (int k = 0; k < s->setup->states; k++) {
         pdi_surface_states_set_variables(s, k, at, y, vars);
-        rate[k] = pdi_expr_eval(&s->setup->state[k].rate, vars);
+        rate[k] = pd_expr_eval(&s->setup->state[k].rate, vars);
     }
 }
 
@@ -108,7 +108,7 @@ static void pdi_surface_states_add_film_flux(void *user, int32_t node, double *f
     const pd_potential *p = &s->cell->potential;
     for (int32_t n = s->cell->first[node]; n >= 0 && n < p->contacts.count && p->contacts.list[n].node == node; n++) {
         const pd_contact *c = &p->contacts.list[n];
-        double electrons = p->current[n] / PDI_FARADAY * c->way / r->diffusion.desc.diffusivity;
+        double electrons = p->current[n] / PD_FARADAY * c->way / r->diffusion.desc.diffusivity;
         if (!pdi_surface_states_get_electrode_states(s, c->electrode)) continue;
         for (int k = 0; k < count; k++) flows[k] += s->components_per_electron[c->electrode][k] * electrons;
     }
@@ -123,7 +123,7 @@ static int pdi_surface_states_average_ion_surface(void *user, int32_t node, doub
     const pd_reactive *r = s->state_solver.reactive;
     int count = r->components.solutes;
     double at[PD_SPECIES_MAX], sum[PD_SPECIES_MAX], psi, whole = 0.0;
-    double volume = r->bonds->stencil->volume * pdi_grid_circumference(r->grid, node);
+    double volume = r->bonds->stencil->volume * pd_grid_circumference(r->grid, node);
     memset(sum, 0, sizeof sum);
     around[0] = around[1] = 0.0;
     for (int32_t p = etch->slot[node]; p >= 0 && p < etch->count && etch->node[p] == node; p++) {
@@ -134,10 +134,10 @@ static int pdi_surface_states_average_ion_surface(void *user, int32_t node, doub
         whole += area;
         for (int n = 0; n < count; n++) sum[n] += area * at[n];
         if (e < 0) continue;
-        around[0] += PDI_FARADAY * pdi_levels_place(etch, p, speed, etch->flow[p]) / volume;
+        around[0] += PD_FARADAY * pdi_levels_place(etch, p, speed, etch->flow[p]) / volume;
         around[1] += area * (etch->level[etch->desc.electrodes.member[e]] - psi * r->migration.volt);
     }
-    pdi_reactive_get(r, r->c, node, c);
+    pd_reactive_get(r, r->c, node, c);
     for (int n = 0; n < count && whole > 0.0; n++) c[n] = sum[n] / whole;
     for (int k = 0; k < 2 && whole > 0.0; k++) around[k] /= whole;
     return 1;
@@ -160,15 +160,15 @@ PDI_FN void pdi_surface_states_set_desc(const pd_setup *setup, const pd_reactive
 {
     desc->count = setup->states;
     desc->stages =
-        setup->has_migration && (pdi_setup_find_species_rate_metal(setup) >= 0 || pdi_setup_has_ion_electrodes(setup));
+        setup->has_migration && (pd_setup_find_species_rate_metal(setup) >= 0 || pd_setup_has_ion_electrodes(setup));
     for (int k = 0; k < setup->states; k++) {
         const pd_setup_surface_state *state = &setup->state[k];
-        desc->reads_ph |= (int)(state->rate.variables_used >> PDI_SETUP_RATE_PH & 1u);
+        desc->reads_ph |= (int)(state->rate.variables_used >> PD_SETUP_RATE_PH & 1u);
         for (int n = 0; n < state->species_count; n++)
-            if (state->rate.variables_used >> (PDI_SETUP_RATE_PH + 1 + n) & 1u)
+            if (state->rate.variables_used >> (PD_SETUP_RATE_PH + 1 + n) & 1u)
                 desc->reads |= (uint32_t)1 << reactive->components.solute_of_species[state->species_index[n]];
-        if (pdi_setup_has_ion_electrodes(setup))
-            desc->reads_around |= state->rate.variables_used >> PDI_SETUP_RATE_CURRENT & 3u;
+        if (pd_setup_has_ion_electrodes(setup))
+            desc->reads_around |= state->rate.variables_used >> PD_SETUP_RATE_CURRENT & 3u;
     }
 }
 
@@ -189,7 +189,7 @@ PDI_FN pd_status pdi_surface_states_build(pd_ctx *ctx, const pd_setup *setup, pd
         desc.name[k] = state->name;
         desc.low[k] = state->low;
         desc.high[k] = state->high;
-        s->affects_potential |= (state->rate.variables_used >> PDI_SETUP_RATE_CURRENT & 3u) != 0;
+        s->affects_potential |= (state->rate.variables_used >> PD_SETUP_RATE_CURRENT & 3u) != 0;
     }
     for (int e = 0; e < setup->potential.electrodes; e++) {
         const pd_setup_electrode *is = &setup->potential.electrode[e];
@@ -239,7 +239,7 @@ PDI_FN double pdi_surface_states_get_state(const pd_surface_states *s, int k, in
     return s->state_solver.value[k * (int64_t)s->bonds->grid->total + node];
 }
 
-PDI_FN void pdi_surface_states_compute_statistics(const pd_surface_states *s, int k, pd_surface_state_statistics *f)
+void pd_surface_states_compute_statistics(const pd_surface_states *s, int k, pd_surface_state_statistics *f)
 {
     const pd_contacts *c = pdi_surface_states_get_contacts(s);
     const pd_grid *grid = s->bonds->grid;
@@ -249,7 +249,7 @@ PDI_FN void pdi_surface_states_compute_statistics(const pd_surface_states *s, in
     for (int32_t n = 0; n < c->count; n++) {
         const pd_contact *at = &c->list[n];
         double y = pdi_surface_states_get_state(s, k, at->node);
-        double area = at->area * s->bonds->stencil->volume * pdi_grid_circumference(grid, at->node);
+        double area = at->area * s->bonds->stencil->volume * pd_grid_circumference(grid, at->node);
         if (!(pdi_surface_states_get_electrode_states(s, at->electrode) >> k & 1u) || !(y == y)) continue;
         f->area += area;
         sum += area * y;
@@ -268,10 +268,10 @@ PDI_FN pd_status pdi_surface_states_compute_curve_factor(pd_ctx *ctx, const pd_s
     if (!e->has_current_factor) return PD_OK;
     pd_grid_position(s->bonds->grid, node, vars);
     vars[PD_DIM] = t;
-    pdi_surface_states_get_states(s, node, vars + PDI_SETUP_POSITION_VARS);
-    *share = pdi_expr_eval(&e->current_factor, vars);
+    pdi_surface_states_get_states(s, node, vars + PD_SETUP_POSITION_VARS);
+    *share = pd_expr_eval(&e->current_factor, vars);
     if (*share >= 0.0 && *share < 1e100) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_STATE, "electrode",
+    return pd_fail(ctx, PD_ERR_STATE, "electrode",
                     "the factor of %s is %g at %s m and t = %g s, expected a finite "
                     "number of at least 0",
                     e->name, *share, pdi_grid_format_position(s->bonds->grid, node, place), t);
@@ -281,7 +281,7 @@ PDI_FN pd_status pdi_surface_states_update_contact_factors(pd_ctx *ctx, const pd
                                                            int32_t count, double t)
 {
     for (int32_t n = 0; n < count; n++)
-        PDI_TRY(pdi_surface_states_compute_curve_factor(ctx, s, contact[n].electrode, contact[n].node, t,
+        PD_TRY(pdi_surface_states_compute_curve_factor(ctx, s, contact[n].electrode, contact[n].node, t,
                                                         &contact[n].share));
     return PD_OK;
 }

@@ -5,7 +5,7 @@
 #include "potential/cell.h"
 #include "react/coat.h"
 #include "react/etch.h"
-#include "scene/setup.h"
+#include "setup/setup.h"
 
 /* Surface states of a setup and what they are coupled to. All is borrowed, but for the contacts and the coat. */
 typedef struct pd_surface_states {
@@ -31,6 +31,11 @@ typedef struct pd_surface_state_statistics {
     double area;              /* [m^(d-1)] axisymmetric: over the whole circumference */
 } pd_surface_state_statistics;
 
+#define pd_surface_states_compute_statistics PD_NAME(pd_surface_states_compute_statistics)
+
+/* Area-weighted mean, minimum and maximum of state k over its surface, and the area. */
+PD_API void pd_surface_states_compute_statistics(const pd_surface_states *surfaces, int k,
+                                                  pd_surface_state_statistics *figures);
 #ifdef PDI_INTERNAL
 /* Build the surface states of a setup. The object must not be moved afterwards: callbacks point to it. cell, etch: NULL
  * without; they may be built later. */
@@ -43,9 +48,6 @@ PDI_FN void pdi_surface_states_free(pd_ctx *ctx, pd_surface_states *surfaces);
 PDI_FN void pdi_surface_states_get_states(const pd_surface_states *surfaces, int32_t node, double *value);
 /* Value of state k at a fluid node; NaN: its surface does not carry the state. */
 PDI_FN double pdi_surface_states_get_state(const pd_surface_states *surfaces, int k, int32_t node);
-/* Area-weighted mean, minimum and maximum of state k over its surface, and the area. */
-PDI_FN void pdi_surface_states_compute_statistics(const pd_surface_states *surfaces, int k,
-                                                  pd_surface_state_statistics *figures);
 /* Set in desc what the rates of states depend on (solutes, pH, current density, potential), their number, and whether
  * they step in the stages of the species. */
 PDI_FN void pdi_surface_states_set_desc(const pd_setup *setup, const pd_reactive *reactive, pd_coat_desc *desc);

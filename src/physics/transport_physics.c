@@ -20,7 +20,7 @@ static pd_status pdi_transport_physics_set_initial_concentration(pd_ctx *ctx, co
         pd_grid_position(&m->grid, node, x);
         double c = pdi_setup_eval_expr(&m->setup->initial_c, x, 0.0);
         if (!(c >= 0.0) || !(c < 1e100))
-            return pdi_fail(ctx, PD_ERR_STATE, "model",
+            return pd_fail(ctx, PD_ERR_STATE, "model",
                             "initial gives C = %g mol/m3 at x = %g m, expected a finite value of at least 0", c, x[0]);
         field[node] = c;
     }
@@ -38,7 +38,7 @@ static double pdi_transport_physics_compute_interface_distance(void *user, const
 static double pdi_transport_physics_get_diffusivity(void *user, const double *x)
 {
     const pd_setup *u = ((const pd_inlet *)user)->setup;
-    return pdi_transport_physics_compute_interface_distance(user, x) <= pdi_shape_tolerance(u->h, x)
+    return pdi_transport_physics_compute_interface_distance(user, x) <= pd_shape_tolerance(u->h, x)
                ? u->medium_diffusivity
                : u->diffusivity;
 }
@@ -64,14 +64,14 @@ static pd_status pdi_transport_physics_build(pd_ctx *ctx, pd_model *m)
     desc.user = &m->inlet;
     desc.arena = &m->arena;
     if (m->inlet.is_time_dependent) desc.clock = &m->inlet.time;
-    PDI_TRY(pd_transport_build(ctx, &m->grid, &m->bonds, u->has_flow ? &m->flow : NULL, &desc, &m->transport));
+    PD_TRY(pd_transport_build(ctx, &m->grid, &m->bonds, u->has_flow ? &m->flow : NULL, &desc, &m->transport));
     m->unknowns[PD_PART_TRANSPORT] = m->grid.fluid_count;
     if (!u->has_dissolve) {
         pd_two_stage_desc two_stage;
         memset(&two_stage, 0, sizeof two_stage);
         two_stage.rtol = u->rtol;
         two_stage.largest = u->max_step;
-        PDI_TRY(pd_two_stage_build(ctx, &m->transport, &two_stage, &m->transport_integrator));
+        PD_TRY(pd_two_stage_build(ctx, &m->transport, &two_stage, &m->transport_integrator));
         m->transport_integrator.settle = u->steady_transport;
     }
     return pdi_transport_physics_set_initial_concentration(ctx, m, m->transport.c);
@@ -128,10 +128,10 @@ static void pdi_transport_physics_print_summary(const pdi_summary_text *s)
 {
     const pd_setup *u = s->model->setup;
     char text[384], value[2 * PD_UNITS_TEXT + 32], inside[PD_UNITS_TEXT], until[PD_UNITS_TEXT];
-    pdi_setup_format_value(u->diffusivity, "m2/s", value);
-    pdi_setup_format_value(u->medium_diffusivity, "m2/s", inside);
+    pd_setup_format_value(u->diffusivity, "m2/s", value);
+    pd_setup_format_value(u->medium_diffusivity, "m2/s", inside);
     if (u->medium >= 0) snprintf(value + strlen(value), sizeof value - strlen(value), " and %s in the medium", inside);
-    pdi_setup_format_value(u->end_time, "s", until);
+    pd_setup_format_value(u->end_time, "s", until);
     snprintf(text, sizeof text, u->steady_transport ? "%s, D = %s, steady" : "%s, D = %s, implicit, until %s",
              !u->has_flow                          ? "diffusion"
              : u->advection == PD_ADVECTION_UPWIND ? "upwind advection and diffusion"
@@ -155,7 +155,7 @@ static void pdi_transport_physics_free(pd_ctx *ctx, pd_model *m)
     pd_transport_free(ctx, &m->transport);
 }
 
-static void pdi_transport_physics_add_statistics(const pd_model *m, pdi_model_statistics *e)
+static void pdi_transport_physics_add_statistics(const pd_model *m, pd_model_statistics *e)
 {
     const pd_transport_result *r = &m->transport_integrator.result;
     if (m->setup->has_dissolve) return;

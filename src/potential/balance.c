@@ -19,9 +19,9 @@
 
 static void pdi_balance_currents(const pd_ctx *ctx, pd_potential *p)
 {
-    int nt = pdi_par_threads(ctx, (int64_t)p->contacts.count * PDI_BALANCE_WORK);
+    int nt = pd_par_threads(ctx, (int64_t)p->contacts.count * PDI_BALANCE_WORK);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t n = 0; n < p->contacts.count; n++) {
         const pd_contact *c = &p->contacts.list[n];
         double resist = c->way / pdi_potential_kappa(p, c->node);
@@ -46,7 +46,7 @@ PDI_FN void pdi_balance_bonds(const pd_ctx *ctx, pd_potential *p, const double *
     pdi_balance_images(ctx, p, x);
     pdi_flux_apply(ctx, &flux, p->repeated, y);
     for (int32_t i = 0; i < p->grid->total && p->grid->circumference; i++)
-        if (p->grid->kind[i] == PD_FLUID) y[i] *= pdi_grid_circumference(p->grid, i);
+        if (p->grid->kind[i] == PD_FLUID) y[i] *= pd_grid_circumference(p->grid, i);
 }
 
 PDI_FN pdi_balance_size pdi_balance_rest(const pd_ctx *ctx, pd_potential *p)
@@ -60,7 +60,7 @@ PDI_FN pdi_balance_size pdi_balance_rest(const pd_ctx *ctx, pd_potential *p)
     pdi_balance_bonds(ctx, p, p->phi, 0, p->rest);
     for (int32_t i = 0; i < total; i++) {
         if (p->grid->kind[i] != PD_FLUID) continue;
-        double around = pdi_grid_circumference(p->grid, i);
+        double around = pd_grid_circumference(p->grid, i);
         p->rest[i] = around * pdi_diffusion_gain(&p->diffusion, i, p->phi[i], 0.0) - p->rest[i];
         least = pdi_min(least, p->phi[i]);
         most = pdi_max(most, p->phi[i]);
@@ -82,7 +82,7 @@ PDI_FN pdi_balance_size pdi_balance_rest(const pd_ctx *ctx, pd_potential *p)
     }
     for (int32_t i = 0; i < total; i++) {
         if (p->grid->kind[i] != PD_FLUID) continue;
-        double around = pdi_grid_circumference(p->grid, i);
+        double around = pd_grid_circumference(p->grid, i);
         double enters = pdi_diffusion_gain(&p->diffusion, i, p->phi[i], 0.0);
         double round = DBL_EPSILON * around * conduct * pdi_potential_kappa(p, i) * pdi_max(most, -least);
         pdi_compensated_sum_add(&currents, around * enters * around * enters);
@@ -109,10 +109,10 @@ PDI_FN void pdi_balance_still(pd_potential *p, double lack)
 static double pdi_balance_slope(const pd_ctx *ctx, pd_potential *p, double start, double bend, double s)
 {
     int32_t total = p->grid->total;
-    int nt = pdi_par_threads(ctx, (int64_t)p->contacts.count * PDI_BALANCE_WORK);
+    int nt = pd_par_threads(ctx, (int64_t)p->contacts.count * PDI_BALANCE_WORK);
     pdi_compensated_sum sum = {0.0, 0.0};
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t n = 0; n < p->contacts.count; n++) {
         const pd_contact *c = &p->contacts.list[n];
         int place = p->place[pdi_potential_circuit(p, c->electrode)];
@@ -173,7 +173,7 @@ PDI_FN void pdi_balance_totals(pd_potential *p, pd_potential_result *result)
     }
     for (int32_t i = 0; i < p->grid->total; i++) {
         if (p->grid->kind[i] != PD_FLUID) continue;
-        double around = pdi_grid_circumference(p->grid, i), gain = pdi_diffusion_gain(&p->diffusion, i, p->phi[i], 0.0);
+        double around = pd_grid_circumference(p->grid, i), gain = pdi_diffusion_gain(&p->diffusion, i, p->phi[i], 0.0);
         double rate = p->diffusion.wall_rate ? p->diffusion.wall_rate[i] : 0.0;
         pdi_compensated_sum_add(&through, around * gain);
         pdi_compensated_sum_add(&size, around * (fabs(gain) + rate * PDI_POTENTIAL_SMALL));
@@ -183,7 +183,7 @@ PDI_FN void pdi_balance_totals(pd_potential *p, pd_potential_result *result)
             int64_t slot = (int64_t)n * p->bonds->stencil->count + k;
             int32_t i = p->boundary.node[n], far = p->boundary.far_end[slot];
             if (p->grid->kind[far] != PD_INLET) continue;
-            double rate = pdi_grid_circumference(p->grid, i) * p->flux.boundary_bond[slot];
+            double rate = pd_grid_circumference(p->grid, i) * p->flux.boundary_bond[slot];
             double drop = p->phi[far] - p->phi[i];
             pdi_compensated_sum_add(&through, rate * drop);
             pdi_compensated_sum_add(&size, rate * (fabs(drop) + PDI_POTENTIAL_SMALL));

@@ -133,7 +133,7 @@ PDI_FN void pdi_cell_match(pd_cell *cell)
     }
     for (int32_t n = 0; n < d->beside_count; n++) {
         const pdi_beside *beside = &d->beside[n];
-        double around = pdi_grid_circumference(cell->grid, beside->node);
+        double around = pd_grid_circumference(cell->grid, beside->node);
         for (int m = 0; m < d->kinds; m++) {
             double weight = pdi_metal_portion(d, beside)[m].weight;
             if (weight > 0.0) pdi_cell_gets(cell, beside->node, m, around * weight / d->kind[m].supply, got);
@@ -180,7 +180,7 @@ static double pdi_cell_carried(const pd_potential *p, int32_t i, int k)
         int side = pdi_circuit_side(grid, far);
         return p->desc.held[side] ? pdi_cell_conduct(p, i, k) * (p->phi[i] - p->desc.hold[side]) : 0.0;
     }
-    int32_t home = pdi_grid_find_source(grid, far, NULL);
+    int32_t home = pd_grid_find_source(grid, far, NULL);
     return grid->kind[home] == PD_FLUID ? pdi_cell_conduct(p, i, k) * (p->phi[i] - p->phi[home]) : 0.0;
 }
 
@@ -204,9 +204,9 @@ static double pdi_cell_stock(const pd_cell *cell, int electrode)
     const pd_dissolve *d = cell->dissolve;
     pdi_compensated_sum sum = {0.0, 0.0};
     for (int32_t i = 0; i < grid->total && d; i++)
-        if (grid->kind[i] == PD_SOLID && cell->metal[i] == electrode && pdi_grid_find_source(grid, i, NULL) == i)
+        if (grid->kind[i] == PD_SOLID && cell->metal[i] == electrode && pd_grid_find_source(grid, i, NULL) == i)
             pdi_compensated_sum_add(&sum,
-                                    pdi_metal_solid(d, i) * pdi_metal_left(d, i) * pdi_grid_circumference(grid, i));
+                                    pdi_metal_solid(d, i) * pdi_metal_left(d, i) * pd_grid_circumference(grid, i));
     return pdi_compensated_sum_total(&sum) * cell->potential.bonds->stencil->volume;
 }
 
@@ -247,7 +247,7 @@ void pd_cell_electrode_of(const pd_cell *cell, int electrode, pd_cell_electrode 
 
 /* ---- the process ---- */
 
-PDI_FN const pd_electrode_term *pdi_cell_table(const pd_cell *cell, int electrode)
+const pd_electrode_term *pd_cell_table(const pd_cell *cell, int electrode)
 {
     const pd_electrode *e = &cell->curve[electrode];
     return e->count == 1 && e->term->kind == PD_ELECTRODE_TABLE ? e->term : NULL;
@@ -266,7 +266,7 @@ static void pdi_cell_watch(pd_cell *cell)
 {
     const pd_potential *p = &cell->potential;
     for (int e = 0; e < p->desc.electrodes; e++) {
-        const pd_electrode_term *table = pdi_cell_table(cell, e);
+        const pd_electrode_term *table = pd_cell_table(cell, e);
         for (int32_t k = 0; table && k < p->contacts.count; k++)
             if (p->contacts.list[k].electrode == e && p->contacts.list[k].share > 0.0)
                 pdi_cell_meet(table, p->surface[k], cell->time, &cell->met[e]);
@@ -280,12 +280,12 @@ static pd_status pdi_cell_solve(pd_ctx *ctx, pd_cell *cell, double t)
     for (int n = 0; n < cell->desc.potential.circuits && cell->desc.given; n++)
         cell->circuit[n].value = cell->desc.given(cell->desc.user, n, t);
     if (cell->desc.share)
-        PDI_TRY(cell->desc.share(ctx, cell->desc.user, cell->potential.contacts.list, cell->potential.contacts.count,
+        PD_TRY(cell->desc.share(ctx, cell->desc.user, cell->potential.contacts.list, cell->potential.contacts.count,
                                  t));
     pd_status status = pd_potential_solve(ctx, &cell->potential, &cell->result);
     if (status < 0) return status;
     if (status != PD_OK)
-        return pdi_fail(ctx, PD_ERR_DIVERGED, "potential", "at t = %g s the balances of currents lack %.3g of them "
+        return pd_fail(ctx, PD_ERR_DIVERGED, "potential", "at t = %g s the balances of currents lack %.3g of them "
                         "after %d steps of Newton's method, most at %s, expected at most %g: a larger tolerance of "
                         "[potential] accepts it", t, cell->result.residual,
                         cell->result.newton, pdi_circuit_electrode(&cell->potential, cell->result.worst, name),
@@ -336,10 +336,10 @@ PDI_FN pd_status pdi_cell_bring(pd_ctx *ctx, pd_cell *cell, double t)
 {
     if (cell->desc.apart) return PD_OK;
     if (cell->solves && !cell->stale && !(cell->time < t) && !(cell->time > t)) return PD_OK;
-    if (cell->stale) PDI_TRY(pdi_cell_renew(ctx, cell, 0.0));
+    if (cell->stale) PD_TRY(pdi_cell_renew(ctx, cell, 0.0));
     if (cell->desc.conduct) {
         pdi_cell_foresee(cell, t);
-        PDI_TRY(pd_potential_update(ctx, &cell->potential));
+        PD_TRY(pd_potential_update(ctx, &cell->potential));
     }
     return pdi_cell_solve(ctx, cell, t);
 }
@@ -381,7 +381,7 @@ static double pdi_cell_misses(double first, double held, double last, int middle
 static pd_status pdi_cell_end(pd_ctx *ctx, pd_cell *cell, double t, const double *held, int middle)
 {
     double now[PD_ELECTRODES];
-    PDI_TRY(pdi_cell_solve(ctx, cell, t));
+    PD_TRY(pdi_cell_solve(ctx, cell, t));
     pdi_cell_passes(&cell->potential, now);
     for (int e = 0; e < cell->potential.desc.electrodes; e++) {
         double misses = held ? pdi_cell_misses(cell->last_current[e], held[e], now[e], middle) : 0.0;
@@ -404,7 +404,7 @@ static pd_status pdi_cell_start(pd_ctx *ctx, void *self, double t)
 static pd_status pdi_cell_limit(pd_ctx *ctx, void *self, pd_step *s)
 {
     double left = s->dt;
-    PDI_TRY(pdi_physics_limit_max_step(ctx, self, s));
+    PD_TRY(pdi_physics_limit_max_step(ctx, self, s));
     s->dt = pdi_physics_equal_steps(left, s->dt);
     return PD_OK;
 }
@@ -414,7 +414,7 @@ static pd_status pdi_cell_attempt(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_cell *cell = (pd_cell *)self;
     int moves = cell->desc.timed || cell->desc.conduct;
-    if (s->solve_at) PDI_TRY(s->solve_at(ctx, s->solve_at_user, s->end));
+    if (s->solve_at) PD_TRY(s->solve_at(ctx, s->solve_at_user, s->end));
     return moves && !(cell->time > s->time) ? pdi_cell_bring(ctx, cell, s->time + 0.5 * s->dt) : PD_OK;
 }
 
@@ -426,7 +426,7 @@ static pd_status pdi_cell_lawful(pd_ctx *ctx, const pd_cell *cell, double t)
     for (int32_t k = p->contacts.count; k < pdi_contact_all(&p->contacts); k++) {
         const pd_contact *c = &p->contacts.list[k];
         if (!isnan(p->surface[k]) || !(cell->kinds[c->electrode] & cell->desc.reads)) continue;
-        return pdi_fail(ctx, PD_ERR_STATE, "potential",
+        return pd_fail(ctx, PD_ERR_STATE, "potential",
                         "at t = %g s the law of the metal of %s reads E, which nothing "
                         "tells beside %s m: curves there carry current into the metal only, and nothing else closes "
                         "the circuit; expected an anodic branch of its curve, too",
@@ -445,8 +445,8 @@ static pd_status pdi_cell_accept(pd_ctx *ctx, void *self, pd_step *s)
         pdi_cell_passes(&cell->potential, held);
         pdi_cell_count(cell, span);
     }
-    PDI_TRY(pdi_cell_renew(ctx, cell, span));
-    PDI_TRY(pdi_cell_lawful(ctx, cell, s->end));
+    PD_TRY(pdi_cell_renew(ctx, cell, span));
+    PD_TRY(pdi_cell_lawful(ctx, cell, s->end));
     return cell->desc.apart ? PD_OK : pdi_cell_end(ctx, cell, s->end, held, middle);
 }
 
@@ -466,29 +466,29 @@ static pd_status pdi_cell_store(pd_ctx *ctx, void *self, pd_archive *archive)
     pd_potential *p = &cell->potential;
     if (archive->is_reading) {
         cell->stale = 1;
-        PDI_TRY(pdi_cell_renew(ctx, cell, 0.0));
+        PD_TRY(pdi_cell_renew(ctx, cell, 0.0));
     }
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "potential", p->phi, cell->grid->total));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "potentials of metal", p->metal, p->desc.circuits));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "currents of circuits", p->total, p->desc.circuits));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "current densities", p->current, pdi_contact_all(&p->contacts)));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "overpotentials", p->surface, pdi_contact_all(&p->contacts)));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "slopes of currents", p->slope, pdi_contact_all(&p->contacts)));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "imbalance of currents", &cell->result.imbalance, 1));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "anodic current", &cell->result.anodic, 1));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "current through sides", &cell->result.through, 1));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "solves of the potential", &cell->solves, 1));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "time of the potential", &cell->time, 1));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "charges", cell->charge, p->desc.electrodes));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "anodic charges", cell->anodic, p->desc.electrodes));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "errors of charges", cell->charge_error, p->desc.electrodes));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "currents of the last step", cell->last_current, p->desc.electrodes));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "time of the charges", &cell->reached, 1));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "potential", p->phi, cell->grid->total));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "potentials of metal", p->metal, p->desc.circuits));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "currents of circuits", p->total, p->desc.circuits));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "current densities", p->current, pdi_contact_all(&p->contacts)));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "overpotentials", p->surface, pdi_contact_all(&p->contacts)));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "slopes of currents", p->slope, pdi_contact_all(&p->contacts)));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "imbalance of currents", &cell->result.imbalance, 1));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "anodic current", &cell->result.anodic, 1));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "current through sides", &cell->result.through, 1));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "solves of the potential", &cell->solves, 1));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "time of the potential", &cell->time, 1));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "charges", cell->charge, p->desc.electrodes));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "anodic charges", cell->anodic, p->desc.electrodes));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "errors of charges", cell->charge_error, p->desc.electrodes));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "currents of the last step", cell->last_current, p->desc.electrodes));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "time of the charges", &cell->reached, 1));
     if (cell->change)
-        PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "changes of conductivities", cell->change, cell->grid->total));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "potentials met", cell->met, p->desc.electrodes));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "newton of the potential", &cell->newton, 1));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "krylov of the potential", &cell->krylov, 1));
+        PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "changes of conductivities", cell->change, cell->grid->total));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "potentials met", cell->met, p->desc.electrodes));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "newton of the potential", &cell->newton, 1));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "krylov of the potential", &cell->krylov, 1));
     if (archive->is_reading) pdi_cell_index(cell);
     return PD_OK;
 }
@@ -518,11 +518,11 @@ static pd_status pdi_cell_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds 
     cell->desc = *desc;
     cell->grid = grid;
     cell->dissolve = dissolve;
-    PDI_TRY(pdi_array_registry_build(ctx, pdi_cell_list, cell));
-    for (int e = 0; e < p.electrodes; e++) PDI_TRY(pd_electrode_build(ctx, &desc->electrode[e], &cell->curve[e]));
+    PD_TRY(pdi_array_registry_build(ctx, pdi_cell_list, cell));
+    for (int e = 0; e < p.electrodes; e++) PD_TRY(pd_electrode_build(ctx, &desc->electrode[e], &cell->curve[e]));
     for (int n = 0; n < p.circuits; n++) cell->circuit[n] = desc->circuit[n];
     for (int32_t i = 0; i < grid->total; i++) {
-        int32_t home = pdi_grid_find_source(grid, i, NULL);
+        int32_t home = pd_grid_find_source(grid, i, NULL);
         if (grid->kind[home] != PD_SOLID) continue;
         int e = desc->which(desc->user, home);
         PD_ASSERT(e >= 0 && e < p.electrodes);
@@ -538,7 +538,7 @@ static pd_status pdi_cell_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds 
     p.apart = desc->apart;
     p.name = desc->name;
     if (desc->conduct) p.field = cell->field;
-    PDI_TRY(pd_potential_build(ctx, grid, bonds, &p, &cell->potential));
+    PD_TRY(pd_potential_build(ctx, grid, bonds, &p, &cell->potential));
     for (int e = 0; e < p.electrodes; e++) {
         cell->stock[e] = pdi_cell_stock(cell, e);
         cell->factor[e] = 1.0;

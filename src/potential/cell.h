@@ -86,6 +86,7 @@ typedef struct pd_cell_electrode {
 #define pd_cell_process PD_NAME(pd_cell_process)
 #define pd_cell_electrode_of PD_NAME(pd_cell_electrode_of)
 #define pd_cell_free PD_NAME(pd_cell_free)
+#define pd_cell_table PD_NAME(pd_cell_table)
 
 /* Grid, bonds and dissolve (or NULL) are borrowed. Errors are those of the curves and of the potential; a circuit has
  * metal. */
@@ -95,10 +96,10 @@ PD_API pd_status pd_cell_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds 
 PD_API pd_physics pd_cell_process(pd_cell *cell);
 PD_API void pd_cell_electrode_of(const pd_cell *cell, int electrode, pd_cell_electrode *now);
 PD_API void pd_cell_free(pd_ctx *ctx, pd_cell *cell);
+/* The table that the curve of an electrode is; NULL: it is none. */
+PD_API const pd_electrode_term *pd_cell_table(const pd_cell *cell, int electrode);
 
 #ifdef PDI_INTERNAL
-/* The table that the curve of an electrode is; NULL: it is none. */
-PDI_FN const pd_electrode_term *pdi_cell_table(const pd_cell *cell, int electrode);
 /* u [V] is met at time t [s]. */
 PDI_FN void pdi_cell_meet(const pd_electrode_term *table, double u, double t, pd_cell_range *met);
 /* The fluid beside metal is known. Areas of contacts and those of dissolution differ on uneven surfaces: what laws get

@@ -23,7 +23,7 @@ PDI_FN const char *pdi_circuit_name(const pd_potential *p, int circuit, char *na
     name[0] = '\0';
     for (int e = 0; e < p->desc.electrodes; e++) {
         if (pdi_potential_circuit(p, e) != circuit) continue;
-        pdi_append(name, PDI_CIRCUIT_NAME, "%s%s", found++ ? " and " : "", pdi_circuit_electrode(p, e, one));
+        pd_append(name, PDI_CIRCUIT_NAME, "%s%s", found++ ? " and " : "", pdi_circuit_electrode(p, e, one));
     }
     if (!found) snprintf(name, PDI_CIRCUIT_NAME, "circuit %d", circuit);
     return name;
@@ -32,10 +32,10 @@ PDI_FN const char *pdi_circuit_name(const pd_potential *p, int circuit, char *na
 PDI_FN int pdi_circuit_side(const pd_grid *grid, int32_t ghost)
 {
     int i[PD_DIM];
-    pdi_grid_index(grid, ghost, i);
+    pd_grid_index(grid, ghost, i);
     for (int d = 0; d < PD_DIM; d++) {
-        if (i[d] < 0 && pdi_grid_is_inlet_or_outlet(grid->side[2 * d])) return 2 * d;
-        if (i[d] >= grid->n[d] && pdi_grid_is_inlet_or_outlet(grid->side[2 * d + 1])) return 2 * d + 1;
+        if (i[d] < 0 && pd_grid_is_inlet_or_outlet(grid->side[2 * d])) return 2 * d;
+        if (i[d] >= grid->n[d] && pd_grid_is_inlet_or_outlet(grid->side[2 * d + 1])) return 2 * d + 1;
     }
     return 0;
 }
@@ -62,7 +62,7 @@ static void pdi_circuit_pockets(pd_potential *p)
         for (int k = 0; k < bonds->stencil->count; k++) {
             int32_t far = i + bonds->paths.shift[k];
             if (!pdi_flux_open(&p->flux, i, k)) continue;
-            if (p->grid->kind[far] == PD_IMAGE) far = pdi_grid_find_source(p->grid, far, NULL);
+            if (p->grid->kind[far] == PD_IMAGE) far = pd_grid_find_source(p->grid, far, NULL);
             if (p->grid->kind[far] == PD_FLUID) pdi_disjoint_sets_merge(p->part, i, far);
         }
     }
@@ -84,7 +84,7 @@ static pd_status pdi_circuit_idle(pd_ctx *ctx, pd_potential *p, const double *lo
         count += !p->fixed[root] && !(low[root] < 0.0 && high[root] > 0.0);
     }
     if (!count) return PD_OK;
-    PDI_TRY(PDI_NEW(ctx, "potential", count, idle));
+    PD_TRY(PD_NEW(ctx, "potential", count, idle));
     for (int32_t c = 0; c < whole; c++) {
         int32_t root = p->pocket[all->list[c].node];
         if (p->fixed[root] || (low[root] < 0.0 && high[root] > 0.0)) all->list[kept++] = all->list[c];
@@ -92,7 +92,7 @@ static pd_status pdi_circuit_idle(pd_ctx *ctx, pd_potential *p, const double *lo
     }
     memcpy(all->list + kept, idle, (size_t)count * sizeof *idle);
     all->count = kept;
-    PDI_DELETE(ctx, count, idle);
+    PD_DELETE(ctx, count, idle);
     return PD_OK;
 }
 
@@ -115,7 +115,7 @@ static pd_status pdi_circuit_ranges(pd_ctx *ctx, pd_potential *p, double *low, d
         int32_t root = p->pocket[p->contacts.list[c].node];
         if (p->fixed[root] || (low[root] < 0.0 && high[root] > 0.0)) continue;
         if (p->desc.idle) continue;
-        return pdi_fail(ctx, PD_ERR_STATE, "potential",
+        return pd_fail(ctx, PD_ERR_STATE, "potential",
                         "the metal around the electrolyte at %s m (%s) cannot carry a "
                         "current %s: there is no solution; expected %s reaction of one of the electrodes there, or a "
                         "side that holds a potential",
@@ -156,7 +156,7 @@ PDI_FN void pdi_circuit_raise(pd_potential *p)
     for (int32_t i = 0; i < p->grid->total; i++) sum[i] = weight[i] = 0.0;
     for (int32_t i = 0; i < p->grid->total; i++) {
         if (p->pocket[i] < 0) continue;
-        double around = pdi_grid_circumference(p->grid, i);
+        double around = pd_grid_circumference(p->grid, i);
         sum[p->pocket[i]] += around * p->phi[i];
         weight[p->pocket[i]] += around;
     }
@@ -179,8 +179,8 @@ PDI_FN void pdi_circuit_level(pd_potential *p)
         for (int before = 0; before < n; before++) first = first && p->part[total + before] != part;
         for (int32_t i = 0; i < total && first; i++) {
             if (p->grid->kind[i] != PD_FLUID || p->part[i] != part) continue;
-            pdi_compensated_sum_add(&sum, p->phi[i] * pdi_grid_circumference(p->grid, i));
-            pdi_compensated_sum_add(&weight, pdi_grid_circumference(p->grid, i));
+            pdi_compensated_sum_add(&sum, p->phi[i] * pd_grid_circumference(p->grid, i));
+            pdi_compensated_sum_add(&weight, pd_grid_circumference(p->grid, i));
         }
         if (!first || !(pdi_compensated_sum_total(&weight) > 0.0)) continue;
         double mean = pdi_compensated_sum_total(&sum) / pdi_compensated_sum_total(&weight);
@@ -218,10 +218,10 @@ static pd_status pdi_circuit_carries(pd_ctx *ctx, const pd_potential *p, int n)
     if (!touched && !(fabs(wanted) > 0.0)) return PD_OK;
     pdi_circuit_name(p, n, name);
     if (!touched)
-        return pdi_fail(ctx, PD_ERR_STATE, "potential", "%s is to give %g %s, and no metal of it touches fluid where a "
+        return pd_fail(ctx, PD_ERR_STATE, "potential", "%s is to give %g %s, and no metal of it touches fluid where a "
                         "current can pass: there is no solution; expected `until` before its metal is used up, or a "
                         "current of 0", name, wanted, pdi_circuit_unit(p));
-    return pdi_fail(ctx, PD_ERR_STATE, "potential", "%s is to give %g %s, and its curves carry between %g and %g %s: "
+    return pd_fail(ctx, PD_ERR_STATE, "potential", "%s is to give %g %s, and its curves carry between %g and %g %s: "
                     "there is no solution; expected a current between them, a larger limit, or, for both directions, "
                     "both branches (butler_volmer)", name, wanted, pdi_circuit_unit(p), low, high,
                     pdi_circuit_unit(p));
@@ -240,7 +240,7 @@ static pd_status pdi_circuit_balanced(pd_ctx *ctx, const pd_potential *p, int n)
         size += fabs(p->desc.circuit[m].value);
     }
     if (fabs(sum) <= PDI_CIRCUIT_BALANCED * size) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_STATE, "potential", "the given currents of all that %s hangs together with add up to "
+    return pd_fail(ctx, PD_ERR_STATE, "potential", "the given currents of all that %s hangs together with add up to "
                     "%g %s: there is no solution; expected a sum of zero, or a given potential of one of them or a "
                     "side",
                     pdi_circuit_name(p, n, name), sum, pdi_circuit_unit(p));
@@ -255,9 +255,9 @@ PDI_FN pd_status pdi_circuit_find(pd_ctx *ctx, pd_potential *p)
         pdi_circuit_parts(p);
         return PD_OK;
     }
-    PDI_TRY(PDI_NEW(ctx, "potential", size, range));
+    PD_TRY(PD_NEW(ctx, "potential", size, range));
     pd_status status = pdi_circuit_ranges(ctx, p, range, range + p->grid->total);
-    PDI_DELETE(ctx, size, range);
+    PD_DELETE(ctx, size, range);
     if (status >= 0) pdi_circuit_parts(p);
     return status;
 }
@@ -265,8 +265,8 @@ PDI_FN pd_status pdi_circuit_find(pd_ctx *ctx, pd_potential *p)
 PDI_FN pd_status pdi_circuit_check(pd_ctx *ctx, const pd_potential *p)
 {
     for (int n = 0; n < p->desc.circuits; n++) {
-        if (p->desc.circuit[n].control == PD_CIRCUIT_CURRENT) PDI_TRY(pdi_circuit_carries(ctx, p, n));
-        PDI_TRY(pdi_circuit_balanced(ctx, p, n));
+        if (p->desc.circuit[n].control == PD_CIRCUIT_CURRENT) PD_TRY(pdi_circuit_carries(ctx, p, n));
+        PD_TRY(pdi_circuit_balanced(ctx, p, n));
     }
     return PD_OK;
 }

@@ -27,7 +27,7 @@ typedef struct pdi_contact_walk {
 static int32_t pdi_contact_home(const pd_grid *grid, int32_t at, int *flip)
 {
     *flip = 0;
-    return grid->kind[at] == PD_FLUID || grid->kind[at] == PD_SOLID ? at : pdi_grid_find_source(grid, at, flip);
+    return grid->kind[at] == PD_FLUID || grid->kind[at] == PD_SOLID ? at : pd_grid_find_source(grid, at, flip);
 }
 
 /* 1: metal node j is one cell thick along an axis: fluid is at both faces. */
@@ -95,13 +95,13 @@ static int pdi_contact_smooth(const pdi_contact_walk *w, int32_t row, int32_t j,
     double place[PD_DIM], x[PD_DIM];
     if (pdi_bond_is_open(bonds, row, k)) return 0;
     int32_t closed = pdi_bond_find_surface_point(bonds, row, k, place, normal);
-    if (closed < 0 || grid->kind[pdi_grid_find_source(grid, closed, NULL)] != PD_SOLID) return 0;
+    if (closed < 0 || grid->kind[pd_grid_find_source(grid, closed, NULL)] != PD_SOLID) return 0;
     double level = pdi_bond_surface_distance(bonds, closed, place);
     if (!(fabs(level) < PDI_CONTACT_TOUCH * pdi_vec_min(grid->h))) return 0;
     pd_grid_position(grid, bonds->node[row], x);
     *way = 0.0;
     for (int d = 0; d < PD_DIM; d++) *way += (x[d] - place[d]) * normal[d];
-    if (!(*way > pdi_shape_tolerance(grid->h, x))) return 0; /* the bond runs along it */
+    if (!(*way > pd_shape_tolerance(grid->h, x))) return 0; /* the bond runs along it */
     *way += pdi_contact_lost(w, j, normal);
     return 1;
 }
@@ -193,8 +193,8 @@ PDI_FN pd_status pdi_contact_find(pd_ctx *ctx, const pd_bonds *bonds, const pdi_
     w.metal = metal;
     pdi_contact_free(ctx, contacts);
     for (int32_t r = 0; r < bonds->rows; r++) count += pdi_contact_node(&w, r, NULL);
-    if (count > INT32_MAX) return pdi_fail(ctx, PD_ERR_SIZE, "contact", "more than 2^31 contacts");
-    PDI_TRY(pdi_array_registry_rebuild(ctx, pdi_contact_list, contacts, &contacts->capacity, (int32_t)count));
+    if (count > INT32_MAX) return pd_fail(ctx, PD_ERR_SIZE, "contact", "more than 2^31 contacts");
+    PD_TRY(pdi_array_registry_rebuild(ctx, pdi_contact_list, contacts, &contacts->capacity, (int32_t)count));
     for (int32_t r = 0; r < bonds->rows; r++)
         contacts->count += pdi_contact_node(&w, r, contacts->list + contacts->count);
     return PD_OK;

@@ -93,7 +93,7 @@ static void pdi_distribution_electrolyte(pd_ctx *ctx, pd_potential *p, const dou
     const pd_grid *grid = p->grid;
     pdi_par_copy(ctx, grid->total, x, p->repeated);
     for (int32_t i = 0; i < grid->total && grid->circumference; i++)
-        if (grid->kind[i] == PD_FLUID) p->repeated[i] /= pdi_grid_circumference(grid, i);
+        if (grid->kind[i] == PD_FLUID) p->repeated[i] /= pd_grid_circumference(grid, i);
     pdi_inverse_apply(ctx, &p->inverse, p->repeated, y);
 }
 
@@ -164,11 +164,11 @@ static pd_status pdi_distribution_linear(pd_ctx *ctx, pd_potential *p, double sh
     pd_krylov_result linear;
     user.ctx = ctx;
     user.p = p;
-    PDI_TRY(pdi_inverse_setup(ctx, &p->inverse, 0.0, NULL, 0));
+    PD_TRY(pdi_inverse_setup(ctx, &p->inverse, 0.0, NULL, 0));
     pdi_distribution_schur(ctx, p);
     p->krylov.desc.rtol = share;
     p->krylov.desc.atol = 0.1 * rounding;
-    PDI_TRY(pdi_arena_acquire(ctx, &p->arena, pdi_krylov_list, &p->krylov));
+    PD_TRY(pdi_arena_acquire(ctx, &p->arena, pdi_krylov_list, &p->krylov));
     pd_status status = pd_krylov_solve(ctx, &p->krylov, pdi_distribution_apply, pdi_distribution_precondition, &user,
                                        p->rest, p->step, &linear);
     result->krylov += linear.iterations;
@@ -181,13 +181,13 @@ static pd_status pdi_distribution_check_values(pd_ctx *ctx, const pd_potential *
     char name[PDI_CIRCUIT_NAME];
     for (int n = 0; n < p->desc.circuits; n++)
         if (!(fabs(p->desc.circuit[n].value) < PDI_POTENTIAL_FAR))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "potential", "%s: the given %s is %g, expected -1e6 to 1e6",
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "potential", "%s: the given %s is %g, expected -1e6 to 1e6",
                             pdi_circuit_name(p, n, name),
                             p->desc.circuit[n].control == PD_CIRCUIT_POTENTIAL ? "potential" : "current",
                             p->desc.circuit[n].value);
     for (int s = 0; s < 2 * PD_DIM; s++)
         if (p->desc.held[s] && !(fabs(p->desc.hold[s]) < PDI_POTENTIAL_FAR))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "potential", "side %d holds %g V, expected between -1e6 and 1e6", s,
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "potential", "side %d holds %g V, expected between -1e6 and 1e6", s,
                             p->desc.hold[s]);
     return PD_OK;
 }
@@ -202,8 +202,8 @@ static int pdi_distribution_rests(const pd_potential *p)
 
 static pd_status pdi_distribution_begin(pd_ctx *ctx, pd_potential *p)
 {
-    PDI_TRY(pdi_distribution_check_values(ctx, p));
-    PDI_TRY(pdi_circuit_check(ctx, p));
+    PD_TRY(pdi_distribution_check_values(ctx, p));
+    PD_TRY(pdi_circuit_check(ctx, p));
     for (int n = 0; n < p->desc.circuits; n++)
         if (p->desc.circuit[n].control == PD_CIRCUIT_POTENTIAL) p->metal[n] = p->desc.circuit[n].value;
     for (int32_t i = 0; i < p->grid->total; i++)
@@ -221,7 +221,7 @@ static pd_status pdi_distribution_begin(pd_ctx *ctx, pd_potential *p)
     }
     pdi_circuit_raise(p);
     if (p->diffusion.wall_rate) pdi_diffusion_renew(&p->diffusion);
-    PDI_TRY(pdi_flux_refresh(ctx, &p->flux));
+    PD_TRY(pdi_flux_refresh(ctx, &p->flux));
     pdi_distribution_inlets(p);
     return PD_OK;
 }
@@ -271,7 +271,7 @@ static pd_status pdi_distribution_newton(pd_ctx *ctx, pd_potential *p, pd_potent
         double most = pdi_max(p->desc.tolerance * size.currents, size.rounding);
         result->residual = size.currents > 0.0 ? size.lack / size.currents : 0.0;
         if (!(size.lack < HUGE_VAL))
-            return pdi_fail(ctx, PD_ERR_DIVERGED, "potential", "the current of %s is not finite after %d steps of "
+            return pd_fail(ctx, PD_ERR_DIVERGED, "potential", "the current of %s is not finite after %d steps of "
                             "Newton's method; expected a curve that gives numbers", pdi_distribution_wrong(p, name),
                             result->newton);
         if (size.lack <= most) {
@@ -280,7 +280,7 @@ static pd_status pdi_distribution_newton(pd_ctx *ctx, pd_potential *p, pd_potent
         }
         result->worst = pdi_distribution_worst(p);
         if (result->newton >= p->desc.max_newton) return PD_NOT_CONVERGED;
-        PDI_TRY(pdi_check_cancel(ctx, "potential: Newton", result->newton));
+        PD_TRY(pd_check_cancel(ctx, "potential: Newton", result->newton));
         double share = pdi_max(pdi_krylov_forcing(size.lack / last), 0.1 * most / size.lack);
         last = size.lack;
         pd_status status = pdi_distribution_linear(ctx, p, share, size.rounding, result);
@@ -296,7 +296,7 @@ static pd_status pdi_distribution_newton(pd_ctx *ctx, pd_potential *p, pd_potent
         pdi_circuit_raise(p);
         far = pdi_max(far, pdi_par_max_abs(ctx, total, p->level));
         if (!(far < PDI_POTENTIAL_FAR) || !(pdi_par_max_abs(ctx, total, p->phi) < PDI_POTENTIAL_FAR))
-            return pdi_fail(ctx, PD_ERR_STATE, "potential", "the potential of %s leaves every bound: there is no "
+            return pd_fail(ctx, PD_ERR_STATE, "potential", "the potential of %s leaves every bound: there is no "
                             "solution; expected curves, limits and given values that let its current pass",
                             pdi_circuit_name(p, pdi_distribution_farthest(p), name));
     }
@@ -320,7 +320,7 @@ static void pdi_distribution_work_list(pdi_array_visitor *owner, void *object)
 pd_status pd_potential_solve(pd_ctx *ctx, pd_potential *p, pd_potential_result *result)
 {
     memset(result, 0, sizeof *result);
-    PDI_TRY(pdi_arena_acquire(ctx, &p->arena, pdi_distribution_work_list, p));
+    PD_TRY(pdi_arena_acquire(ctx, &p->arena, pdi_distribution_work_list, p));
     pdi_multigrid_set_pointers(&p->inverse.mg);
     p->flux.absorb = p->absorb;
     p->inverse.fresh = 0;
@@ -370,22 +370,22 @@ static pd_status pdi_distribution_check(pd_ctx *ctx, const pd_grid *grid, const 
     const char *where = "potential";
     if (!(desc->conductivity > 0.0) || !(desc->conductivity < 1e100) || !(desc->tolerance >= 0.0) ||
         !(desc->tolerance < 1.0))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, where, "conductivity %g S/m, tolerance %g: expected a positive one, and "
+        return pd_fail(ctx, PD_ERR_ARGUMENT, where, "conductivity %g S/m, tolerance %g: expected a positive one, and "
                         "one from 0 to 1", desc->conductivity, desc->tolerance);
     if (desc->electrodes < 1 || desc->electrodes > PD_ELECTRODES || !desc->electrode || desc->circuits < 1 ||
         !desc->circuit)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, where, "%d electrodes and %d circuits, expected 1 to %d and at least 1",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, where, "%d electrodes and %d circuits, expected 1 to %d and at least 1",
                         desc->electrodes, desc->circuits, PD_ELECTRODES);
     for (int e = 0; e < desc->electrodes && desc->member; e++)
         if (desc->member[e] < 0 || desc->member[e] >= desc->circuits)
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, where, "electrode %d is in circuit %d of %d", e, desc->member[e],
+            return pd_fail(ctx, PD_ERR_ARGUMENT, where, "electrode %d is in circuit %d of %d", e, desc->member[e],
                             desc->circuits);
     for (int s = 0; s < 2 * PD_DIM; s++)
         if (desc->held[s] && grid->side[s] != PD_SIDE_WALL && grid->side[s] != PD_SIDE_INLET)
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, where, "side %d cannot hold a potential, expected a wall or an inlet",
+            return pd_fail(ctx, PD_ERR_ARGUMENT, where, "side %d cannot hold a potential, expected a wall or an inlet",
                             s);
     if (desc->wide && desc->wide->reach > grid->ghost)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, where, "the wide family reaches over %d cells, the grid has %d layers of "
+        return pd_fail(ctx, PD_ERR_ARGUMENT, where, "the wide family reaches over %d cells, the grid has %d layers of "
                         "ghosts", desc->wide->reach, grid->ghost);
     return PD_OK;
 }
@@ -397,10 +397,10 @@ static pd_status pdi_distribution_check_nodes(pd_ctx *ctx, const pd_potential *p
     for (int32_t i = 0; i < p->grid->total; i++) {
         const pd_potential_desc *desc = &p->desc;
         if (p->grid->kind[i] == PD_SOLID && desc->metal && desc->metal[i] >= desc->electrodes)
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "potential", "the metal at %s m is electrode %d of %d",
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "potential", "the metal at %s m is electrode %d of %d",
                             pdi_grid_format_position(p->grid, i, text), desc->metal[i], desc->electrodes);
         if (p->grid->kind[i] == PD_FLUID && desc->field && !(desc->field[i] > 0.0 && desc->field[i] < 1e100))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "potential",
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "potential",
                             "conductivity %g S/m at %s m, expected a positive "
                             "number",
                             desc->field[i], pdi_grid_format_position(p->grid, i, text));
@@ -424,9 +424,9 @@ static pd_status pdi_distribution_survey(pd_ctx *ctx, pd_potential *p)
     metal.electrode = p->desc.metal;
     metal.left = p->desc.left;
     metal.wide = p->desc.wide;
-    PDI_TRY(pdi_contact_find(ctx, p->bonds, &metal, &p->contacts));
-    PDI_TRY(pdi_circuit_find(ctx, p));
-    PDI_TRY(pdi_array_registry_build(ctx, pdi_distribution_contact_list, p));
+    PD_TRY(pdi_contact_find(ctx, p->bonds, &metal, &p->contacts));
+    PD_TRY(pdi_circuit_find(ctx, p));
+    PD_TRY(pdi_array_registry_build(ctx, pdi_distribution_contact_list, p));
     for (int32_t n = 0; n < p->contacts.count; n++) p->surface[n] = pdi_potential_drop(p, &p->contacts.list[n]);
     for (int32_t n = p->contacts.count; n < pdi_contact_all(&p->contacts); n++) {
         double least, most; /* an anode alone is as far below its curve as it gets; of a cathode nothing is known */
@@ -449,7 +449,7 @@ static pd_status pdi_distribution_room(pd_ctx *ctx, pd_potential *p, size_t *roo
     md.symmetric = md.high_contrast = 1;
     md.arena = &p->arena;
     p->inverse.flux = &p->flux;
-    PDI_TRY(pdi_inverse_plan(ctx, &md, &p->inverse));
+    PD_TRY(pdi_inverse_plan(ctx, &md, &p->inverse));
     size_t setup = pdi_inverse_room(&p->inverse), linear = pdi_arena_count_bytes(pdi_krylov_list, &p->krylov);
     *room = pdi_arena_count_bytes(pdi_distribution_work_list, p) + (setup > linear ? setup : linear);
     return PD_OK;
@@ -460,7 +460,7 @@ PDI_FN pd_status pdi_distribution_plan(pd_ctx *ctx, pd_potential *p, size_t *roo
     pd_krylov_desc kd;
     p->flux.bonds = p->bonds;
     pdi_distribution_krylov(p, &kd);
-    PDI_TRY(pdi_krylov_init(ctx, &kd, &p->krylov));
+    PD_TRY(pdi_krylov_init(ctx, &kd, &p->krylov));
     return pdi_distribution_room(ctx, p, room);
 }
 
@@ -470,7 +470,7 @@ static pd_status pdi_distribution_fill(pd_ctx *ctx, pd_potential *p)
     pd_diffusion_desc dd;
     pd_krylov_desc kd;
     int walls = 0;
-    PDI_TRY(pdi_distribution_check_nodes(ctx, p));
+    PD_TRY(pdi_distribution_check_nodes(ctx, p));
     for (int s = 0; s < 2 * PD_DIM; s++) walls = walls || (p->desc.held[s] && p->grid->side[s] == PD_SIDE_WALL);
     memset(&dd, 0, sizeof dd);
     dd.diffusivity = p->desc.conductivity;
@@ -481,17 +481,17 @@ static pd_status pdi_distribution_fill(pd_ctx *ctx, pd_potential *p)
     p->origin = HUGE_VAL;
     for (int s = 0; s < 2 * PD_DIM; s++)
         if (p->desc.held[s]) p->origin = pdi_min(p->origin, p->desc.hold[s]);
-    PDI_TRY(pdi_diffusion_build(ctx, p->bonds, &dd, &p->diffusion));
-    PDI_TRY(pdi_open_boundary_build(ctx, p->bonds, &p->boundary));
+    PD_TRY(pdi_diffusion_build(ctx, p->bonds, &dd, &p->diffusion));
+    PD_TRY(pdi_open_boundary_build(ctx, p->bonds, &p->boundary));
     p->flux.bonds = p->bonds;
     p->flux.diffusion = &p->diffusion;
     p->flux.boundary = &p->boundary;
-    PDI_TRY(pdi_flux_build(ctx, &p->flux));
-    PDI_TRY(pdi_distribution_survey(ctx, p));
+    PD_TRY(pdi_flux_build(ctx, &p->flux));
+    PD_TRY(pdi_distribution_survey(ctx, p));
     pdi_distribution_krylov(p, &kd);
-    PDI_TRY(pdi_krylov_build_unallocated(ctx, &kd, &p->krylov));
+    PD_TRY(pdi_krylov_build_unallocated(ctx, &kd, &p->krylov));
     size_t room;
-    PDI_TRY(pdi_distribution_room(ctx, p, &room));
+    PD_TRY(pdi_distribution_room(ctx, p, &room));
     return pdi_arena_reserve(ctx, &p->arena, room);
 }
 
@@ -512,15 +512,15 @@ static pd_status pdi_distribution_make(pd_ctx *ctx, const pd_grid *grid, const p
                                     const pd_potential_desc *desc, pd_potential *p)
 {
     memset(p, 0, sizeof *p);
-    PDI_TRY(pdi_distribution_check(ctx, grid, desc));
+    PD_TRY(pdi_distribution_check(ctx, grid, desc));
     p->desc = *desc;
     if (!p->desc.wide) p->desc.wide = bonds->stencil;
     if (!(p->desc.tolerance > 0.0)) p->desc.tolerance = PDI_DISTRIBUTION_TOLERANCE;
     if (p->desc.max_newton <= 0) p->desc.max_newton = PDI_DISTRIBUTION_NEWTON;
     p->grid = grid;
     p->bonds = bonds;
-    PDI_TRY(pdi_array_registry_build(ctx, pdi_distribution_list, p));
-    PDI_TRY(pdi_distribution_check_values(ctx, p));
+    PD_TRY(pdi_array_registry_build(ctx, pdi_distribution_list, p));
+    PD_TRY(pdi_distribution_check_values(ctx, p));
     for (int n = 0; n < desc->circuits; n++)
         if (desc->circuit[n].control == PD_CIRCUIT_POTENTIAL) p->metal[n] = desc->circuit[n].value;
     return pdi_distribution_fill(ctx, p);

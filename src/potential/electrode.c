@@ -164,18 +164,18 @@ static int pdi_electrode_least_zero(double x) { return x >= 0.0 && x < 1e100; }
 static pd_status pdi_electrode_check_table(pd_ctx *ctx, int k, const pd_electrode_term *t)
 {
     if (t->points < 2 || !t->potential || !t->current)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrode", "term %d: a table of %d points, expected at least 2", k,
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "electrode", "term %d: a table of %d points, expected at least 2", k,
                         t->points);
     for (int p = 0; p < t->points; p++)
         if (!(fabs(t->potential[p]) < 1e100) || !(fabs(t->current[p]) < 1e100))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrode", "term %d: point %d of the table is (%g V, %g A/m2), "
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "electrode", "term %d: point %d of the table is (%g V, %g A/m2), "
                             "expected finite numbers", k, p, t->potential[p], t->current[p]);
     for (int p = 1; p < t->points; p++) {
         if (!(t->potential[p] > t->potential[p - 1]))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrode", "term %d: the potentials %g and %g V of points %d and "
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "electrode", "term %d: the potentials %g and %g V of points %d and "
                             "%d do not ascend", k, t->potential[p - 1], t->potential[p], p - 1, p);
         if (t->current[p] < t->current[p - 1])
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrode", "term %d: the current falls from %g to %g A/m2 between "
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "electrode", "term %d: the current falls from %g to %g A/m2 between "
                             "%g and %g V, so a field would have several solutions; expected a curve that rises or "
                             "stays (cathodic currents are negative)", k, t->current[p - 1], t->current[p],
                             t->potential[p - 1], t->potential[p]);
@@ -187,19 +187,19 @@ static pd_status pdi_electrode_check(pd_ctx *ctx, int k, const pd_electrode_term
 {
     if (t->kind == PD_ELECTRODE_TABLE) return pdi_electrode_check_table(ctx, k, t);
     if (t->kind != PD_ELECTRODE_LINEAR && t->kind != PD_ELECTRODE_BUTLER_VOLMER)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrode", "term %d: there is no kind %d", k, (int)t->kind);
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "electrode", "term %d: there is no kind %d", k, (int)t->kind);
     if (!(fabs(t->equilibrium) < 1e100))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrode", "term %d: equilibrium at %g V, expected a finite number", k,
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "electrode", "term %d: equilibrium at %g V, expected a finite number", k,
                         t->equilibrium);
     if (t->kind == PD_ELECTRODE_LINEAR) {
         if (pdi_electrode_positive(t->resistance)) return PD_OK;
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrode", "term %d: resistance %g m2/S, expected a positive number",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "electrode", "term %d: resistance %g m2/S, expected a positive number",
                         k, t->resistance);
     }
     if (!pdi_electrode_positive(t->exchange) || !pdi_electrode_least_zero(t->anodic) ||
         !pdi_electrode_least_zero(t->cathodic) || !(t->anodic + t->cathodic > 0.0) ||
         !pdi_electrode_least_zero(t->anodic_limit) || !pdi_electrode_least_zero(t->cathodic_limit))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrode", "term %d: exchange %g A/m2, anodic %g V, cathodic %g V, "
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "electrode", "term %d: exchange %g A/m2, anodic %g V, cathodic %g V, "
                         "limits %g and %g A/m2: expected a positive exchange current, and at least one branch", k,
                         t->exchange, t->anodic, t->cathodic, t->anodic_limit, t->cathodic_limit);
     return PD_OK;
@@ -247,14 +247,14 @@ pd_status pd_electrode_build(pd_ctx *ctx, const pd_electrode_desc *desc, pd_elec
     memset(e, 0, sizeof *e);
     if (given.count < 0 || (given.count > 0 && !given.term) || !pdi_electrode_least_zero(given.film) ||
         !(fabs(given.equilibrium) < 1e100))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrode", "%d terms, equilibrium %g V, film %g m2/S: expected "
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "electrode", "%d terms, equilibrium %g V, film %g m2/S: expected "
                         "terms, and finite numbers of at least 0", given.count, given.equilibrium, given.film);
     int64_t points = 0;
     for (int k = 0; k < given.count; k++) {
-        PDI_TRY(pdi_electrode_check(ctx, k, &given.term[k]));
+        PD_TRY(pdi_electrode_check(ctx, k, &given.term[k]));
         if (given.term[k].kind == PD_ELECTRODE_TABLE) points += given.term[k].points;
     }
-    if (points > INT32_MAX) return pdi_fail(ctx, PD_ERR_SIZE, "electrode", "tables of more than 2^31 points");
+    if (points > INT32_MAX) return pd_fail(ctx, PD_ERR_SIZE, "electrode", "tables of more than 2^31 points");
     e->count = given.count;
     e->points = (int)points;
     pd_status status = pdi_array_registry_build(ctx, pdi_electrode_list, e);

@@ -18,7 +18,7 @@ static void pdi_pieces_fill(const pdi_pieces_walk *w, int32_t i, int32_t piece)
     for (int32_t n = 0; n < count; n++)
         for (int side = 0; side < 2 * PD_DIM; side++) {
             int32_t step = w->grid->stride[side / 2];
-            int32_t at = pdi_grid_find_source(w->grid, w->queue[n] + (side % 2 ? step : -step), NULL);
+            int32_t at = pd_grid_find_source(w->grid, w->queue[n] + (side % 2 ? step : -step), NULL);
             if (w->grid->kind[at] != PD_SOLID || w->piece[at] >= 0) continue;
             w->piece[at] = piece;
             w->queue[count++] = at;
@@ -42,11 +42,11 @@ static pd_status pdi_pieces_walk_all(pd_ctx *ctx, const pdi_pieces_walk *w, cons
     const pd_grid *grid = w->grid;
     for (int32_t i = 0; i < grid->total; i++) w->piece[i] = -1;
     for (int32_t i = 0; i < grid->total; i++) {
-        if (grid->kind[i] != PD_SOLID || pdi_grid_find_source(grid, i, NULL) != i) continue;
+        if (grid->kind[i] != PD_SOLID || pd_grid_find_source(grid, i, NULL) != i) continue;
         if (w->piece[i] < 0) pdi_pieces_fill(w, i, p->circuits++);
         int e = pdi_pieces_electrode(p, w->piece[i], material ? material[i] : 0);
         if (e < 0)
-            return pdi_fail(ctx, PD_ERR_SIZE, "pieces", "the metals of all pieces are more than %d electrodes",
+            return pd_fail(ctx, PD_ERR_SIZE, "pieces", "the metals of all pieces are more than %d electrodes",
                             PD_ELECTRODES);
         electrode[i] = (uint8_t)e;
     }
@@ -60,10 +60,10 @@ pd_status pd_pieces_find(pd_ctx *ctx, const pd_grid *grid, const uint8_t *materi
     memset(pieces, 0, sizeof *pieces);
     w.grid = grid;
     w.piece = w.queue = NULL;
-    PDI_TRY(PDI_NEW(ctx, "pieces", grid->total, w.piece));
-    pd_status status = PDI_NEW(ctx, "pieces", grid->total, w.queue);
+    PD_TRY(PD_NEW(ctx, "pieces", grid->total, w.piece));
+    pd_status status = PD_NEW(ctx, "pieces", grid->total, w.queue);
     if (status >= 0) status = pdi_pieces_walk_all(ctx, &w, material, electrode, pieces);
-    PDI_DELETE(ctx, grid->total, w.queue);
-    PDI_DELETE(ctx, grid->total, w.piece);
+    PD_DELETE(ctx, grid->total, w.queue);
+    PD_DELETE(ctx, grid->total, w.piece);
     return status;
 }

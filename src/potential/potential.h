@@ -124,7 +124,7 @@ static inline double pdi_potential_drop(const pd_potential *p, const pd_contact 
 /* Area of a contact over the volume of a cell, with the circumference [1/m, on rings 1]. */
 static inline double pdi_potential_area(const pd_potential *p, const pd_contact *c)
 {
-    return c->area * pdi_grid_circumference(p->grid, c->node);
+    return c->area * pd_grid_circumference(p->grid, c->node);
 }
 #endif
 

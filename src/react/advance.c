@@ -70,8 +70,8 @@ static void pdi_advance_lack(const pd_reactive *r, int32_t i, double *lack)
 {
     const pd_components *s = &r->components;
     double c[PD_SPECIES_MAX], source[PD_SPECIES_MAX], gain[PD_SPECIES_MAX];
-    pdi_reactive_get(r, r->c, i, c);
-    pdi_reactive_get(r, r->source, i, source);
+    pd_reactive_get(r, r->c, i, c);
+    pd_reactive_get(r, r->source, i, source);
     pdi_components_compute_totals(s, c, lack);
     pdi_components_compute_totals(s, source, gain);
     for (int k = 0; k < s->count; k++) lack[k] = r->total[(int64_t)k * r->grid->total + i] - lack[k];
@@ -107,7 +107,7 @@ static double pdi_advance_residual(const pd_ctx *ctx, pd_reactive *r)
     pdi_tangent_images(r, r->c);
     pdi_tangent_leave(ctx, r, r->c, r->wall, work);
     if (r->surface) pdi_levels_solve(ctx, r->surface);
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
         double lack[PD_SPECIES_MAX];
         for (int k = 0; k < count; k++) r->move[k * total + i] = 0.0; /* images had changes */
@@ -130,7 +130,7 @@ static double pdi_advance_charge(const pd_reactive *r, int k, int32_t i)
     const pd_components *s = &r->components;
     double c[PD_SPECIES_MAX], size, z = fabs(r->migration.on ? r->migration.charge[s->component_solute[k]] : 0.0);
     if (!(z > 0.0)) return 0.0;
-    pdi_reactive_get(r, r->c, i, c);
+    pd_reactive_get(r, r->c, i, c);
     pdi_migration_charge(&r->migration, c, &size);
     return PDI_ADVANCE_CHARGE / PDI_ADVANCE_ROUND * size / z;
 }
@@ -177,7 +177,7 @@ static void pdi_advance_lack_at_rest(pd_reactive *r)
     for (int32_t i = 0; i < (int32_t)total && s->kinetics; i++) {
         double c[PD_SPECIES_MAX];
         if (r->grid->kind[i] != PD_FLUID) continue;
-        pdi_reactive_get(r, r->c, i, c);
+        pd_reactive_get(r, r->c, i, c);
         for (int n = 0; n < s->kinetics; n++) {
             double speed = pdi_components_compute_rate(s, &s->kinetic[n], c, NULL, NULL);
             for (int k = 0; k < s->count; k++) r->work[k * total + i] -= s->kinetic[n].total_change[k] * speed;
@@ -212,7 +212,7 @@ static pd_status pdi_advance_neutral(const pd_reactive *r, double *c)
     pdi_migration_neutralise(&r->migration, c);
     if (!(s->debye_hueckel > 0.0) || !s->members) return PD_OK;
     pdi_components_compute_totals(s, c, sum);
-    PDI_TRY(pdi_components_solve(s, sum, c));
+    PD_TRY(pdi_components_solve(s, sum, c));
     pdi_migration_neutralise(&r->migration, c);
     return PD_OK;
 }
@@ -225,7 +225,7 @@ static pd_status pdi_advance_node(const pd_reactive *r, int32_t i, double share,
     int64_t total = r->grid->total;
     const double *delta = r->work + s->count * total;
     double sum[PD_SPECIES_MAX], n[PD_MINERAL_MAX];
-    pdi_reactive_get(r, r->base, i, c);
+    pd_reactive_get(r, r->base, i, c);
     pdi_components_compute_totals(s, c, sum);
     for (int k = 0; k < s->count; k++) sum[k] += share * r->weight[k] * delta[k * total + i];
     if (s->kinetics && share > 0.0) pdi_extents_react(r, i, share, sum);
@@ -264,7 +264,7 @@ static void pdi_advance_move(const pd_ctx *ctx, pd_reactive *r, double share, in
     int64_t total = r->grid->total;
     int nt = pdi_tangent_threads(ctx, r);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
         double c[PD_SPECIES_MAX], part = share;
         int cut = 0;
@@ -333,12 +333,12 @@ static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
     }
     pdi_advance_weigh(ctx, r);
     double rate = r->migration.on ? pdi_migration_pace(&r->migration, dt) : 1.0 / dt;
-    PDI_TRY(pdi_inverse_setup(ctx, &r->inverse, rate, NULL, 0));
+    PD_TRY(pdi_inverse_setup(ctx, &r->inverse, rate, NULL, 0));
     double norm = pdi_advance_residual(ctx, r);
     for (int step = 0; !(norm <= goal); step++) { /* also where it is no number */
         if (step == r->desc.most || !(norm < HUGE_VAL)) return PD_NOT_CONVERGED;
-        PDI_TRY(pdi_check_cancel(ctx, "reactive: Newton", step));
-        PDI_TRY(pdi_tangent_derive(ctx, r));
+        PD_TRY(pd_check_cancel(ctx, "reactive: Newton", step));
+        PD_TRY(pdi_tangent_derive(ctx, r));
         pd_status status = pdi_tangent_direction(ctx, r, share, 0.3 * goal, &result->krylov);
         if (status == PD_ERR_DIVERGED && r->migration.on) return PD_NOT_CONVERGED; /* where there are next to no ions */
         if (status < 0) return status;
@@ -386,7 +386,7 @@ static double pdi_advance_charges(const pd_reactive *r, const double *field, int
         double z = r->migration.charge[r->components.component_solute[k]] * (undone ? r->dt * r->weight[k] : 1.0);
         for (int32_t i = 0; i < (int32_t)total; i++)
             if (r->grid->kind[i] == PD_FLUID)
-                pdi_compensated_sum_add(&sum, pdi_grid_circumference(r->grid, i) * z * field[k * total + i]);
+                pdi_compensated_sum_add(&sum, pd_grid_circumference(r->grid, i) * z * field[k * total + i]);
     }
     return r->bonds->stencil->volume * pdi_compensated_sum_total(&sum);
 }
@@ -400,11 +400,11 @@ static void pdi_advance_start(const pd_ctx *ctx, pd_reactive *r)
     (void)nt;
     pdi_advance_back(ctx, r, 1);
     if (r->minerals.count) pdi_par_copy(ctx, r->minerals.count * total, r->solid, r->solid_start);
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
         double c[PD_SPECIES_MAX], sum[PD_SPECIES_MAX];
         if (r->grid->kind[i] != PD_FLUID) continue;
-        pdi_reactive_get(r, r->c, i, c);
+        pd_reactive_get(r, r->c, i, c);
         pdi_components_compute_totals(s, c, sum);
         for (int k = 0; k < s->count; k++) r->total[k * total + i] = sum[k] + r->carry[k * total + i];
     }
@@ -437,7 +437,7 @@ static void pdi_advance_slopes(pd_reactive *r)
     for (int32_t i = 0; i < (int32_t)total; i++) {
         double c[PD_SPECIES_MAX], sum[PD_SPECIES_MAX];
         if (r->grid->kind[i] != PD_FLUID) continue;
-        pdi_reactive_get(r, r->c, i, c);
+        pd_reactive_get(r, r->c, i, c);
         pdi_components_compute_totals(s, c, sum);
         for (int k = 0; k < s->count; k++) {
             int64_t at = k * total + i;
@@ -460,7 +460,7 @@ static void pdi_advance_between(pd_reactive *r, double ratio)
     for (int32_t i = 0; i < (int32_t)total; i++) {
         double c[PD_SPECIES_MAX], sum[PD_SPECIES_MAX];
         if (r->grid->kind[i] != PD_FLUID) continue;
-        pdi_reactive_get(r, r->c, i, c);
+        pd_reactive_get(r, r->c, i, c);
         pdi_components_compute_totals(s, c, sum);
         for (int k = 0; k < s->count; k++) r->total[k * total + i] += ratio * r->slope[k * total + i];
         for (int m = 0; m < r->minerals.count; m++) {
@@ -516,7 +516,7 @@ static pd_status pdi_advance_second(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
     double in[PD_SPECIES_MAX], out[PD_SPECIES_MAX], stage = PDI_SDIRK_GAMMA * dt;
     memcpy(in, r->in, sizeof in);
     memcpy(out, r->out, sizeof out);
-    PDI_TRY(pdi_etch_stage(ctx, r->surface, PDI_SDIRK_GAMMA));
+    PD_TRY(pdi_etch_stage(ctx, r->surface, PDI_SDIRK_GAMMA));
     pd_status status = pdi_advance_newton(ctx, r, stage, result);
     if (status != PD_OK) return status;
     pdi_advance_slopes(r);
@@ -524,7 +524,7 @@ static pd_status pdi_advance_second(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
     result->euler = rest > stage;
     pdi_advance_pass(r, dt - rest);
     pdi_advance_between(r, result->euler ? 1.0 : PDI_TANGENT_BEYOND);
-    PDI_TRY(pdi_etch_stage(ctx, r->surface, 1.0));
+    PD_TRY(pdi_etch_stage(ctx, r->surface, 1.0));
     status = pdi_advance_newton(ctx, r, rest, result);
     if (status == PD_OK) status = pdi_embedded_error(ctx, r, dt, result->euler, &result->error, &result->krylov);
     if (status == PD_OK && (!pdi_positivity_holds(r, rest) || !pdi_positivity_bounded(r))) status = PD_NOT_CONVERGED;
@@ -562,9 +562,9 @@ static pd_status pdi_advance_take(pd_ctx *ctx, pd_reactive *r, double dt, pd_rea
         r->filter[n].inverse.fresh = 0;
         r->filter[n].flux.absorb = r->filter[n].absorb;
     }
-    PDI_TRY(pdi_flux_refresh(ctx, &r->flux));
+    PD_TRY(pdi_flux_refresh(ctx, &r->flux));
     pdi_advance_pores(r, dt);
-    if (r->migration.on) PDI_TRY(pdi_levels_sources(ctx, r, dt));
+    if (r->migration.on) PD_TRY(pdi_levels_sources(ctx, r, dt));
     pdi_loops_find(r);
     pdi_flux_rates(ctx, &r->flux, 0.0, r->rates);
     pdi_advance_start(ctx, r);
@@ -575,7 +575,7 @@ static pd_status pdi_advance_take(pd_ctx *ctx, pd_reactive *r, double dt, pd_rea
         pdi_advance_back(ctx, r, 0);
         pdi_advance_start(ctx, r);
     }
-    PDI_TRY(pdi_etch_stage(ctx, r->surface, 1.0));
+    PD_TRY(pdi_etch_stage(ctx, r->surface, 1.0));
     pd_status status = pdi_advance_solve(ctx, r, dt, result);
     if (status == PD_OK && !r->migration.on && pdi_positivity_exceeded(r, dt)) status = PD_RETRY;
     if (status != PD_OK) return status;
@@ -589,8 +589,8 @@ pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_r
     pd_arena *arena = pdi_reactive_arena(r);
     memset(result, 0, sizeof *result);
     if (!(dt > 0.0) || !(dt < 1e300))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "the step is %g s, expected a positive one", dt);
-    PDI_TRY(pdi_arena_acquire(ctx, arena, pdi_reactive_work_list, r));
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "reactive", "the step is %g s, expected a positive one", dt);
+    PD_TRY(pdi_arena_acquire(ctx, arena, pdi_reactive_work_list, r));
     if (r->surface) {
         pdi_etch_begin(r->surface);
         r->surface->half = 0.5 * dt;

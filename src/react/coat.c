@@ -70,7 +70,7 @@ PDI_FN pd_status pdi_coat_build(pd_ctx *ctx, pd_reactive *r, const pd_coat_desc 
             if (y >= desc->low[k] && y <= desc->high[k]) continue;
             char place[PDI_GRID_POSITION_LENGTH];
             status =
-                pdi_fail(ctx, PD_ERR_STATE, "surface", "%s begins with %g at %s m, expected a value from %g to %g",
+                pd_fail(ctx, PD_ERR_STATE, "surface", "%s begins with %g at %s m, expected a value from %g to %g",
                          desc->name[k], y, pdi_grid_format_position(r->grid, i, place), desc->low[k], desc->high[k]);
             pdi_coat_free(ctx, s);
             return status;
@@ -127,7 +127,7 @@ PDI_FN pd_status pdi_coat_places(pd_ctx *ctx, pd_coat *s)
     int64_t total = s->reactive->grid->total;
     memcpy(s->was, s->on, (size_t)total * sizeof *s->on);
     memset(s->on, 0, (size_t)total * sizeof *s->on);
-    PDI_TRY(s->desc.where(ctx, s->desc.user, s->anew, s->on));
+    PD_TRY(s->desc.where(ctx, s->desc.user, s->anew, s->on));
     s->anew = 0;
     s->count = 0;
     for (int32_t i = 0; i < total; i++) {
@@ -147,7 +147,7 @@ static int pdi_coat_near(const pd_coat *s, const double *field, int32_t i, doubl
 {
     const pd_components *of = &s->reactive->components;
     double flows[PD_SPECIES_MAX];
-    pdi_reactive_get(s->reactive, field, i, c);
+    pd_reactive_get(s->reactive, field, i, c);
     if (!s->desc.film) return 1;
     double davies = pdi_components_compute_ln_gamma(of, c);
     pd_components film = s->film;
@@ -165,7 +165,7 @@ static double pdi_coat_activity(const pd_coat *s, int32_t i, const double *c)
 {
     double at[PD_SPECIES_MAX];
     if (!s->desc.surface) return pdi_components_compute_ln_gamma(&s->reactive->components, c);
-    pdi_reactive_get(s->reactive, s->reactive->c, i, at);
+    pd_reactive_get(s->reactive, s->reactive->c, i, at);
     return pdi_components_compute_ln_gamma(&s->reactive->components, at);
 }
 
@@ -173,9 +173,9 @@ static double pdi_coat_activity(const pd_coat *s, int32_t i, const double *c)
 static void pdi_coat_surface(const pd_ctx *ctx, const pd_coat *s, const double *field, double *column)
 {
     int64_t total = s->reactive->grid->total;
-    int nt = pdi_par_threads(ctx, (int64_t)s->count * PDI_COAT_WORK * s->reactive->components.solutes);
+    int nt = pd_par_threads(ctx, (int64_t)s->count * PDI_COAT_WORK * s->reactive->components.solutes);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t p = 0; p < s->count; p++) {
         double c[PD_SPECIES_MAX], around[PD_COAT_AROUND];
         int32_t i = s->node[p];
@@ -293,10 +293,10 @@ static pd_status pdi_coat_refuse(pd_ctx *ctx, const pd_coat *s, int32_t p, doubl
     int state = s->off[p] - 1;
     pdi_grid_format_position(s->reactive->grid, i, place);
     if (state < 0)
-        return pdi_fail(ctx, PD_ERR_STATE, "surface", "no steps follow the rates of states at %s m from t = %g s on: "
+        return pd_fail(ctx, PD_ERR_STATE, "surface", "no steps follow the rates of states at %s m from t = %g s on: "
                         "one jumps back and forth or grows beyond all bounds, expected a rate that is continuous, or "
                         "min and max where it ends", place, t);
-    return pdi_fail(ctx, PD_ERR_STATE, "surface", "the rate of %s is no finite number at %s m (pH %.4g) from t = %g s "
+    return pd_fail(ctx, PD_ERR_STATE, "surface", "the rate of %s is no finite number at %s m (pH %.4g) from t = %g s "
                     "on, where it is %g, expected a law that holds there", s->desc.name[state], place,
                     pd_reactive_ph(s->reactive, i), t, s->start[state * (int64_t)s->reactive->grid->total + i]);
 }
@@ -305,9 +305,9 @@ static pd_status pdi_coat_refuse(pd_ctx *ctx, const pd_coat *s, int32_t p, doubl
 static pd_status pdi_coat_move(pd_ctx *ctx, pd_coat *s, const double *first, const double *slope, double t, double dt,
                                int stuck, int trial, double *to)
 {
-    int nt = pdi_par_threads(ctx, (int64_t)s->count * PDI_COAT_WORK * s->desc.count);
+    int nt = pd_par_threads(ctx, (int64_t)s->count * PDI_COAT_WORK * s->desc.count);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t p = 0; p < s->count; p++) {
         pdi_coat_work w;
         memset(&w, 0, sizeof w);
@@ -345,8 +345,8 @@ static void pdi_coat_fresh(const pd_ctx *ctx, pd_coat *s)
 PDI_FN pd_status pdi_coat_begin(pd_ctx *ctx, pd_coat *s, double t)
 {
     int64_t total = s->reactive->grid->total;
-    if (s->desc.solve && !s->desc.surface) PDI_TRY(s->desc.solve(ctx, s->desc.user, t));
-    PDI_TRY(pdi_coat_places(ctx, s));
+    if (s->desc.solve && !s->desc.surface) PD_TRY(s->desc.solve(ctx, s->desc.user, t));
+    PD_TRY(pdi_coat_places(ctx, s));
     memcpy(s->start, s->value, (size_t)(s->desc.count * total) * sizeof *s->value);
     pdi_coat_fresh(ctx, s);
     for (int k = 0; k < s->desc.count; k++)

@@ -88,10 +88,10 @@ static pd_status pdi_course_make(pd_ctx *ctx, pd_reactive *r, const pd_course_de
 {
     memset(a, 0, sizeof *a);
     if (!(desc->cover >= 0.0) || !(desc->cover < 1e100) || (desc->cover > 0.0) != (desc->bare != NULL))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "course", "minerals %g m thick cover metal, expected a finite value "
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "course", "minerals %g m thick cover metal, expected a finite value "
                         "of at least 0, and above 0 an array for the bare share", desc->cover);
     if (!(desc->rtol >= 0.0) || !(desc->largest >= 0.0) || !(desc->rtol + desc->largest < 1e100))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "course", "rtol %g and a largest step of %g s, expected finite values of "
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "course", "rtol %g and a largest step of %g s, expected finite values of "
                         "at least 0", desc->rtol, desc->largest);
     a->desc = *desc;
     if (!(a->desc.rtol > 0.0)) a->desc.rtol = 1e-3;
@@ -156,7 +156,7 @@ static double pdi_course_late(pd_course *a, int m, int one)
         int whole = s && !r->migration.tied && (rate > 0.0 || !one);
         for (int n = 0; n < r->components.solutes; n++)
             r->source[n * total + i] = shed[whole][n] * rate + (m ? r->source[n * total + i] : 0.0);
-        pdi_compensated_sum_add(&sum, charge[whole] * rate * pdi_grid_circumference(r->grid, i));
+        pdi_compensated_sum_add(&sum, charge[whole] * rate * pd_grid_circumference(r->grid, i));
     }
     return pdi_compensated_sum_total(&sum);
 }
@@ -183,13 +183,13 @@ static void pdi_course_count(pd_course *a, int m, const pdi_compensated_sum *sum
     if (a->each) a->each[m] += amount;
 }
 
-PDI_FN double pdi_course_lost(const pd_course *a, int metal)
+double pd_course_lost(const pd_course *a, int metal)
 {
     const pd_reactive *r = a->reactive;
     pdi_compensated_sum sum = {0.0, 0.0};
     for (int32_t i = 0; i < r->grid->total && a->desc.fed; i++)
         if (r->grid->kind[i] == PD_FLUID)
-            pdi_compensated_sum_add(&sum, a->desc.fed[metal * r->grid->total + i] * pdi_grid_circumference(r->grid, i));
+            pdi_compensated_sum_add(&sum, a->desc.fed[metal * r->grid->total + i] * pd_grid_circumference(r->grid, i));
     return (a->each ? a->each[metal] : a->taken) + pdi_compensated_sum_total(&sum) * r->bonds->stencil->volume;
 }
 
@@ -204,7 +204,7 @@ static void pdi_course_taken(pd_course *a, double dt, int all)
         const double *due = a->due + m * r->grid->total;
         for (int32_t i = 0; i < r->grid->total; i++) {
             if (r->grid->kind[i] != PD_FLUID) continue;
-            pdi_compensated_sum_add(&sum, share * due[i] * pdi_grid_circumference(r->grid, i));
+            pdi_compensated_sum_add(&sum, share * due[i] * pd_grid_circumference(r->grid, i));
             fed[i] = (fed[i] - due[i]) + (all ? 0.0 : due[i] * (1.0 - share));
             if (a->ahead) a->came[i] += dt * a->ahead[i];
         }
@@ -225,7 +225,7 @@ static void pdi_course_owed(pd_course *a)
             double given = s->weight[p] * s->passed[p];
             if (pdi_etch_which(s, p) != m) continue;
             if (a->desc.fed) a->desc.fed[m * r->grid->total + s->node[p]] -= given;
-            pdi_compensated_sum_add(&sum, given * pdi_grid_circumference(r->grid, s->node[p]));
+            pdi_compensated_sum_add(&sum, given * pd_grid_circumference(r->grid, s->node[p]));
         }
         pdi_course_count(a, m, &sum);
     }
@@ -234,7 +234,7 @@ static void pdi_course_owed(pd_course *a)
     for (int32_t i = 0; i < r->grid->total; i++) {
         if (r->grid->kind[i] != PD_FLUID) continue;
         a->desc.fed[i] -= a->came[i];
-        pdi_compensated_sum_add(&sum, a->came[i] * pdi_grid_circumference(r->grid, i));
+        pdi_compensated_sum_add(&sum, a->came[i] * pd_grid_circumference(r->grid, i));
         a->came[i] = 0.0;
     }
     pdi_course_count(a, 0, &sum);
@@ -257,12 +257,12 @@ static void pdi_course_reclaim(pd_course *a, int m)
     memcpy(shed, pdi_course_shed(a, m), sizeof shed);
     pdi_etch_whole(a->desc.surface, shed);
     for (int32_t i = 0; i < r->grid->total; i++)
-        if (pdi_course_over(a, m, i)) pdi_compensated_sum_add(&sum, -fed[i] * pdi_grid_circumference(r->grid, i));
+        if (pdi_course_over(a, m, i)) pdi_compensated_sum_add(&sum, -fed[i] * pd_grid_circumference(r->grid, i));
     if (!(pdi_compensated_sum_total(&sum) > 0.0)) return;
     double share = pdi_reclaim_take(r, shed, pdi_compensated_sum_total(&sum)) / pdi_compensated_sum_total(&sum);
     for (int32_t i = 0; i < r->grid->total; i++) {
         if (!pdi_course_over(a, m, i)) continue;
-        pdi_compensated_sum_add(&taken, share * fed[i] * pdi_grid_circumference(r->grid, i));
+        pdi_compensated_sum_add(&taken, share * fed[i] * pd_grid_circumference(r->grid, i));
         fed[i] -= share * fed[i];
     }
     pdi_course_count(a, m, &taken);
@@ -399,7 +399,7 @@ static pd_status pdi_course_ahead(pd_ctx *ctx, pd_course *a, const pd_step *s)
 static pd_status pdi_course_longest(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_course *a = (pd_course *)self;
-    PDI_TRY(pdi_physics_limit_max_step(ctx, self, s));
+    PD_TRY(pdi_physics_limit_max_step(ctx, self, s));
     if (!a->desc.bare) return PD_OK;
     pdi_course_uncover(a);
     if (!(a->span > 0.0)) a->span = PDI_COURSE_FIRST * s->dt;
@@ -457,14 +457,14 @@ static pd_status pdi_course_limit(pd_ctx *ctx, void *self, pd_step *s)
         a->begin = s->time;
         a->covered = 0.0;
         if (a->desc.bare) pdi_course_uncover(a);
-        if (a->desc.surface) PDI_TRY(a->desc.find(ctx, a->desc.user, s->time));
+        if (a->desc.surface) PD_TRY(a->desc.find(ctx, a->desc.user, s->time));
         for (int m = 0; a->desc.surface && a->desc.fed && m < pdi_course_metals(a); m++) pdi_course_reclaim(a, m);
     }
     a->begun = 1;
     if (a->desc.bare) memcpy(a->now, a->share, (size_t)a->reactive->grid->total * sizeof *a->now);
     pdi_course_keep(ctx, a, 0);
-    if (a->psi && a->desc.coat->desc.surface && !a->settled) PDI_TRY(pdi_course_still(ctx, a, s->time));
-    if (a->desc.coat) PDI_TRY(pdi_coat_begin(ctx, a->desc.coat, s->time));
+    if (a->psi && a->desc.coat->desc.surface && !a->settled) PD_TRY(pdi_course_still(ctx, a, s->time));
+    if (a->desc.coat) PD_TRY(pdi_coat_begin(ctx, a->desc.coat, s->time));
     pdi_course_due(a);
     pdi_course_feed(a);
     s->dt = pdi_sdirk_limit_step(a->dt, a->desc.largest, a->left, &last);
@@ -497,7 +497,7 @@ static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
     pd_reactive_result result;
     a->lasts = 1.0;
     a->used = 0;
-    if (s->solve_at) PDI_TRY(s->solve_at(ctx, s->solve_at_user, s->time + 0.5 * s->dt));
+    if (s->solve_at) PD_TRY(s->solve_at(ctx, s->solve_at_user, s->time + 0.5 * s->dt));
     s->error = HUGE_VAL; /* of PD_RETRY */
     pd_status status = a->desc.coat ? pdi_coat_ahead(ctx, a->desc.coat, s->time, s->dt, s->rejected) : PD_OK;
     if (a->desc.bring && status == PD_OK) status = a->desc.bring(ctx, a->desc.bringer, s->time + 0.5 * s->dt);
@@ -562,7 +562,7 @@ static pd_status pdi_course_short(pd_ctx *ctx, const pd_course *a, double t)
     char place[PDI_GRID_POSITION_LENGTH];
     while (n + 1 < a->desc.species_count && r->components.solute_of_species[n] != solute) n++;
     const char *name = a->desc.species ? a->desc.species[n].name : "a species";
-    return pdi_fail(ctx, PD_ERR_STATE, "chemistry",
+    return pd_fail(ctx, PD_ERR_STATE, "chemistry",
                     "at t = %g s more %s is taken up beside %s m than is there: "
                     "expected a rate or current that falls to 0 with it, such as one with the factor [%s]/(1 mM)",
                     t, name, pdi_grid_format_position(r->grid, r->short_at, place), name);
@@ -577,13 +577,13 @@ static pd_status pdi_course_stuck(pd_ctx *ctx, void *self, const pd_step *s)
     int32_t node, least = metal && metal->electrode ? pdi_positivity_fewest(metal, &ions) : 0;
     char place[PDI_GRID_POSITION_LENGTH];
     if (metal && metal->odd && !(s->error < HUGE_VAL))
-        return pdi_fail(ctx, PD_ERR_STATE, "chemistry",
+        return pd_fail(ctx, PD_ERR_STATE, "chemistry",
                         "the law of metal is no number beside %s m after t = %g s, "
                         "however short the step: expected one for all that comes to its surface, such as "
                         "sqrt(max(1 - [Mg2+]/(1 mM), 0))",
                         pdi_grid_format_position(metal->reactive->grid, metal->node[metal->odd - 1], place), s->time);
     if (a->desc.surface && a->desc.surface->electrode && !(s->error < HUGE_VAL))
-        return pdi_fail(ctx, PD_ERR_STATE, "chemistry",
+        return pd_fail(ctx, PD_ERR_STATE, "chemistry",
                         "this current cannot pass: no step of %g s was found at t = "
                         "%g s. Expected one that the ions beside %s m can carry, where %.3g mol/m3 are left; and the "
                         "curve of an electrode that takes up no more of a species than reaches the metal, and falls "
@@ -595,14 +595,14 @@ static pd_status pdi_course_stuck(pd_ctx *ctx, void *self, const pd_step *s)
         return a->desc.drained(ctx, a->desc.feeder, node, solute, s->time);
     if (a->reactive->short_of) return pdi_course_short(ctx, a, s->time);
     if (a->reactive->migration.on && !(s->error < HUGE_VAL))
-        return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "no step of %g s was found at t = %g s for ions that migrate: "
+        return pd_fail(ctx, PD_ERR_STATE, "chemistry", "no step of %g s was found at t = %g s for ions that migrate: "
                         "fluid with next to none beside fluid with many conducts too little, expected some "
                         "everywhere, as those of water, [species H+] and [species OH-] with initial = 1e-4 mol/m3",
                         s->dt, s->time);
     if (a->desc.coat && a->desc.coat->error > 1.0)
-        return pdi_fail(ctx, PD_ERR_STATE, "surface", "states of surfaces change faster than any step follows at t = "
+        return pd_fail(ctx, PD_ERR_STATE, "surface", "states of surfaces change faster than any step follows at t = "
                         "%g s: expected a rate that stays finite", s->time);
-    return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "the error of a step of %g s at t = %g s is %g of the largest "
+    return pd_fail(ctx, PD_ERR_STATE, "chemistry", "the error of a step of %g s at t = %g s is %g of the largest "
                     "concentrations, expected it to fall with the step", s->dt, s->time, a->error);
 }
 
@@ -643,7 +643,7 @@ static pd_status pdi_course_settle(pd_ctx *ctx, pd_course *a)
     pd_reactive_result result;
     double square = 0.0, d = r->diffusion.desc.diffusivity;
     for (int axis = 0; axis < PD_DIM; axis++) square = pdi_max(square, pow(r->grid->hi[axis] - r->grid->lo[axis], 2.0));
-    if (a->desc.surface) PDI_TRY(a->desc.find(ctx, a->desc.user, 0.0));
+    if (a->desc.surface) PD_TRY(a->desc.find(ctx, a->desc.user, 0.0));
     pd_status status = PD_OK;
     for (double late = PDI_COURSE_SOON; late < 1.5 * PDI_COURSE_LATE; late *= PDI_COURSE_LATER) {
         status = pd_reactive_step(ctx, r, late * square / d, &result);
@@ -655,7 +655,7 @@ static pd_status pdi_course_settle(pd_ctx *ctx, pd_course *a)
     for (int e = 0; a->desc.surface && e < 2 * a->desc.surface->desc.electrodes.count; e++)
         a->desc.surface->charge[e] = 0.0; /* no time has passed */
     if (status == PD_OK) return pd_reactive_begin(ctx, r);
-    return pdi_fail(ctx, PD_ERR_DIVERGED, "chemistry", "no steady concentrations were found in %d steps of Newton, "
+    return pd_fail(ctx, PD_ERR_DIVERGED, "chemistry", "no steady concentrations were found in %d steps of Newton, "
                     "expected time = implicit, which follows them to there", result.newton);
 }
 
@@ -664,7 +664,7 @@ static pd_status pdi_course_start(pd_ctx *ctx, void *self, double t)
     pd_course *a = (pd_course *)self;
     a->time = t;
     if (a->desc.bare) pdi_course_uncover(a);
-    if (a->desc.coat) PDI_TRY(pdi_coat_places(ctx, a->desc.coat));
+    if (a->desc.coat) PD_TRY(pdi_coat_places(ctx, a->desc.coat));
     if (a->desc.settle) return pdi_course_settle(ctx, a);
     return a->desc.open ? a->desc.open(ctx, a->desc.user, t) : PD_OK;
 }
@@ -675,7 +675,7 @@ static void pdi_course_settled(pd_course *a, int32_t node)
     pd_reactive *r = a->reactive;
     int64_t total = r->grid->total;
     double c[PD_SPECIES_MAX], from[PD_SPECIES_MAX], to[PD_SPECIES_MAX];
-    pdi_reactive_get(r, r->c, node, c);
+    pd_reactive_get(r, r->c, node, c);
     pdi_components_compute_totals(&r->components, c, from);
     if (r->components.members && pdi_components_solve(&r->components, from, c) != PD_OK) return;
     pdi_migration_neutralise(&r->migration, c);
@@ -696,9 +696,9 @@ static void pdi_course_share(pd_course *a, const int32_t *turned, int32_t count,
         int32_t i = turned[k];
         double lacks = surface && surface->swept ? surface->split[i] : 1.0;
         for (int side = 0; side < 2 * PD_DIM; side++) {
-            int32_t j = pdi_grid_find_source(grid, i + (side % 2 ? 1 : -1) * (int32_t)grid->stride[side / 2], NULL);
+            int32_t j = pd_grid_find_source(grid, i + (side % 2 ? 1 : -1) * (int32_t)grid->stride[side / 2], NULL);
             if (j < 0 || j == i || grid->kind[j] != PD_FLUID) continue;
-            double around = pdi_grid_circumference(grid, j) / pdi_grid_circumference(grid, i);
+            double around = pd_grid_circumference(grid, j) / pd_grid_circumference(grid, i);
             for (int n = 0; n < r->components.solutes && share > 0.0; n++) {
                 double part = lacks * share * a->start[n * total + j];
                 r->c[n * total + j] -= part;
@@ -718,7 +718,7 @@ static pd_status pdi_course_changed(pd_ctx *ctx, void *self, const int32_t *turn
     pd_reactive *r = a->reactive;
     double c[PD_SPECIES_MAX], none[PD_SPECIES_MAX];
     memset(none, 0, sizeof none);
-    PDI_TRY(pd_reactive_update(ctx, r));
+    PD_TRY(pd_reactive_update(ctx, r));
     pdi_components_solve_pure_solvent(&r->components, c);
     for (int32_t k = 0; k < count; k++) {
         pdi_reactive_put(r, c, turned[k], r->c);
@@ -746,13 +746,13 @@ static pd_status pdi_course_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_course *a = (pd_course *)self;
     pd_reactive *r = a->reactive;
-    PDI_TRY(pdi_array_registry_store(ctx, pdi_reactive_list, r, archive));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "amounts at the start", r->start, PD_REACTIVE_ROWS));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "amounts in", r->in, PD_SPECIES_MAX));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "amounts out", r->out, PD_SPECIES_MAX));
-    PDI_TRY(pdi_array_registry_store(ctx, pdi_course_list, a, archive));
-    if (a->desc.coat) PDI_TRY(pdi_array_registry_store(ctx, pdi_coat_list, a->desc.coat, archive));
-    if (a->desc.surface) PDI_TRY(pdi_array_registry_store(ctx, pdi_etch_list, a->desc.surface, archive));
+    PD_TRY(pdi_array_registry_store(ctx, pdi_reactive_list, r, archive));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "amounts at the start", r->start, PD_REACTIVE_ROWS));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "amounts in", r->in, PD_SPECIES_MAX));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "amounts out", r->out, PD_SPECIES_MAX));
+    PD_TRY(pdi_array_registry_store(ctx, pdi_course_list, a, archive));
+    if (a->desc.coat) PD_TRY(pdi_array_registry_store(ctx, pdi_coat_list, a->desc.coat, archive));
+    if (a->desc.surface) PD_TRY(pdi_array_registry_store(ctx, pdi_etch_list, a->desc.surface, archive));
     if (a->desc.bare && archive->is_reading) pdi_course_uncover(a);
     return PD_OK;
 }

@@ -92,6 +92,7 @@ typedef struct pd_course {
 #define pd_course_build PD_NAME(pd_course_build)
 #define pd_course_process PD_NAME(pd_course_process)
 #define pd_course_free PD_NAME(pd_course_free)
+#define pd_course_lost PD_NAME(pd_course_lost)
 
 /* reactive is borrowed, and of order 2 (steady fields: of order 1). PD_ERR_ARGUMENT: a knob is negative or not
  * finite. */
@@ -99,12 +100,12 @@ PD_API pd_status pd_course_build(pd_ctx *ctx, pd_reactive *reactive, const pd_co
 /* The species as a process. PD_ERR_STATE: the error does not fall with the step. PD_ERR_DIVERGED: no steady fields. */
 PD_API pd_physics pd_course_process(pd_course *course);
 PD_API void pd_course_free(pd_ctx *ctx, pd_course *course);
+/* [mol] of a metal that is lost: what is in the species, and what the next step brings there. */
+PD_API double pd_course_lost(const pd_course *course, int metal);
 
 #ifdef PDI_INTERNAL
 /* Arrays of a pd_course. */
 PDI_FN void pdi_course_list(pdi_array_visitor *owner, void *object);
-/* [mol] of a metal that is lost: what is in the species, and what the next step brings there. */
-PDI_FN double pdi_course_lost(const pd_course *course, int metal);
 #endif
 
 #endif

@@ -44,7 +44,7 @@ static void pdi_embedded_differ(pd_reactive *r, double first, double second, dou
     for (int32_t i = 0; i < (int32_t)total; i++) {
         double c[PD_SPECIES_MAX], sum[PD_SPECIES_MAX];
         if (r->grid->kind[i] != PD_FLUID) continue;
-        pdi_reactive_get(r, r->c, i, c);
+        pd_reactive_get(r, r->c, i, c);
         pdi_components_compute_totals(s, c, sum);
         for (int m = 0; m < r->minerals.count; m++)
             r->solid_slope[m * total + i] = first * r->solid_slope[m * total + i] -
@@ -135,7 +135,7 @@ static void pdi_embedded_damp_early(const pd_reactive *r, int32_t i, double *off
     int spreads = 0;
     for (int m = 0; m < r->minerals.count; m++) spreads |= r->minerals.mineral[m].surface_rate > 0.0;
     if (!spreads) return;
-    pdi_reactive_get(r, r->begin, i, c);
+    pd_reactive_get(r, r->begin, i, c);
     pdi_reactive_solids(r, r->solid_begin, i, n);
     pdi_reactive_solids(r, r->solid_slope, i, early);
     pdi_mineral_begin_step(&r->components, &r->minerals, n, c, &start);
@@ -154,13 +154,13 @@ static void pdi_embedded_damp_solids(pd_ctx *ctx, pd_reactive *r)
     int64_t total = r->grid->total, size = s->count * total;
     int nt = pdi_tangent_threads(ctx, r);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
         double c[PD_SPECIES_MAX], x[PD_SPECIES_MAX], left[PD_SPECIES_MAX], lack[PD_SPECIES_MAX];
         double n[PD_MINERAL_MAX], off[PD_MINERAL_MAX], first[PD_MINERAL_MAX];
         pd_mineral_start start;
         if (r->grid->kind[i] != PD_FLUID) continue;
-        pdi_reactive_get(r, r->c, i, c);
+        pd_reactive_get(r, r->c, i, c);
         pdi_tangent_law(r, i, first, &start);
         pdi_reactive_solids(r, r->solid, i, n);
         pdi_reactive_solids(r, r->solid_slope, i, off);
@@ -188,12 +188,12 @@ static void pdi_embedded_relaxed(const pd_ctx *ctx, pd_reactive *r)
     double *found = r->work + s->count * total;
     int nt = pdi_tangent_threads(ctx, r);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
         double c[PD_SPECIES_MAX], x[PD_SPECIES_MAX], left[PD_SPECIES_MAX], lack[PD_SPECIES_MAX];
         double off[PD_MINERAL_MAX];
         if (r->grid->kind[i] != PD_FLUID) continue;
-        pdi_reactive_get(r, r->c, i, c);
+        pd_reactive_get(r, r->c, i, c);
         pdi_reactive_solids(r, r->solid_slope, i, off);
         pdi_extents_relax(r, i, c, off, x, left, lack);
         for (int k = 0; k < s->count; k++) found[k * total + i] += x[k] / r->weight[k];
@@ -206,7 +206,7 @@ static pd_status pdi_embedded_damp(pd_ctx *ctx, pd_reactive *r, const double *si
 {
     int64_t count = r->components.count * (int64_t)r->grid->total;
     double spent = 0.0;
-    PDI_TRY(pdi_tangent_derive(ctx, r));
+    PD_TRY(pdi_tangent_derive(ctx, r));
     if (r->minerals.count) pdi_embedded_damp_solids(ctx, r);
     for (int64_t at = 0; at < count; at++) { /* the solver leaves out what has no equation */
         int64_t k = at / r->grid->total;

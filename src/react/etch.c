@@ -76,7 +76,7 @@ static void pdi_etch_electrons(pd_etch *s, double dt)
     const pd_reactive *r = s->reactive;
     double cells = dt * r->bonds->stencil->volume;
     for (int32_t p = 0; p < s->count && s->electrode; p++) {
-        double electrons = 0.0, around = cells * pdi_grid_circumference(r->grid, s->node[p]);
+        double electrons = 0.0, around = cells * pd_grid_circumference(r->grid, s->node[p]);
         int e = s->electrode[p];
         if (e < 0) continue;
         const double *part = s->part + e * r->components.solutes;
@@ -100,7 +100,7 @@ PDI_FN void pdi_etch_pass(pd_etch *s, double dt)
             s->ahead[p] += dt * v;
             for (int64_t k = 0, at = p; k < r->components.count && s->sweep; k++, at += r->grid->total)
                 s->sweep[at] += dt * s->weight[p] * v / s->desc.solid * s->surface[at];
-            pdi_compensated_sum_add(&sum, pdi_grid_circumference(r->grid, s->node[p]) * s->weight[p] * v);
+            pdi_compensated_sum_add(&sum, pd_grid_circumference(r->grid, s->node[p]) * s->weight[p] * v);
         }
         double given = dt * r->bonds->stencil->volume * pdi_compensated_sum_total(&sum);
         for (int n = 0; n < r->components.solutes; n++) r->in[n] += given * s->kind[m].shed[n];
@@ -109,7 +109,7 @@ PDI_FN void pdi_etch_pass(pd_etch *s, double dt)
         pdi_compensated_sum flows = {0.0, 0.0};
         for (int32_t p = 0; p < s->count; p++)
             if (s->electrode[p] == e)
-                pdi_compensated_sum_add(&flows, pdi_grid_circumference(r->grid, s->node[p]) * s->area[p] * s->flow[p]);
+                pdi_compensated_sum_add(&flows, pd_grid_circumference(r->grid, s->node[p]) * s->area[p] * s->flow[p]);
         double amount = dt * r->bonds->stencil->volume * pdi_compensated_sum_total(&flows);
         for (int n = 0; n < r->components.solutes; n++) {
             double gain = amount * s->part[e * r->components.solutes + n];
@@ -160,7 +160,7 @@ PDI_FN double pdi_etch_lasts(pd_etch *s, int *used)
     *used = 0;
     for (int32_t k = 0; k < s->pieces; k++) before[k] = now[k] = 0.0;
     for (int32_t p = 0; p < s->count && s->pieces; p++) {
-        double weight = pdi_grid_circumference(s->reactive->grid, s->node[p]) * s->weight[p];
+        double weight = pd_grid_circumference(s->reactive->grid, s->node[p]) * s->weight[p];
         if (s->piece[p] < 0 || !(s->weight[p] > 0.0)) continue;
         before[s->piece[p]] += weight * s->passed[p];
         now[s->piece[p]] += weight * s->ahead[p];
@@ -184,7 +184,7 @@ static void pdi_etch_cathodes(pd_etch *s)
         for (int32_t p = 0; p < s->count; p++)
             if (s->electrode[p] == e && s->flow[p] < 0.0)
                 pdi_compensated_sum_add(&sum, -s->flow[p] * s->area[p] *
-                                                  pdi_grid_circumference(s->reactive->grid, s->node[p]));
+                                                  pd_grid_circumference(s->reactive->grid, s->node[p]));
         s->cathode[e] = s->reactive->bonds->stencil->volume * pdi_compensated_sum_total(&sum);
     }
 }
@@ -234,7 +234,7 @@ PDI_FN void pdi_etch_accept(pd_etch *s)
 static int32_t pdi_etch_far(const pd_etch *s, int32_t i, int k)
 {
     const pd_bond_paths *paths = &s->reactive->bonds->paths;
-    int32_t far = pdi_grid_find_source(paths->grid, i + paths->shift[k], NULL);
+    int32_t far = pd_grid_find_source(paths->grid, i + paths->shift[k], NULL);
     if (far < 0 || far == i) return -1;
     if (paths->grid->kind[far] == PD_SOLID) return far;
     return paths->grid->kind[far] == PD_FLUID && pdi_bond_path_find_closed_group(paths, i, k) < 0 ? far : -1;
@@ -261,7 +261,7 @@ static void pdi_etch_hand(pd_etch *s, int32_t i)
     for (int k = 0; k < of->count; k++) {
         int32_t j = pdi_etch_far(s, i, k);
         if (j < 0 || r->grid->kind[j] != PD_FLUID) continue;
-        double around = pdi_grid_circumference(r->grid, i) / pdi_grid_circumference(r->grid, j);
+        double around = pd_grid_circumference(r->grid, i) / pd_grid_circumference(r->grid, j);
         double share = around * of->laplacian_weight[k] * s->split[j];
         for (int n = 0; n <= r->components.count; n++) s->swept[n * total + j] += share * part[n];
     }
@@ -282,7 +282,7 @@ static int pdi_etch_between(const pd_etch *s, int32_t j, double *sum)
             if (i < 0 || r->grid->kind[i] != PD_FLUID || s->split[i] > 0.0 || (beside && p < 0)) continue;
             double film = p < 0 ? 0.0 : s->thick[p] * r->diffusion.desc.diffusivity / s->desc.solid;
             double way = pdi_vec_norm(of->xi + k * PD_DIM), share = film > way ? way / film : 1.0;
-            pdi_reactive_get(r, r->c, i, c);
+            pd_reactive_get(r, r->c, i, c);
             pdi_components_compute_totals(&r->components, c, own);
             all += of->laplacian_weight[k];
             for (int n = 0; n < r->components.count; n++)
@@ -473,12 +473,12 @@ pd_status pd_etch_build(pd_ctx *ctx, pd_reactive *r, const pd_etch_desc *desc, p
 {
     memset(s, 0, sizeof *s);
     if (!desc->law && !desc->more_count && !desc->electrodes.count)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "etch", "there is no law");
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "etch", "there is no law");
     if (desc->electrodes.count && !r->migration.on)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "etch", "electrodes without migration, expected it");
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "etch", "electrodes without migration, expected it");
     if (desc->more_count < 0 || desc->more_count > UINT8_MAX || (desc->more_count && !desc->more) ||
         (desc->more_count && (!desc->electrodes.count || desc->solid > 0.0)))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "etch", "%d metals beside the first one, expected 0 to %d and their "
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "etch", "%d metals beside the first one, expected 0 to %d and their "
                         "list, with electrodes, and none that fills what it leaves", desc->more_count, UINT8_MAX);
     s->desc = *desc;
     s->reactive = r;

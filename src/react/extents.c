@@ -36,7 +36,7 @@ static pd_status pdi_extents_seek(const pd_reactive *r, int32_t i, const double 
 
 PDI_FN pd_status pdi_extents_equilibrium(const pd_reactive *r, int32_t i, const double *sum, double *c, double *n)
 {
-    pdi_reactive_get(r, r->base, i, c);
+    pd_reactive_get(r, r->base, i, c);
     return pdi_extents_seek(r, i, sum, NULL, c, n);
 }
 
@@ -88,7 +88,7 @@ PDI_FN void pdi_extents_react(const pd_reactive *r, int32_t i, double share, dou
     const double *delta = r->work + s->count * total;
     double base[PD_SPECIES_MAX];
     pdi_extents_reaction of[PD_REACTION_MAX];
-    pdi_reactive_get(r, r->base, i, base);
+    pd_reactive_get(r, r->base, i, base);
     for (int n = 0; n < s->kinetics; n++, row += s->count) {
         double rise = 0.0;
         for (int k = 0; k < s->count; k++) rise += (double)row[k] * r->weight[k] * delta[k * total + i];
@@ -117,7 +117,7 @@ PDI_FN double pdi_extents_turnover(const pd_reactive *r, int k, int32_t i)
 {
     const pd_components *s = &r->components;
     double c[PD_SPECIES_MAX], sum = 0.0, both;
-    if (s->kinetics) pdi_reactive_get(r, r->c, i, c);
+    if (s->kinetics) pd_reactive_get(r, r->c, i, c);
     for (int n = 0; n < s->kinetics; n++) {
         if (s->kinetic[n].total_change[k] == 0.0) continue;
         pdi_components_compute_rate(s, &s->kinetic[n], c, NULL, &both);

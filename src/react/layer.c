@@ -789,9 +789,9 @@ static int pdi_layer_odd(const pd_etch *s, int32_t p)
 PDI_FN void pdi_layer_solve(const pd_ctx *ctx, pd_etch *s, int circuit, int derive)
 {
     int count = s->reactive->components.count;
-    int nt = pdi_par_threads(ctx, (int64_t)s->count * count * count * PDI_LAYER_STEPS);
+    int nt = pd_par_threads(ctx, (int64_t)s->count * count * count * PDI_LAYER_STEPS);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t p = 0; p < s->count; p++)
         if (circuit < 0 || pdi_etch_circuit(s, p) == circuit) pdi_layer_place(s, p, derive);
     if (derive) return;

@@ -28,7 +28,7 @@ PDI_FN double pdi_levels_place(const pd_etch *s, int32_t p, double speed, double
 {
     const pd_reactive *r = s->reactive;
     const double *part = s->part + s->electrode[p] * r->components.solutes;
-    double charge = 0.0, volume = r->bonds->stencil->volume * pdi_grid_circumference(r->grid, s->node[p]);
+    double charge = 0.0, volume = r->bonds->stencil->volume * pd_grid_circumference(r->grid, s->node[p]);
     for (int n = 0; n < r->components.solutes; n++) charge += r->components.charge[n] * part[n];
     double law = pdi_etch_of(s, p)->charge * (s->weight[p] > 0.0 ? s->weight[p] * speed : 0.0);
     return volume * (law + charge * s->area[p] * flow);
@@ -181,7 +181,7 @@ static int pdi_levels_idle(const pd_ctx *ctx, pd_etch *s, pdi_levels_search *q, 
 
 static void pdi_levels_find(const pd_ctx *ctx, pd_etch *s, int circuit, double extra)
 {
-    pdi_levels_search q = {circuit, s->desc.electrodes.circuit[circuit].value / PDI_FARADAY + extra, -HUGE_VAL,
+    pdi_levels_search q = {circuit, s->desc.electrodes.circuit[circuit].value / PD_FARADAY + extra, -HUGE_VAL,
                            HUGE_VAL, -HUGE_VAL, HUGE_VAL, 0.0};
     double e = s->level[circuit], stride = PDI_LEVELS_STRIDE, slope = s->conduct[circuit], least, most;
     pdi_levels_fluid(s, circuit, &least, &most);
@@ -215,7 +215,7 @@ static void pdi_levels_find(const pd_ctx *ctx, pd_etch *s, int circuit, double e
 PDI_FN int pdi_levels_roots(const pd_ctx *ctx, pd_etch *s, int circuit, const pdi_levels_trials *trials, double *root,
                             int most)
 {
-    double wanted = s->desc.electrodes.circuit[circuit].value / PDI_FARADAY, e = trials->from;
+    double wanted = s->desc.electrodes.circuit[circuit].value / PD_FARADAY, e = trials->from;
     double last = 0.0, at = 0.0, until = -HUGE_VAL, size, least, highest;
     int found = 0;
     pdi_levels_fluid(s, circuit, &least, &highest);
@@ -320,7 +320,7 @@ static pd_status pdi_levels_given(pd_ctx *ctx, const pd_etch *metal)
         size += fabs(metal->desc.electrodes.circuit[n].value);
     }
     if (!(fabs(sum) > PDI_LEVELS_SLACK * size)) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "the currents that are given to metals sum to %g A, and no inlet "
+    return pd_fail(ctx, PD_ERR_ARGUMENT, "reactive", "the currents that are given to metals sum to %g A, and no inlet "
                     "or wall that holds species lets a current pass, expected 0, or a given potential", sum);
 }
 
@@ -338,14 +338,14 @@ PDI_FN pd_status pdi_levels_sources(pd_ctx *ctx, pd_reactive *r, double dt)
     pdi_levels_ties(r);
     if (r->surface && r->surface->electrode) r->surface->sourced = 0.0;
     if (r->migration.tied) return PD_OK;
-    if (r->surface && r->surface->electrode) PDI_TRY(pdi_levels_given(ctx, r->surface));
+    if (r->surface && r->surface->electrode) PD_TRY(pdi_levels_given(ctx, r->surface));
     else if (r->surface && r->surface->count &&
              (r->surface->desc.reads_phi || fabs(r->surface->kind->charge) > PDI_LEVELS_SLACK))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "metal that dissolves %s, and no inlet or wall that holds "
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "reactive", "metal that dissolves %s, and no inlet or wall that holds "
                         "species has a potential and lets a current pass, expected one",
                         r->surface->desc.reads_phi ? "by the potential" : "gives a charge");
     for (int32_t i = 0; i < (int32_t)total; i++) {
-        double around = pdi_grid_circumference(r->grid, i);
+        double around = pd_grid_circumference(r->grid, i);
         if (r->grid->kind[i] != PD_FLUID) continue;
         for (int n = 0; n < r->components.solutes; n++) {
             double term = around * r->migration.charge[n] * r->source[n * total + i];
@@ -360,7 +360,7 @@ PDI_FN pd_status pdi_levels_sources(pd_ctx *ctx, pd_reactive *r, double dt)
     }
     double most = pdi_max(PDI_LEVELS_SLACK * size, PDI_LEVELS_FAINT * held / dt);
     if (!(fabs(pdi_compensated_sum_total(&sum) - late) > most)) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive",
+    return pd_fail(ctx, PD_ERR_ARGUMENT, "reactive",
                     "sources give a charge of %g of what they give, and no inlet or "
                     "wall lets a current pass, expected 0",
                     pdi_compensated_sum_total(&sum) / size);

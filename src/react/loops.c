@@ -72,7 +72,7 @@ static void pdi_loops_pockets(pd_etch *s)
         for (int k = 0; k < bonds->stencil->count; k++) {
             int32_t far = i + bonds->paths.shift[k];
             if (!pdi_flux_open(&r->flux, i, k)) continue;
-            if (r->grid->kind[far] == PD_IMAGE) far = pdi_grid_find_source(r->grid, far, NULL);
+            if (r->grid->kind[far] == PD_IMAGE) far = pd_grid_find_source(r->grid, far, NULL);
             if (far < 0) continue;
             if (r->grid->kind[far] == PD_INLET) pdi_disjoint_sets_merge(s->joined, i, pdi_loops_ground(s));
             if (r->grid->kind[far] == PD_FLUID) pdi_disjoint_sets_merge(s->joined, i, far);

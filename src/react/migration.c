@@ -43,9 +43,9 @@ PDI_FN pd_status pdi_migration_begin(pd_ctx *ctx, double temperature, const doub
 {
     if (!m->on) return PD_OK;
     if (!(temperature > 0.0) || !(temperature < 1e4))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "the temperature is %g K, expected a positive one for "
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "reactive", "the temperature is %g K, expected a positive one for "
                         "migration", temperature);
-    m->volt = PDI_GAS_CONSTANT * temperature / PDI_FARADAY;
+    m->volt = PD_GAS_CONSTANT * temperature / PD_FARADAY;
     m->ratio = ratio;
     m->wall = wall;
     for (int n = 0; n < m->components->solutes; n++) m->charge[n] = m->components->charge[n];
@@ -183,7 +183,7 @@ static void pdi_migration_faces(pd_migration *m, const double *c, double least)
     int i[PD_DIM];
     for (int32_t node = 0; node < grid->total; node++) {
         if (grid->kind[node] != PD_FLUID) continue;
-        pdi_grid_index(grid, node, i);
+        pd_grid_index(grid, node, i);
         int64_t cell = pdi_compact_operator_cell_index(grid, i);
         double own = pdi_max(pdi_migration_between(m, c, node, node), least);
         for (int d = 0; d < PD_DIM; d++) {
@@ -192,7 +192,7 @@ static void pdi_migration_faces(pd_migration *m, const double *c, double least)
                 m->compact.conductance[d][cell] *= (float)pdi_max(pdi_migration_between(m, c, node, next), least);
         }
         m->compact.dirichlet[cell] *= (float)own;
-        if (hold) m->compact.mass[cell] += (float)(pdi_grid_circumference(grid, node) * hold[node] * own);
+        if (hold) m->compact.mass[cell] += (float)(pd_grid_circumference(grid, node) * hold[node] * own);
     }
 }
 
@@ -220,14 +220,14 @@ PDI_FN pd_status pdi_migration_setup(pd_ctx *ctx, pd_migration *m, const double 
     pdi_migration_faces(m, c, PDI_MIGRATION_LEAST * most * (ratio < HUGE_VAL ? ratio : 1.0));
     for (int32_t p = 0; p < surface->count; p++) {
         int i[PD_DIM];
-        pdi_grid_index(grid, surface->node[p], i);
+        pd_grid_index(grid, surface->node[p], i);
         m->compact.mass[pdi_compact_operator_cell_index(grid, i)] +=
-            (float)pdi_min(pdi_grid_circumference(grid, surface->node[p]) * surface->take[p], PDI_MIGRATION_HELD);
+            (float)pdi_min(pd_grid_circumference(grid, surface->node[p]) * surface->take[p], PDI_MIGRATION_HELD);
     }
     pd_status status = pdi_multigrid_setup(ctx, &m->mg, m->compact.active, (const float *const *)m->compact.conductance,
                                            NULL, m->compact.dirichlet, m->compact.mass);
     if (status != PD_ERR_ARGUMENT) return status;
-    return pdi_fail(ctx, PD_ERR_DIVERGED, "migration", "concentrations up to %g mol/m3, D = %g m2/s and h = %g m give "
+    return pd_fail(ctx, PD_ERR_DIVERGED, "migration", "concentrations up to %g mol/m3, D = %g m2/s and h = %g m give "
                     "conductances beyond the range of numbers of the solver: expected those of ions in water", most,
                     m->flux->diffusion->desc.diffusivity, grid->h[0]);
 }

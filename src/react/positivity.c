@@ -38,7 +38,7 @@ PDI_FN int pdi_positivity_holds(const pd_reactive *r, double stage)
 static double pdi_positivity_sink(const pd_reactive *r, int k, int32_t i)
 {
     double source[PD_SPECIES_MAX], gain[PD_SPECIES_MAX];
-    pdi_reactive_get(r, r->source, i, source);
+    pd_reactive_get(r, r->source, i, source);
     pdi_components_compute_totals(&r->components, source, gain);
     if (r->surface) pdi_etch_gain(r->surface, i, gain);
     return -gain[k];
@@ -93,7 +93,7 @@ PDI_FN int32_t pdi_positivity_fewest(const pd_etch *s, double *ions)
     for (int32_t p = 0; p < s->count; p++) {
         double c[PD_SPECIES_MAX], sum = 0.0;
         if (s->electrode[p] < 0) continue;
-        pdi_reactive_get(s->reactive, s->reactive->c, s->node[p], c);
+        pd_reactive_get(s->reactive, s->reactive->c, s->node[p], c);
         for (int n = 0; n < s->reactive->components.solutes; n++)
             if (s->reactive->components.charge[n]) sum += c[n];
         if (sum < *ions) least = s->node[p];

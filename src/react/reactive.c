@@ -42,7 +42,7 @@ double pd_reactive_ph(const pd_reactive *r, int32_t node)
 {
     double c[PD_SPECIES_MAX];
     if (r->proton < 0) return NAN;
-    pdi_reactive_get(r, r->c, node, c);
+    pd_reactive_get(r, r->c, node, c);
     return 3.0 - (log(c[r->proton]) + pdi_components_compute_ln_gamma(&r->components, c)) / log(10.0);
 }
 
@@ -58,7 +58,7 @@ double pd_reactive_neutrality(const pd_reactive *r)
     for (int32_t i = 0; i < r->grid->total; i++) {
         double c[PD_SPECIES_MAX], charge = 0.0, size = 0.0;
         if (r->grid->kind[i] != PD_FLUID) continue;
-        pdi_reactive_get(r, r->c, i, c);
+        pd_reactive_get(r, r->c, i, c);
         for (int n = 0; n < r->components.solutes; n++) {
             charge += r->components.charge[n] * c[n];
             size += abs(r->components.charge[n]) * c[n];
@@ -72,7 +72,7 @@ double pd_reactive_neutrality(const pd_reactive *r)
 double pd_reactive_saturation(const pd_reactive *r, int index, int32_t node)
 {
     double c[PD_SPECIES_MAX], most = NAN;
-    pdi_reactive_get(r, r->c, node, c);
+    pd_reactive_get(r, r->c, node, c);
     for (int s = 0; s < r->minerals.count; s++)
         if (index < 0 || s == index) /* NaN gives way */
             most = pdi_max(most, pdi_mineral_compute_ln_omega(&r->components, &r->minerals, s, c) / log(10.0));
@@ -95,7 +95,7 @@ static double pdi_reactive_mineral(const pd_reactive *r, int row, int s)
     return sum;
 }
 
-PDI_FN double pdi_reactive_part(const pd_reactive *r, int row, int species)
+double pd_reactive_part(const pd_reactive *r, int row, int species)
 {
     int n = r->components.solute_of_species[species];
     for (int s = 0; s < r->minerals.count; s++)
@@ -112,7 +112,7 @@ static double pdi_reactive_solid(const pd_reactive *r, int row, double *size)
         double part = pdi_reactive_mineral(r, row, s);
         for (int32_t i = 0; i < r->grid->total; i++) {
             if (r->grid->kind[i] != PD_FLUID) continue;
-            double term = pdi_grid_circumference(r->grid, i) * part * solid[i];
+            double term = pd_grid_circumference(r->grid, i) * part * solid[i];
             pdi_compensated_sum_add(&sum, term);
             *size += fabs(term) * r->bonds->stencil->volume;
         }
@@ -127,7 +127,7 @@ static double pdi_reactive_amount(const pd_reactive *r, int row, int carried, do
     int64_t total = r->grid->total;
     pdi_compensated_sum sum = {0.0, 0.0};
     for (int32_t i = 0; i < (int32_t)total; i++) {
-        double around = pdi_grid_circumference(r->grid, i);
+        double around = pd_grid_circumference(r->grid, i);
         if (r->grid->kind[i] != PD_FLUID) continue;
         for (int n = 0; n < (carried ? s->count : s->solutes); n++) {
             double part = r->part[row][carried ? s->component_solute[n] : n];
@@ -178,7 +178,7 @@ PDI_FN void pdi_reactive_guess(pd_reactive *r)
         for (int k = 0; k < r->bonds->stencil->count; k++) {
             int32_t far = i + r->bonds->paths.shift[k];
             if (!pdi_flux_open(&r->flux, i, k)) continue;
-            if (r->grid->kind[far] == PD_IMAGE) far = pdi_grid_find_source(r->grid, far, NULL);
+            if (r->grid->kind[far] == PD_IMAGE) far = pd_grid_find_source(r->grid, far, NULL);
             if (far < 0 || r->grid->kind[far] != PD_FLUID || pdi_reactive_empty(r, r->begin, far)) continue;
             for (int n = 0; n < r->components.solutes; n++) mean[n] += r->begin[n * total + far];
             count++;
@@ -204,7 +204,7 @@ PDI_FN void pdi_reactive_pass(pd_reactive *r, double dt)
     memset(in, 0, sizeof in);
     memset(out, 0, sizeof out);
     for (int32_t i = 0; i < grid->total; i++) {
-        double around = pdi_grid_circumference(grid, i);
+        double around = pd_grid_circumference(grid, i);
         if (grid->kind[i] != PD_FLUID) continue;
         for (int n = 0; n < s->solutes; n++) {
             pdi_compensated_sum_add(&in[n], r->source[n * total + i] * around);
@@ -219,7 +219,7 @@ PDI_FN void pdi_reactive_pass(pd_reactive *r, double dt)
     }
     for (int32_t p = 0; p < r->boundary.count; p++) {
         int32_t i = r->boundary.node[p];
-        double around = pdi_grid_circumference(grid, i), flux, bond, upwind;
+        double around = pd_grid_circumference(grid, i), flux, bond, upwind;
         for (int k = 0; k < r->bonds->stencil->count; k++) {
             int32_t j = i + r->bonds->paths.shift[k];
             if (!pdi_flux_open(&r->flux, i, k)) continue;
@@ -249,12 +249,12 @@ static void pdi_reactive_row(const pd_species *species, int count, int element, 
 {
     char one[8], other[8];
     if (r->rows == PD_REACTIVE_ROWS - 1) return;
-    pdi_species_get_symbol(element, one);
+    pd_species_get_symbol(element, one);
     r->name[r->rows][0] = 0;
-    pdi_append(r->name[r->rows], PD_REACTIVE_NAME, "%s", one);
+    pd_append(r->name[r->rows], PD_REACTIVE_NAME, "%s", one);
     if (less) {
-        pdi_species_get_symbol(less, other);
-        pdi_append(r->name[r->rows], PD_REACTIVE_NAME, "-%d%s", times, other);
+        pd_species_get_symbol(less, other);
+        pd_append(r->name[r->rows], PD_REACTIVE_NAME, "-%d%s", times, other);
     }
     for (int i = 0; i < count; i++) {
         int n = r->components.solute_of_species[i];
@@ -282,7 +282,7 @@ static void pdi_reactive_rows(const pd_species *species, int count, pd_reactive 
         if (e == last || !pdi_species_count_atoms(solvent, e) || atoms != 1) continue;
         pdi_reactive_row(species, count, e, last, pdi_species_count_atoms(solvent, e), r);
     }
-    pdi_append(r->name[r->rows], PD_REACTIVE_NAME, "charge");
+    pd_append(r->name[r->rows], PD_REACTIVE_NAME, "charge");
     for (int n = 0; n < r->components.solutes; n++) r->part[r->rows][n] = r->components.charge[n];
     r->rows++;
 }
@@ -295,7 +295,7 @@ static pd_status pdi_reactive_neutral(pd_ctx *ctx, const pd_reactive *r, const c
     double size, charge = r->migration.on ? pdi_migration_charge(&r->migration, c, &size) : 0.0;
     if (!r->migration.on) return PD_OK;
     if (fabs(charge) > PDI_REACTIVE_NEUTRAL * size)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "%s: the charges sum to %g mol/m3, expected 0 for migration",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "reactive", "%s: the charges sum to %g mol/m3, expected 0 for migration",
                         where, charge);
     pdi_migration_neutralise(&r->migration, c);
     return PD_OK;
@@ -307,12 +307,12 @@ static pd_status pdi_reactive_settle(pd_ctx *ctx, const pd_reactive *r, const ch
     double total[PD_SPECIES_MAX];
     for (int n = 0; n < r->components.solutes; n++)
         if (!(c[n] >= 0.0) || !(c[n] < 1e100))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "%s: solute %d of %d has %g mol/m3, expected a finite "
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "reactive", "%s: solute %d of %d has %g mol/m3, expected a finite "
                             "value of at least 0", where, n + 1, r->components.solutes, c[n]);
-    PDI_TRY(pdi_reactive_neutral(ctx, r, where, c));
+    PD_TRY(pdi_reactive_neutral(ctx, r, where, c));
     pdi_components_compute_totals(&r->components, c, total);
     if (pdi_components_solve(&r->components, total, c) == PD_OK) return pdi_reactive_neutral(ctx, r, where, c);
-    return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "%s: no equilibrium of the concentrations was found", where);
+    return pd_fail(ctx, PD_ERR_ARGUMENT, "reactive", "%s: no equilibrium of the concentrations was found", where);
 }
 
 static void pdi_reactive_fill(pd_reactive *r, uint8_t kind, const double *c)
@@ -339,7 +339,7 @@ static void pdi_reactive_water(pd_reactive *r)
     if (pdi_reactive_ions(r, r->wall) > most) memcpy(rich, r->wall, sizeof rich);
     most = pdi_reactive_ions(r, rich);
     for (int32_t i = 0; i < r->grid->total; i++) {
-        pdi_reactive_get(r, r->c, i, c);
+        pd_reactive_get(r, r->c, i, c);
         if (r->grid->kind[i] != PD_FLUID || !(pdi_reactive_ions(r, c) > most)) continue;
         memcpy(rich, c, sizeof rich);
         most = pdi_reactive_ions(r, rich);
@@ -347,7 +347,7 @@ static void pdi_reactive_water(pd_reactive *r)
     double least = PDI_REACTIVE_WATER * most;
     for (int n = 0; n < r->components.solutes; n++) rich[n] *= r->components.charge[n] ? PDI_REACTIVE_WATER : 0.0;
     for (int32_t i = 0; i < r->grid->total; i++) {
-        pdi_reactive_get(r, r->c, i, c);
+        pd_reactive_get(r, r->c, i, c);
         if (r->grid->kind[i] != PD_FLUID || !(pdi_reactive_ions(r, c) < least)) continue;
         for (int n = 0; n < r->components.solutes; n++) c[n] += rich[n];
         pdi_reactive_put(r, c, i, r->c);
@@ -363,8 +363,8 @@ pd_status pd_reactive_begin(pd_ctx *ctx, pd_reactive *r)
     for (int32_t i = 0; i < r->grid->total; i++) {
         double c[PD_SPECIES_MAX];
         if (r->grid->kind[i] != PD_FLUID) continue;
-        pdi_reactive_get(r, r->c, i, c);
-        PDI_TRY(pdi_reactive_settle(ctx, r, "a node", c));
+        pd_reactive_get(r, r->c, i, c);
+        PD_TRY(pdi_reactive_settle(ctx, r, "a node", c));
         pdi_reactive_put(r, c, i, r->c);
     }
     pdi_reactive_fill(r, PD_INLET, r->inlet);
@@ -419,7 +419,7 @@ static pd_status pdi_reactive_diffusivities(pd_ctx *ctx, const pd_species *speci
         double d = species[i].diffusivity;
         if (n < 0) continue;
         if (!(d >= 0.0) || !(d < 1e100))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "%s has D = %g m2/s, expected a finite value of at least "
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "reactive", "%s has D = %g m2/s, expected a finite value of at least "
                             "0", species[i].name, d);
         of[n] = d;
         if (d > 0.0) least = pdi_min(least, d);
@@ -510,8 +510,8 @@ PDI_FN pd_status pdi_reactive_plan(pd_ctx *ctx, pd_reactive *r, pd_krylov_desc *
     md.arena = pdi_reactive_arena(r);
     r->inverse.flux = &r->flux;
     r->inverse.spread = 1.0;
-    PDI_TRY(pdi_inverse_plan(ctx, &md, &r->inverse));
-    PDI_TRY(pdi_migration_plan(ctx, &md, &r->flux, &r->components, &r->migration));
+    PD_TRY(pdi_inverse_plan(ctx, &md, &r->inverse));
+    PD_TRY(pdi_migration_plan(ctx, &md, &r->flux, &r->components, &r->migration));
     for (int n = 0, m = 0; n < r->filters; n++) {
         r->filter[n].mineral = -1;
         if (n >= r->components.kinetics) {
@@ -521,7 +521,7 @@ PDI_FN pd_status pdi_reactive_plan(pd_ctx *ctx, pd_reactive *r, pd_krylov_desc *
         r->filter[n].flux = r->flux;
         r->filter[n].inverse.flux = &r->filter[n].flux;
         r->filter[n].inverse.spread = 1.0;
-        PDI_TRY(pdi_inverse_plan(ctx, &md, &r->filter[n].inverse));
+        PD_TRY(pdi_inverse_plan(ctx, &md, &r->filter[n].inverse));
     }
     pdi_reactive_krylov(r, linear);
     return pdi_krylov_init(ctx, linear, &r->krylov);
@@ -530,12 +530,12 @@ PDI_FN pd_status pdi_reactive_plan(pd_ctx *ctx, pd_reactive *r, pd_krylov_desc *
 static pd_status pdi_reactive_solvers(pd_ctx *ctx, pd_reactive *r)
 {
     pd_krylov_desc kd;
-    PDI_TRY(pdi_reactive_plan(ctx, r, &kd));
-    PDI_TRY(pdi_krylov_build_unallocated(ctx, &kd, &r->krylov));
+    PD_TRY(pdi_reactive_plan(ctx, r, &kd));
+    PD_TRY(pdi_krylov_build_unallocated(ctx, &kd, &r->krylov));
     return pdi_arena_reserve(ctx, pdi_reactive_arena(r), pdi_reactive_room(r));
 }
 
-PDI_FN pd_status pdi_reactive_system(pd_ctx *ctx, const pd_reactive_desc *desc, pd_reactive *r)
+pd_status pd_reactive_system(pd_ctx *ctx, const pd_reactive_desc *desc, pd_reactive *r)
 {
     pd_reaction rest[PD_REACTION_MAX];
     int few = desc->reaction_count >= 0 && desc->reaction_count <= PD_REACTION_MAX && desc->count >= 1 &&
@@ -545,7 +545,7 @@ PDI_FN pd_status pdi_reactive_system(pd_ctx *ctx, const pd_reactive_desc *desc, 
                                     desc->activity, desc->temperature, &r->components);
     int count =
         pdi_mineral_copy_solid_free_reactions(desc->species, desc->count, desc->reactions, desc->reaction_count, rest);
-    PDI_TRY(pdi_components_build(ctx, desc->species, desc->count, rest, count, desc->activity, desc->temperature,
+    PD_TRY(pdi_components_build(ctx, desc->species, desc->count, rest, count, desc->activity, desc->temperature,
                                  &r->components));
     return pdi_mineral_build(ctx, &r->components, desc->species, desc->count, desc->reactions, desc->reaction_count,
                               desc->minerals, desc->mineral_count, &r->minerals);
@@ -554,12 +554,12 @@ PDI_FN pd_status pdi_reactive_system(pd_ctx *ctx, const pd_reactive_desc *desc, 
 static pd_status pdi_reactive_fill_solids(pd_ctx *ctx, const pd_reactive_desc *desc, pd_reactive *r)
 {
     if (!(desc->tortuosity >= 0.0) || !(desc->tortuosity < 1e100))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "the tortuosity is %g, expected a positive number, or 0 for "
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "reactive", "the tortuosity is %g, expected a positive number, or 0 for "
                         "1", desc->tortuosity);
     for (int s = 0; s < r->minerals.count; s++) {
         double n = desc->initial[r->minerals.mineral[s].species];
         if (!(n >= 0.0) || !(n < 1e100))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "mineral %d of %d has %g mol/m3, expected a finite value "
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "reactive", "mineral %d of %d has %g mol/m3, expected a finite value "
                             "of at least 0", s + 1, r->minerals.count, n);
         for (int32_t i = 0; i < r->grid->total; i++)
             if (r->grid->kind[i] == PD_FLUID) r->solid[(int64_t)s * r->grid->total + i] = n;
@@ -572,10 +572,10 @@ static pd_status pdi_reactive_make(pd_ctx *ctx, const pd_grid *grid, const pd_bo
 {
     double c[PD_SPECIES_MAX];
     memset(r, 0, sizeof *r);
-    PDI_TRY(pdi_reactive_system(ctx, desc, r));
+    PD_TRY(pd_reactive_system(ctx, desc, r));
     if (!(desc->tolerance >= 0.0) || !(desc->tolerance < 1.0) || desc->most < 0 || desc->order < 0 ||
         desc->order > 2 || !desc->initial)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "tolerance %g, %d steps of Newton, order %d, concentrations "
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "reactive", "tolerance %g, %d steps of Newton, order %d, concentrations "
                         "at the start: %s; expected a tolerance of 0 to 1, at least 0 steps, order 1 or 2, "
                         "concentrations", desc->tolerance, desc->most, desc->order, desc->initial ? "yes" : "none");
     r->desc = *desc;
@@ -591,24 +591,24 @@ static pd_status pdi_reactive_make(pd_ctx *ctx, const pd_grid *grid, const pd_bo
     r->flux.bonds = bonds;
     r->migration.flux = &r->flux;
     pdi_reactive_slots(r);
-    PDI_TRY(pdi_reactive_diffusivities(ctx, desc->species, r));
-    PDI_TRY(pdi_migration_begin(ctx, desc->temperature, r->ratio, r->wall, &r->migration));
+    PD_TRY(pdi_reactive_diffusivities(ctx, desc->species, r));
+    PD_TRY(pdi_migration_begin(ctx, desc->temperature, r->ratio, r->wall, &r->migration));
     pdi_reactive_rows(desc->species, desc->count, r);
     pdi_reactive_pick(r, desc->wall, r->wall);
     for (int n = 0; n < r->components.solutes; n++) {
         if (!desc->held || !desc->wall) r->wall[n] = NAN;
         r->closed[n] = r->wall[n] == r->wall[n] ? 0.0 : NAN;
         if (r->wall[n] < 0.0 || r->wall[n] > 1e100)
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "a wall holds %g mol/m3, expected a finite value of at "
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "reactive", "a wall holds %g mol/m3, expected a finite value of at "
                             "least 0", r->wall[n]);
     }
-    PDI_TRY(pdi_array_registry_build(ctx, pdi_reactive_list, r));
+    PD_TRY(pdi_array_registry_build(ctx, pdi_reactive_list, r));
     pdi_reactive_pick(r, desc->inlet ? desc->inlet : desc->initial, r->inlet);
     pdi_reactive_pick(r, desc->initial, c);
-    PDI_TRY(pdi_reactive_settle(ctx, r, "inlet", r->inlet));
-    PDI_TRY(pdi_reactive_settle(ctx, r, "initial", c));
+    PD_TRY(pdi_reactive_settle(ctx, r, "inlet", r->inlet));
+    PD_TRY(pdi_reactive_settle(ctx, r, "initial", c));
     pdi_reactive_fill(r, PD_FLUID, c);
-    PDI_TRY(pdi_reactive_fill_solids(ctx, desc, r));
+    PD_TRY(pdi_reactive_fill_solids(ctx, desc, r));
     pdi_migration_inlets(&r->migration, desc->inlet_potential);
     pd_diffusion_desc dd;
     memset(&dd, 0, sizeof dd);
@@ -616,13 +616,13 @@ static pd_status pdi_reactive_make(pd_ctx *ctx, const pd_grid *grid, const pd_bo
     dd.held = desc->wall ? desc->held : NULL;
     dd.user = desc->user;
     dd.smooth = 1;
-    PDI_TRY(pdi_diffusion_build(ctx, bonds, &dd, &r->diffusion));
-    PDI_TRY(pdi_open_boundary_build(ctx, bonds, &r->boundary));
+    PD_TRY(pdi_diffusion_build(ctx, bonds, &dd, &r->diffusion));
+    PD_TRY(pdi_open_boundary_build(ctx, bonds, &r->boundary));
     r->flux.flow = flow;
     r->flux.diffusion = &r->diffusion;
     r->flux.boundary = &r->boundary;
-    PDI_TRY(pdi_flux_build(ctx, &r->flux));
-    PDI_TRY(pdi_reactive_solvers(ctx, r));
+    PD_TRY(pdi_flux_build(ctx, &r->flux));
+    PD_TRY(pdi_reactive_solvers(ctx, r));
     r->desc.species = NULL;
     r->desc.reactions = NULL;
     r->desc.minerals = NULL;
@@ -640,8 +640,8 @@ pd_status pd_reactive_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bo
 
 pd_status pd_reactive_update(pd_ctx *ctx, pd_reactive *r)
 {
-    PDI_TRY(pdi_diffusion_update(ctx, &r->diffusion));
-    PDI_TRY(pdi_open_boundary_update(ctx, &r->boundary));
+    PD_TRY(pdi_diffusion_update(ctx, &r->diffusion));
+    PD_TRY(pdi_open_boundary_update(ctx, &r->boundary));
     pdi_reactive_fill(r, PD_INLET, r->inlet);
     pdi_migration_inlets(&r->migration, r->desc.inlet_potential);
     return pdi_flux_fit(ctx, &r->flux);

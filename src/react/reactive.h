@@ -132,6 +132,8 @@ typedef struct pd_reactive {
 #define pd_reactive_neutrality PD_NAME(pd_reactive_neutrality)
 #define pd_reactive_balance_of PD_NAME(pd_reactive_balance_of)
 #define pd_reactive_free PD_NAME(pd_reactive_free)
+#define pd_reactive_part PD_NAME(pd_reactive_part)
+#define pd_reactive_system PD_NAME(pd_reactive_system)
 
 /* Grid, bonds and flow are borrowed; flow may be NULL. PD_ERR_ARGUMENT: a value is negative or not finite, a species
  * is no solute, reactions contradict each other, or no equilibrium was found. */
@@ -160,6 +162,15 @@ PD_API double pd_reactive_neutrality(const pd_reactive *reactive);
 /* Row `row` < reactive->rows of the balance. */
 PD_API void pd_reactive_balance_of(pd_ctx *ctx, const pd_reactive *reactive, int row, pd_reactive_balance *balance);
 PD_API void pd_reactive_free(pd_ctx *ctx, pd_reactive *reactive);
+/* The concentrations of a node. */
+static inline void pd_reactive_get(const pd_reactive *reactive, const double *field, int32_t i, double *c)
+{
+    for (int n = 0; n < reactive->components.solutes; n++) c[n] = field[(int64_t)n * reactive->grid->total + i];
+}
+/* What one of a species, by its number in the desc, has of a row: a solute or a mineral; 0: another one. */
+PD_API double pd_reactive_part(const pd_reactive *reactive, int row, int species);
+/* Components and minerals of the desc. */
+PD_API pd_status pd_reactive_system(pd_ctx *ctx, const pd_reactive_desc *desc, pd_reactive *reactive);
 
 #ifdef PDI_INTERNAL
 /* Share of the largest total down to which one that dies out is followed. */
@@ -174,13 +185,9 @@ PDI_FN void pdi_reactive_work_list(pdi_array_visitor *owner, void *object);
 PDI_FN pd_arena *pdi_reactive_arena(pd_reactive *reactive);
 /* Plan the solvers, of whose arrays the next one is the sum [byte] with the work; nothing is made. */
 PDI_FN pd_status pdi_reactive_plan(pd_ctx *ctx, pd_reactive *reactive, pd_krylov_desc *linear);
-/* Components and minerals of the desc. */
-PDI_FN pd_status pdi_reactive_system(pd_ctx *ctx, const pd_reactive_desc *desc, pd_reactive *reactive);
 /* `slots` and `filters` of its components. */
 PDI_FN void pdi_reactive_slots(pd_reactive *reactive);
 PDI_FN size_t pdi_reactive_room(pd_reactive *reactive);
-/* What one of a species, by its number in the desc, has of a row: a solute or a mineral; 0: another one. */
-PDI_FN double pdi_reactive_part(const pd_reactive *reactive, int row, int species);
 /* Take down what passes the sides and held walls, and what sources give, in dt [s] at the present concentrations. */
 PDI_FN void pdi_reactive_pass(pd_reactive *reactive, double dt);
 /* Fluid without any solute, as a node that has just turned: the search begins with the mean of the fluid around it at
@@ -192,11 +199,6 @@ static inline void pdi_reactive_solids(const pd_reactive *reactive, const double
     for (int s = 0; s < reactive->minerals.count; s++) n[s] = field[(int64_t)s * reactive->grid->total + i];
 }
 
-/* The concentrations of a node. */
-static inline void pdi_reactive_get(const pd_reactive *reactive, const double *field, int32_t i, double *c)
-{
-    for (int n = 0; n < reactive->components.solutes; n++) c[n] = field[(int64_t)n * reactive->grid->total + i];
-}
 
 static inline void pdi_reactive_put(const pd_reactive *reactive, const double *c, int32_t i, double *field)
 {

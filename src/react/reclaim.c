@@ -20,7 +20,7 @@ static double pdi_reclaim_there(const pd_reactive *r, const double *gain, int32_
 {
     const pd_components *of = &r->components;
     double c[PD_SPECIES_MAX], sum[PD_SPECIES_MAX], most = HUGE_VAL;
-    pdi_reactive_get(r, r->c, i, c);
+    pd_reactive_get(r, r->c, i, c);
     pdi_components_compute_totals(of, c, sum);
     for (int k = 0; k < of->count; k++) {
         double there = PDI_RECLAIM_SHARE * (sum[k] + r->carry[(int64_t)k * r->grid->total + i]) + comes[k];
@@ -45,7 +45,7 @@ PDI_FN double pdi_reclaim_take(pd_reactive *r, const double *shed, double amount
     pdi_components_compute_totals(of, shed, gain);
     for (int32_t i = 0; i < (int32_t)total; i++)
         if (r->grid->kind[i] == PD_FLUID)
-            pdi_compensated_sum_add(&sum, pdi_reclaim_held(r, gain, i) * pdi_grid_circumference(r->grid, i));
+            pdi_compensated_sum_add(&sum, pdi_reclaim_held(r, gain, i) * pd_grid_circumference(r->grid, i));
     held = pdi_compensated_sum_total(&sum);
     if (!(held > 0.0)) return 0.0;
     double share = pdi_min(amount / held, 1.0), taken = share < 1.0 ? amount : held;

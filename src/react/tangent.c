@@ -17,7 +17,7 @@
 
 PDI_FN int pdi_tangent_threads(const pd_ctx *ctx, const pd_reactive *r)
 {
-    return pdi_par_threads(ctx, (int64_t)r->grid->total * r->components.solutes * r->components.count);
+    return pd_par_threads(ctx, (int64_t)r->grid->total * r->components.solutes * r->components.count);
 }
 
 PDI_FN void pdi_tangent_images(const pd_reactive *r, double *fields)
@@ -56,7 +56,7 @@ typedef struct pdi_tangent_user {
 PDI_FN void pdi_tangent_law(const pd_reactive *r, int32_t i, double *n, pd_mineral_start *start)
 {
     double c[PD_SPECIES_MAX], first[PD_MINERAL_MAX];
-    pdi_reactive_get(r, r->begin, i, c);
+    pd_reactive_get(r, r->begin, i, c);
     pdi_reactive_solids(r, r->solid_begin, i, n);
     pdi_mineral_begin_step(&r->components, &r->minerals, n, c, start);
     memcpy(first, n, sizeof first);
@@ -166,10 +166,10 @@ static void pdi_tangent_surface(pd_ctx *ctx, pd_reactive *r)
     int nt = pdi_tangent_threads(ctx, r);
     (void)nt;
     pdi_layer_solve(ctx, metal, -1, 1);
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t p = 0; p < places; p++) {
         double c[PD_SPECIES_MAX], taken[PD_MINERAL_MAX * PD_SPECIES_MAX];
-        pdi_reactive_get(r, r->c, metal->node[p], c);
+        pd_reactive_get(r, r->c, metal->node[p], c);
         pdi_tangent_minerals(r, metal->node[p], c, taken);
         pdi_tangent_before(r, taken, metal->by + (int64_t)p * r->components.count);
         if (metal->electrode) pdi_tangent_before(r, taken, metal->flow_by + (int64_t)p * r->components.count);
@@ -183,13 +183,13 @@ PDI_FN pd_status pdi_tangent_derive(pd_ctx *ctx, pd_reactive *r)
     int64_t total = r->grid->total;
     int nt = pdi_tangent_threads(ctx, r), tables = s->members * pdi_components_count_columns(s);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
         double c[PD_SPECIES_MAX], slope[PD_SPECIES_MAX], one[PD_SPECIES_MAX], along[PD_SPECIES_MAX];
         double taken[PD_MINERAL_MAX * PD_SPECIES_MAX];
         float *by = r->by + (int64_t)i * r->slots, *row = by + tables;
         if (r->grid->kind[i] != PD_FLUID) continue;
-        pdi_reactive_get(r, r->c, i, c);
+        pd_reactive_get(r, r->c, i, c);
         pdi_components_compute_derivatives_single(s, c, by);
         if (r->minerals.count) {
             pdi_tangent_minerals(r, i, c, taken);
@@ -213,9 +213,9 @@ PDI_FN pd_status pdi_tangent_derive(pd_ctx *ctx, pd_reactive *r)
             r->filter[n].absorb[i] = pdi_tangent_absorb(r, i, r->filter[n].mineral);
     }
     if (r->surface) pdi_tangent_surface(ctx, r);
-    if (r->migration.on) PDI_TRY(pdi_tangent_migration(ctx, r));
+    if (r->migration.on) PD_TRY(pdi_tangent_migration(ctx, r));
     for (int n = 0; n < r->filters; n++)
-        PDI_TRY(pdi_inverse_setup(ctx, &r->filter[n].inverse, 1.0 / r->dt, NULL, 0));
+        PD_TRY(pdi_inverse_setup(ctx, &r->filter[n].inverse, 1.0 / r->dt, NULL, 0));
     return PD_OK;
 }
 
@@ -233,7 +233,7 @@ static void pdi_tangent_part(const pd_reactive *r, int32_t i, double *x)
     const pd_components *s = &r->components;
     double c[PD_SPECIES_MAX], along[PD_SPECIES_MAX], charge = 0.0;
     if (!r->migration.on) return;
-    pdi_reactive_get(r, r->c, i, c);
+    pd_reactive_get(r, r->c, i, c);
     pdi_migration_along(&r->migration, c, along);
     for (int k = 0; k < s->count; k++) charge += r->migration.charge[s->component_solute[k]] * x[k];
     for (int k = 0; k < s->count; k++) x[k] -= along[k] * charge;
@@ -291,7 +291,7 @@ static void pdi_tangent_apply(void *user, const double *x, double *y)
     int64_t total = r->grid->total;
     int nt = pdi_tangent_threads(u->ctx, r), tables = s->members * pdi_components_count_columns(s);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
         double along[PD_SPECIES_MAX], c[PD_SPECIES_MAX];
         if (r->grid->kind[i] != PD_FLUID) continue;
@@ -303,7 +303,7 @@ static void pdi_tangent_apply(void *user, const double *x, double *y)
     }
     pdi_tangent_images(r, r->move);
     pdi_tangent_leave(u->ctx, r, r->move, r->closed, y);
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
         const float *row = r->by + (int64_t)i * r->slots + tables;
         double change[PD_SPECIES_MAX];
@@ -329,7 +329,7 @@ static void pdi_tangent_split(const pd_ctx *ctx, pd_reactive *r, int n, double *
     int64_t total = r->grid->total;
     int nt = pdi_tangent_threads(ctx, r), at = s->members * pdi_components_count_columns(s) + n * s->count;
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
         const float *row = r->by + (int64_t)i * r->slots + at;
         double speed = 0.0, rate = r->filter[n].absorb[i];
@@ -388,7 +388,7 @@ static void pdi_tangent_lay(const pd_ctx *ctx, pd_reactive *r, double *x, double
     int64_t total = r->grid->total;
     int count = r->components.count, nt = pdi_tangent_threads(ctx, r);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
         double along[PD_SPECIES_MAX];
         if (r->grid->kind[i] != PD_FLUID) continue;
@@ -411,7 +411,7 @@ static void pdi_tangent_split_mineral(pd_ctx *ctx, pd_reactive *r, pd_reactive_f
     int at = pdi_tangent_place(r) + filter->mineral * count;
     double *left = r->rates + total;
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
         const float *row = r->by + (int64_t)i * r->slots + at;
         double taken = 0.0, more = filter->absorb[i] * r->dt;
@@ -422,7 +422,7 @@ static void pdi_tangent_split_mineral(pd_ctx *ctx, pd_reactive *r, pd_reactive_f
         for (int k = 0; k < count; k++) x[k * total + i] -= gain[k] * r->part_of[i] / r->weight[k];
     }
     pdi_inverse_apply(ctx, &filter->inverse, r->part_of, left);
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++)
         for (int k = 0; k < count; k++)
             y[k * total + i] += gain[k] / r->weight[k] * (1.0 + filter->absorb[i] * r->dt) * left[i];
@@ -435,7 +435,7 @@ static void pdi_tangent_discharge(pd_ctx *ctx, pd_reactive *r, const double *x, 
     int64_t total = r->grid->total;
     int nt = pdi_tangent_threads(ctx, r);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
         double charge = 0.0;
         if (r->grid->kind[i] != PD_FLUID) continue;
@@ -446,7 +446,7 @@ static void pdi_tangent_discharge(pd_ctx *ctx, pd_reactive *r, const double *x, 
     pdi_migration_apply(ctx, &r->migration, r->migration.current, r->migration.move);
     pdi_tangent_leave(ctx, r, NULL, r->closed, y);
     for (int k = 0; k < s->count; k++) {
-        PDI_PARALLEL_FOR(nt)
+        PD_PARALLEL_FOR(nt)
         for (int32_t i = 0; i < (int32_t)total; i++)
             if (r->grid->kind[i] == PD_FLUID) rest[k * total + i] = x[k * total + i] - y[k * total + i];
     }
@@ -460,7 +460,7 @@ static void pdi_tangent_recharge(pd_ctx *ctx, pd_reactive *r, double *y)
     int64_t total = r->grid->total;
     int nt = pdi_tangent_threads(ctx, r);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
         double x[PD_SPECIES_MAX], c[PD_SPECIES_MAX], sum = 0.0;
         if (r->grid->kind[i] != PD_FLUID) continue;
@@ -476,11 +476,11 @@ static void pdi_tangent_recharge(pd_ctx *ctx, pd_reactive *r, double *y)
     for (int32_t i = 0; i < (int32_t)total; i++)
         if (r->grid->kind[i] == PD_FLUID) m->current[i] -= r->part_of[i];
     pdi_migration_apply(ctx, m, m->current, m->move);
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
         double c[PD_SPECIES_MAX], along[PD_SPECIES_MAX], lift = m->size[i] * m->move[i];
         if (r->grid->kind[i] != PD_FLUID) continue;
-        pdi_reactive_get(r, r->c, i, c);
+        pd_reactive_get(r, r->c, i, c);
         pdi_migration_along(m, c, along);
         for (int k = 0; k < s->count; k++) y[k * total + i] += along[k] * lift / r->weight[k];
     }
@@ -519,7 +519,7 @@ static void pdi_tangent_precondition_nodes(void *user, const double *x, double *
     (void)nt;
     pdi_par_copy(u->ctx, count * total, x, rest);
     if (r->surface) pdi_tangent_split_metal(r, rest);
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
         double matrix[PD_SPECIES_MAX * (PD_SPECIES_MAX + 1)]; /* and the right-hand side */
         int fluid = r->grid->kind[i] == PD_FLUID;
@@ -606,7 +606,7 @@ PDI_FN pd_status pdi_tangent_direction(pd_ctx *ctx, pd_reactive *r, double share
     r->krylov.desc.rtol = share;
     r->krylov.desc.atol = goal;
     pdi_tangent_spend(r, r->work);
-    PDI_TRY(pdi_arena_acquire(ctx, arena, pdi_krylov_list, &r->krylov));
+    PD_TRY(pdi_arena_acquire(ctx, arena, pdi_krylov_list, &r->krylov));
     pd_status status = pd_krylov_solve(ctx, &r->krylov, pdi_tangent_apply, near, &user, r->work,
                                        r->work + r->components.count * (int64_t)r->grid->total, &linear);
     *iterations += linear.iterations;

@@ -35,7 +35,7 @@ PDI_FN void pdi_terms_enter(const pd_etch *s, int metal, int32_t node, int32_t p
         w->thick = w->still = thick + s->rise[place] * s->passed[place];
         w->creep = s->rise[place] * s->half;
     }
-    pdi_reactive_get(s->reactive, s->reactive->c, node, w->c);
+    pd_reactive_get(s->reactive, s->reactive->c, node, w->c);
     w->davies = pdi_components_compute_ln_gamma(of, w->c);
     for (int n = 0; n < of->solutes; n++) w->at[n] = s->scale[n] * w->c[n];
     w->psi = s->reactive->migration.on ? s->reactive->migration.psi[node] : 0.0;
@@ -76,5 +76,5 @@ PDI_FN double pdi_terms_curve(const pdi_terms *w, const double *c, double psi)
     double ph = NAN;
     if (r->proton >= 0) ph = 3.0 - (log(pdi_max(c[r->proton], DBL_MIN)) + w->davies) / log(10.0);
     double drop = w->level - psi * r->migration.volt;
-    return of->curve(of->user, w->electrode, w->share, c, ph, drop, w->s->time) / PDI_FARADAY;
+    return of->curve(of->user, w->electrode, w->share, c, ph, drop, w->s->time) / PD_FARADAY;
 }

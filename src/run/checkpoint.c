@@ -10,28 +10,28 @@ static pd_status pdi_checkpoint_store_scene(pd_ctx *ctx, const pd_setup *setup, 
 {
     int64_t size = (int64_t)setup->fingerprint_size;
     char *kept = NULL;
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "size of the scene", &size, 1));
-    if (!archive->is_reading) return PDI_ARCHIVE_ARRAY(ctx, archive, "scene", setup->fingerprint, size);
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "size of the scene", &size, 1));
+    if (!archive->is_reading) return PD_ARCHIVE_ARRAY(ctx, archive, "scene", setup->fingerprint, size);
     if (size < 0 || size > PDI_CHECKPOINT_MAX_SCENE_BYTES)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, archive->name, "it keeps a scene of %.0f bytes, expected at most %d",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, archive->name, "it keeps a scene of %.0f bytes, expected at most %d",
                         (double)size, PDI_CHECKPOINT_MAX_SCENE_BYTES);
-    PDI_TRY(PDI_NEW(ctx, "checkpoint", size + 1, kept));
-    pd_status status = PDI_ARCHIVE_ARRAY(ctx, archive, "scene", kept, size);
+    PD_TRY(PD_NEW(ctx, "checkpoint", size + 1, kept));
+    pd_status status = PD_ARCHIVE_ARRAY(ctx, archive, "scene", kept, size);
     if (status == PD_OK) status = pdi_fingerprint_check(ctx, setup, kept, archive->name);
-    PDI_DELETE(ctx, size + 1, kept);
+    PD_DELETE(ctx, size + 1, kept);
     return status;
 }
 
 PDI_FN pd_status pdi_checkpoint_store_model(pd_ctx *ctx, pd_model *model, pd_archive *archive)
 {
     const pd_setup *u = model->setup;
-    PDI_TRY(pdi_checkpoint_store_scene(ctx, u, archive));
+    PD_TRY(pdi_checkpoint_store_scene(ctx, u, archive));
     /* what callers change in a setup that was read */
-    PDI_TRY(PDI_ARCHIVE_VERIFY(ctx, archive, "until [s]", u->end_time));
-    PDI_TRY(PDI_ARCHIVE_VERIFY(ctx, archive, "every [s]", u->output_interval));
-    PDI_TRY(PDI_ARCHIVE_VERIFY(ctx, archive, "rtol", u->rtol));
-    PDI_TRY(PDI_ARCHIVE_VERIFY(ctx, archive, "fraction", u->max_node_fraction));
-    PDI_TRY(PDI_ARCHIVE_VERIFY(ctx, archive, "max_step [s]", u->max_step));
+    PD_TRY(PD_ARCHIVE_VERIFY(ctx, archive, "until [s]", u->end_time));
+    PD_TRY(PD_ARCHIVE_VERIFY(ctx, archive, "every [s]", u->output_interval));
+    PD_TRY(PD_ARCHIVE_VERIFY(ctx, archive, "rtol", u->rtol));
+    PD_TRY(PD_ARCHIVE_VERIFY(ctx, archive, "fraction", u->max_node_fraction));
+    PD_TRY(PD_ARCHIVE_VERIFY(ctx, archive, "max_step [s]", u->max_step));
     return pd_time_loop_store(ctx, &model->time_loop, archive);
 }
 

@@ -82,7 +82,7 @@ static pd_status pdi_coarsen_setup_mark_resolved(pd_ctx *ctx, const pd_grid *gri
     }
     do {
         uint8_t kind;
-        if (blocks++ % PDI_COARSEN_SETUP_POLL == 0) PDI_TRY(pdi_check_cancel(ctx, "coarser: widths", blocks));
+        if (blocks++ % PDI_COARSEN_SETUP_POLL == 0) PD_TRY(pd_check_cancel(ctx, "coarser: widths", blocks));
         if (!pdi_coarsen_setup_is_uniform(grid, i, factor, &kind)) continue;
         for (int d = 0; d < PD_DIM; d++) {
             b.low[d] = at[d] = i[d] < 0 ? 0 : i[d];
@@ -118,9 +118,9 @@ static pd_status pdi_coarsen_setup_reject_feature(pd_ctx *ctx, const pdi_coarsen
     pd_grid_position(&fine->grid, node, x);
     for (int d = 1; d < PD_DIM; d++)
         if (coarse->grid.h[d] > coarse->grid.h[axis]) axis = d;
-    pdi_setup_format_value(coarse->grid.h[axis], "m", spacing);
-    pdi_setup_format_value(x[0], "m", place);
-    return pdi_fail(ctx, PD_ERR_GEOMETRY, "coarser",
+    pd_setup_format_value(coarse->grid.h[axis], "m", spacing);
+    pd_setup_format_value(x[0], "m", place);
+    return pd_fail(ctx, PD_ERR_GEOMETRY, "coarser",
                     "the lattice at h = %s cannot hold the scene: the %s near x = %s %s", spacing,
                     names[pdi_coarsen_setup_kind(&fine->grid, node)], place, what);
 }
@@ -131,7 +131,7 @@ static pd_status pdi_coarsen_setup_check_features(pd_ctx *ctx, const pdi_coarsen
 {
     int i[PD_DIM], at[PD_DIM];
     pdi_coarsen_setup_node_block box;
-    PDI_TRY(pdi_coarsen_setup_mark_resolved(ctx, &fine->grid, factor, wide));
+    PD_TRY(pdi_coarsen_setup_mark_resolved(ctx, &fine->grid, factor, wide));
     for (int d = 0; d < PD_DIM; d++) {
         box.low[d] = i[d] = 0;
         box.high[d] = fine->grid.n[d];
@@ -141,7 +141,7 @@ static pd_status pdi_coarsen_setup_check_features(pd_ctx *ctx, const pdi_coarsen
         uint8_t kind = pdi_coarsen_setup_kind(&fine->grid, node);
         pdi_coarsen_setup_node_block near_fine =
             pdi_coarsen_setup_neighbourhood(&fine->grid, i, factor - 1, factor - 1);
-        if (node % PDI_COARSEN_SETUP_POLL == 0) PDI_TRY(pdi_check_cancel(ctx, "coarser: parts", node));
+        if (node % PDI_COARSEN_SETUP_POLL == 0) PD_TRY(pd_check_cancel(ctx, "coarser: parts", node));
         if (!wide[node] && !pdi_coarsen_setup_has_node_of_kind(&fine->grid, &near_fine, kind, wide))
             return pdi_coarsen_setup_reject_feature(ctx, fine, coarse, node, "is thinner than one of its cells");
         for (int d = 0; d < PD_DIM; d++) at[d] = i[d] / factor;
@@ -158,11 +158,11 @@ static pd_status pdi_coarsen_setup_build_grids(pd_ctx *ctx, const pd_setup *setu
 {
     uint8_t *wide = NULL;
     int line;
-    PDI_TRY(pdi_model_build_grid(ctx, setup, &line, &fine->stencil, &fine->grid));
-    PDI_TRY(pdi_model_build_grid(ctx, coarser, &line, &coarse->stencil, &coarse->grid));
-    PDI_TRY(PDI_NEW(ctx, "coarser", fine->grid.total, wide));
+    PD_TRY(pd_model_build_grid(ctx, setup, &line, &fine->stencil, &fine->grid));
+    PD_TRY(pd_model_build_grid(ctx, coarser, &line, &coarse->stencil, &coarse->grid));
+    PD_TRY(PD_NEW(ctx, "coarser", fine->grid.total, wide));
     pd_status status = pdi_coarsen_setup_check_features(ctx, fine, coarse, factor, wide);
-    PDI_DELETE(ctx, fine->grid.total, wide);
+    PD_DELETE(ctx, fine->grid.total, wide);
     return status;
 }
 
@@ -185,9 +185,9 @@ static pd_status pdi_coarsen_setup_check_geometry(pd_ctx *ctx, const pd_setup *s
 static pd_status pdi_coarsen_setup_check_box(pd_ctx *ctx, const pd_setup *setup, int factor)
 {
     for (int d = 0; d < PD_DIM; d++) {
-        int cells = pdi_setup_count_cells(setup, d);
+        int cells = pd_setup_count_cells(setup, d);
         if (cells % factor)
-            return pdi_fail(ctx, PD_ERR_GEOMETRY, "coarser",
+            return pd_fail(ctx, PD_ERR_GEOMETRY, "coarser",
                             "the lattice at %d h cannot hold the scene: the box has %d cells along %c, expected a"
                             " multiple of %d", factor, cells, "xyz"[d], factor);
     }
@@ -201,10 +201,10 @@ static pd_status pdi_coarsen_setup_check_face(pd_ctx *ctx, const pd_setup *setup
     char text[PD_UNITS_TEXT];
     double index = (place - setup->lo[axis]) / setup->h[axis], whole = floor(index + 0.5);
     int inside =
-        index > PDI_COARSEN_SETUP_TOLERANCE && index < pdi_setup_count_cells(setup, axis) - PDI_COARSEN_SETUP_TOLERANCE;
+        index > PDI_COARSEN_SETUP_TOLERANCE && index < pd_setup_count_cells(setup, axis) - PDI_COARSEN_SETUP_TOLERANCE;
     if (!inside || fabs(index - whole) > PDI_COARSEN_SETUP_TOLERANCE || (int)whole % factor == 0) return PD_OK;
-    pdi_setup_format_value(place, "m", text);
-    return pdi_fail(ctx, PD_ERR_GEOMETRY, "coarser",
+    pd_setup_format_value(place, "m", text);
+    return pd_fail(ctx, PD_ERR_GEOMETRY, "coarser",
                     "the lattice at %d h cannot hold the scene: the face of a shape at %c = %s is cell %d of the box, "
                     "expected a multiple of %d", factor, "xyz"[axis], text, (int)whole, factor);
 }
@@ -218,8 +218,8 @@ static pd_status pdi_coarsen_setup_check_faces(pd_ctx *ctx, const pd_setup *setu
         for (int d = 0; d < PD_DIM; d++) tilted += fabs(s->b[d]) > 0.0;
         for (int d = 0; d < PD_DIM; d++) {
             int plane = s->type == PD_SHAPE_HALF_SPACE && tilted == 1 && fabs(s->b[d]) > 0.0;
-            if (s->type == PD_SHAPE_BOX || plane) PDI_TRY(pdi_coarsen_setup_check_face(ctx, setup, factor, d, s->a[d]));
-            if (s->type == PD_SHAPE_BOX) PDI_TRY(pdi_coarsen_setup_check_face(ctx, setup, factor, d, s->b[d]));
+            if (s->type == PD_SHAPE_BOX || plane) PD_TRY(pdi_coarsen_setup_check_face(ctx, setup, factor, d, s->a[d]));
+            if (s->type == PD_SHAPE_BOX) PD_TRY(pdi_coarsen_setup_check_face(ctx, setup, factor, d, s->b[d]));
         }
     }
     return PD_OK;
@@ -233,11 +233,11 @@ static pd_status pdi_coarsen_setup_add_plane(pd_ctx *ctx, const pd_setup_monitor
     for (int side = 0; side < (rest ? 2 : 1); side++) {
         int k = coarser->setup.monitors;
         if (low + side < 1 || low + side > cells / factor - 1)
-            return pdi_fail(ctx, PD_ERR_GEOMETRY, "coarser",
+            return pd_fail(ctx, PD_ERR_GEOMETRY, "coarser",
                             "the lattice at %d h has no plane beside [plane %s], too near to the end of the box",
                             factor, m->name);
         if (k == PD_SETUP_MONITORS)
-            return pdi_fail(ctx, PD_ERR_SIZE, "coarser",
+            return pd_fail(ctx, PD_ERR_SIZE, "coarser",
                             "more than %d sections, because planes between those of the lattice count twice",
                             PD_SETUP_MONITORS);
         coarser->setup.monitor[k] = *m;
@@ -254,19 +254,19 @@ static pd_status pdi_coarsen_setup_build_inner(pd_ctx *ctx, const pd_setup *setu
 {
     coarser->setup = *setup;
     for (int d = 0; d < PD_DIM; d++) coarser->setup.h[d] = factor * setup->h[d];
-    PDI_TRY(pdi_coarsen_setup_check_box(ctx, setup, factor));
-    PDI_TRY(pdi_coarsen_setup_check_faces(ctx, setup, factor));
-    PDI_TRY(pdi_coarsen_setup_check_geometry(ctx, setup, &coarser->setup, factor));
+    PD_TRY(pdi_coarsen_setup_check_box(ctx, setup, factor));
+    PD_TRY(pdi_coarsen_setup_check_faces(ctx, setup, factor));
+    PD_TRY(pdi_coarsen_setup_check_geometry(ctx, setup, &coarser->setup, factor));
     coarser->setup.monitors = 0;
     for (int k = 0; k < setup->monitors; k++) {
         const pd_setup_monitor *m = &setup->monitor[k];
         if (m->kind == PD_MONITOR_LINE) continue; /* nothing but files */
         if (m->kind == PD_MONITOR_PLANE) {
-            PDI_TRY(pdi_coarsen_setup_add_plane(ctx, m, pdi_setup_count_cells(setup, m->axis), factor, coarser));
+            PD_TRY(pdi_coarsen_setup_add_plane(ctx, m, pd_setup_count_cells(setup, m->axis), factor, coarser));
             continue;
         }
         if (coarser->setup.monitors == PD_SETUP_MONITORS)
-            return pdi_fail(ctx, PD_ERR_SIZE, "coarser", "more than %d sections", PD_SETUP_MONITORS);
+            return pd_fail(ctx, PD_ERR_SIZE, "coarser", "more than %d sections", PD_SETUP_MONITORS);
         coarser->monitor_weight[coarser->setup.monitors] = 1.0;
         coarser->setup.monitor[coarser->setup.monitors++] = *m;
     }

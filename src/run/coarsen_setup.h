@@ -6,7 +6,7 @@
  */
 #ifndef PD_COARSEN_SETUP_H
 #define PD_COARSEN_SETUP_H
-#include "scene/setup.h"
+#include "setup/setup.h"
 
 /* The coarsened setup. */
 typedef struct pd_coarsened_setup {

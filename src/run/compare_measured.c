@@ -1,4 +1,5 @@
 /* compare_measured: see compare_measured.h */
+#include "run/result_line.h"
 #include "run/compare_measured.h"
 #include "io/plot.h"
 #include "scene/read_measured.h"
@@ -45,7 +46,7 @@ static pd_status pdi_compare_measured_reject_output(pd_ctx *ctx, const pd_measur
         if (strstr(list, name)) continue;
         snprintf(list + used, sizeof list - used, "%s%s", k ? ", " : "", name);
     }
-    return pdi_fail(ctx, PD_ERR_ARGUMENT, "measured", "found of = %.80s, expected a figure that the run watches: %s",
+    return pd_fail(ctx, PD_ERR_ARGUMENT, "measured", "found of = %.80s, expected a figure that the run watches: %s",
                     r->output_name, list[0] ? list : "it watches none");
 }
 
@@ -59,11 +60,11 @@ static pd_status pdi_compare_measured_check_figure(pd_ctx *ctx, const pd_measure
     if (!pdi_compare_measured_get_output(c, r->output_name, &value, unit))
         return pdi_compare_measured_reject_output(ctx, c, r);
     if (strcmp(unit, "-") == 0) unit[0] = '\0';
-    PDI_TRY(pd_units_parse(ctx, unit, NULL, &dims));
-    if (pdi_units_is_same(&dims, &r->dims)) return PD_OK;
-    pdi_units_describe(&r->dims, found);
-    pdi_units_describe(&dims, wanted);
-    return pdi_fail(ctx, PD_ERR_ARGUMENT, "measured",
+    PD_TRY(pd_units_parse(ctx, unit, NULL, &dims));
+    if (pd_units_is_same(&dims, &r->dims)) return PD_OK;
+    pd_units_describe(&r->dims, found);
+    pd_units_describe(&dims, wanted);
+    return pd_fail(ctx, PD_ERR_ARGUMENT, "measured",
                     "the values of %.60s are %s, expected %s as %.80s is: write the"
                     " unit of the column behind 'in'",
                     r->name, found, wanted, r->output_name);
@@ -78,13 +79,13 @@ static pd_status pdi_compare_measured_build_inner(pd_ctx *ctx, pd_model *model, 
     c->monitors = monitors;
     c->monitor_weight = share;
     c->keeps_curves = curves;
-    if (model->setup->measured_count) PDI_TRY(pdi_scalar_outputs_collect(ctx, model, monitors, 0, &c->figures));
+    if (model->setup->measured_count) PD_TRY(pdi_scalar_outputs_collect(ctx, model, monitors, 0, &c->figures));
     for (int k = 0; k < model->setup->measured_count; k++) {
         pd_measured_set *d = &c->list[k];
         d->record = &model->setup->measured[k];
         c->error_line = d->record->line;
-        PDI_TRY(pdi_compare_measured_check_figure(ctx, c, d->record));
-        PDI_TRY(PDI_NEW(ctx, "compare", d->record->points, d->computed));
+        PD_TRY(pdi_compare_measured_check_figure(ctx, c, d->record));
+        PD_TRY(PD_NEW(ctx, "compare", d->record->points, d->computed));
         for (int p = 0; p < d->record->points; p++) d->computed[p] = (double)NAN;
     }
     return PD_OK;
@@ -94,9 +95,9 @@ PDI_FN void pdi_compare_measured_free(pd_ctx *ctx, pd_measured_comparison *c)
 {
     for (int k = 0; k < PD_SETUP_MEASURED_MAX; k++) {
         pd_measured_set *d = &c->list[k];
-        if (d->record) PDI_DELETE(ctx, d->record->points, d->computed);
-        PDI_DELETE(ctx, d->time_capacity, d->time);
-        PDI_DELETE(ctx, d->value_capacity, d->value);
+        if (d->record) PD_DELETE(ctx, d->record->points, d->computed);
+        PD_DELETE(ctx, d->time_capacity, d->time);
+        PD_DELETE(ctx, d->value_capacity, d->value);
     }
     pd_scalar_outputs_free(ctx, &c->figures);
     memset(c, 0, sizeof *c);
@@ -145,11 +146,11 @@ PDI_FN int pdi_compare_measured_needs_output(const pd_measured_comparison *c, do
 static pd_status pdi_compare_measured_grow_series(pd_ctx *ctx, pd_measured_set *d, int64_t rows)
 {
     if (rows > d->time_capacity) {
-        PDI_TRY(PDI_GROW(ctx, "compare", d->time_capacity, 2 * rows + 256, d->time));
+        PD_TRY(PD_GROW(ctx, "compare", d->time_capacity, 2 * rows + 256, d->time));
         d->time_capacity = 2 * rows + 256;
     }
     if (rows > d->value_capacity) {
-        PDI_TRY(PDI_GROW(ctx, "compare", d->value_capacity, 2 * rows + 256, d->value));
+        PD_TRY(PD_GROW(ctx, "compare", d->value_capacity, 2 * rows + 256, d->value));
         d->value_capacity = 2 * rows + 256;
     }
     return PD_OK;
@@ -160,7 +161,7 @@ PDI_FN pd_status pdi_compare_measured_step(pd_ctx *ctx, pd_measured_comparison *
     double time = c->model->time_loop.time;
     if (!c->model->setup->measured_count) return PD_OK;
     c->figures.count = 0;
-    PDI_TRY(pdi_scalar_outputs_collect(ctx, c->model, c->monitors, 0, &c->figures));
+    PD_TRY(pdi_scalar_outputs_collect(ctx, c->model, c->monitors, 0, &c->figures));
     for (int k = 0; k < c->model->setup->measured_count; k++) {
         pd_measured_set *d = &c->list[k];
         double value;
@@ -168,7 +169,7 @@ PDI_FN pd_status pdi_compare_measured_step(pd_ctx *ctx, pd_measured_comparison *
         for (int p = 0; p < d->record->points; p++)
             if (pdi_compare_measured_is_at_point(d->record, p, time)) d->computed[p] = value;
         if (!c->keeps_curves) continue;
-        PDI_TRY(pdi_compare_measured_grow_series(ctx, d, d->rows + 1));
+        PD_TRY(pdi_compare_measured_grow_series(ctx, d, d->rows + 1));
         d->time[d->rows] = time;
         d->value[d->rows++] = value;
     }
@@ -179,12 +180,12 @@ PDI_FN pd_status pdi_compare_measured_store(pd_ctx *ctx, pd_measured_comparison 
 {
     for (int k = 0; k < c->model->setup->measured_count; k++) {
         pd_measured_set *d = &c->list[k];
-        PDI_TRY(PDI_ARCHIVE_VERIFY(ctx, archive, "measured points", d->record->points));
-        PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "computed at measured points", d->computed, d->record->points));
-        PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "rows of a watched figure", &d->rows, 1));
-        PDI_TRY(pdi_compare_measured_grow_series(ctx, d, d->rows));
-        PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "times of a watched figure", d->time, d->rows));
-        PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "values of a watched figure", d->value, d->rows));
+        PD_TRY(PD_ARCHIVE_VERIFY(ctx, archive, "measured points", d->record->points));
+        PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "computed at measured points", d->computed, d->record->points));
+        PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "rows of a watched figure", &d->rows, 1));
+        PD_TRY(pdi_compare_measured_grow_series(ctx, d, d->rows));
+        PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "times of a watched figure", d->time, d->rows));
+        PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "values of a watched figure", d->value, d->rows));
     }
     return PD_OK;
 }
@@ -224,10 +225,10 @@ PDI_FN void pdi_compare_measured_print(const pd_measured_comparison *c, pd_print
         snprintf(text, sizeof text, "result case=%s measured=%s of=%.127s unit=%s", c->model->setup->name, r->name,
                  r->output_name, unit);
         char *figures = text + strlen(text);
-        pdi_append(text, sizeof text, " points=%d rms=%.4g largest=%.4g at=%.9g", result.points, result.rms,
+        pd_append(text, sizeof text, " points=%d rms=%.4g largest=%.4g at=%.9g", result.points, result.rms,
                    result.max_difference, result.max_difference_time);
-        if (r->spread) pdi_append(text, sizeof text, " within_spread=%d", result.within_spread);
-        pdi_remove_nonfinite(figures);
+        if (r->spread) pd_append(text, sizeof text, " within_spread=%d", result.within_spread);
+        pdi_result_line_remove_nonfinite(figures);
         print(user, PD_PRINT_RESULT, text);
     }
 }
@@ -247,8 +248,8 @@ static pd_status pdi_compare_measured_write_table(pd_ctx *ctx, const pd_measured
         list[k] = names[k];
     }
     snprintf(file, sizeof file, "measured_%s.csv", r->name);
-    PDI_TRY(pdi_output_folder_add_file(ctx, folder, file, path));
-    PDI_TRY(PDI_NEW(ctx, "compare", 5 * r->points, rows));
+    PD_TRY(pdi_output_folder_add_file(ctx, folder, file, path));
+    PD_TRY(PD_NEW(ctx, "compare", 5 * r->points, rows));
     for (int p = 0; p < r->points; p++) {
         double *row = rows + 5 * p;
         row[0] = r->time[p];
@@ -258,7 +259,7 @@ static pd_status pdi_compare_measured_write_table(pd_ctx *ctx, const pd_measured
         row[4] = row[3] - row[1];
     }
     pd_status status = pdi_csv_write_table(ctx, path, list, 5, rows, r->points);
-    PDI_DELETE(ctx, 5 * r->points, rows);
+    PD_DELETE(ctx, 5 * r->points, rows);
     return status;
 }
 
@@ -297,18 +298,18 @@ static pd_status pdi_compare_measured_write_plot(pd_ctx *ctx, const pd_measured_
     int64_t size = 2 * d->rows + 3 * (int64_t)d->record->points;
     if (strcmp(d->record->output_name, "volume_loss") == 0 || d->rows < 2) return PD_OK;
     snprintf(file, sizeof file, "measured_%s.png", d->record->name);
-    PDI_TRY(pdi_output_folder_add_file(ctx, folder, file, path));
-    PDI_TRY(PDI_NEW(ctx, "compare", size, work));
+    PD_TRY(pdi_output_folder_add_file(ctx, folder, file, path));
+    PD_TRY(PD_NEW(ctx, "compare", size, work));
     pd_status status = pdi_compare_measured_draw_curve(ctx, c, d, path, work);
-    PDI_DELETE(ctx, size, work);
+    PD_DELETE(ctx, size, work);
     return status;
 }
 
 PDI_FN pd_status pdi_compare_measured_write(pd_ctx *ctx, const pd_measured_comparison *c, pd_output_folder *folder)
 {
     for (int k = 0; k < c->model->setup->measured_count; k++) {
-        PDI_TRY(pdi_compare_measured_write_table(ctx, &c->list[k], folder));
-        PDI_TRY(pdi_compare_measured_write_plot(ctx, c, &c->list[k], folder));
+        PD_TRY(pdi_compare_measured_write_table(ctx, &c->list[k], folder));
+        PD_TRY(pdi_compare_measured_write_plot(ctx, c, &c->list[k], folder));
     }
     return PD_OK;
 }

@@ -1,4 +1,5 @@
 /* fit: see fit.h */
+#include "run/result_line.h"
 #include "run/fit.h"
 #include "scene/read_measured.h"
 #include "run/coarsen_setup.h"
@@ -30,7 +31,7 @@ typedef struct pdi_fit {
 /* Error message for a range that cannot be read. Returns PD_ERR_ARGUMENT. */
 static pd_status pdi_fit_reject_range(pd_ctx *ctx, const char *range, const char *expected)
 {
-    return pdi_fail(ctx, PD_ERR_ARGUMENT, "fit", "found '%.100s', expected %s, such as dissolve.rate_scale=0.5..2 or "
+    return pd_fail(ctx, PD_ERR_ARGUMENT, "fit", "found '%.100s', expected %s, such as dissolve.rate_scale=0.5..2 or "
                     "\"transport.D=1e-10..1e-8 m2/s\"", range, expected);
 }
 
@@ -50,8 +51,8 @@ static size_t pdi_fit_parse_number(const char *text, double *value)
 /* The unit at text up to `end`, without blanks around it. 0: it is too long. */
 static int pdi_fit_parse_unit(const char *text, const char *end, char *unit)
 {
-    while (text < end && pdi_units_is_blank(*text)) text++;
-    while (end > text && pdi_units_is_blank(end[-1])) end--;
+    while (text < end && pd_units_is_blank(*text)) text++;
+    while (end > text && pd_units_is_blank(end[-1])) end--;
     size_t size = (size_t)(end - text);
     if (size >= PD_UNITS_TEXT) return 0;
     memcpy(unit, text, size);
@@ -66,7 +67,7 @@ static pd_status pdi_fit_convert_low_bound(pd_ctx *ctx, const char *range, const
     pd_dims a, b;
     if (!unit[0] || strcmp(unit, p->unit) == 0) return PD_OK;
     if (pd_units_parse(ctx, unit, &from, &a) < 0 || pd_units_parse(ctx, p->unit, &to, &b) < 0 ||
-        !pdi_units_is_same(&a, &b))
+        !pd_units_is_same(&a, &b))
         return pdi_fit_reject_range(ctx, range, "bounds of one dimension");
     p->low *= from / to;
     return PD_OK;
@@ -81,14 +82,14 @@ static pd_status pdi_fit_parse_range(pd_ctx *ctx, const char *range, pd_fit_para
     memset(p, 0, sizeof *p);
     if (!equal || !key || key >= sizeof p->key || !dots || dots < equal)
         return pdi_fit_reject_range(ctx, range, "KEY=LOW..HIGH");
-    while (key > 0 && pdi_units_is_blank(range[key - 1])) key--;
+    while (key > 0 && pd_units_is_blank(range[key - 1])) key--;
     memcpy(p->key, range, key);
     low = pdi_fit_parse_number(equal + 1, &p->low);
     high = pdi_fit_parse_number(dots + 2, &p->high);
     if (!low || !high || !pdi_fit_parse_unit(equal + 1 + low, dots, unit) ||
         !pdi_fit_parse_unit(dots + 2 + high, dots + strlen(dots), p->unit))
         return pdi_fit_reject_range(ctx, range, "a number on either side of '..'");
-    PDI_TRY(pdi_fit_convert_low_bound(ctx, range, unit, p));
+    PD_TRY(pdi_fit_convert_low_bound(ctx, range, unit, p));
     if (p->low < p->high && p->high - p->low < HUGE_VAL) return PD_OK;
     return pdi_fit_reject_range(ctx, range, "a finite low bound below the high one");
 }
@@ -97,10 +98,10 @@ static pd_status pdi_fit_parse_range(pd_ctx *ctx, const char *range, pd_fit_para
 static pd_status pdi_fit_parse_ranges(pd_ctx *ctx, const pd_fit_desc *desc, pd_fit *fit)
 {
     if (desc->ranges < 1 || desc->ranges > PD_LEAST_SQUARES_PARAMETERS)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "fit", "found %d parameters, expected 1 to %d", desc->ranges,
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "fit", "found %d parameters, expected 1 to %d", desc->ranges,
                         PD_LEAST_SQUARES_PARAMETERS);
     for (int k = 0; k < desc->ranges; k++) {
-        PDI_TRY(pdi_fit_parse_range(ctx, desc->range[k], &fit->parameter[k]));
+        PD_TRY(pdi_fit_parse_range(ctx, desc->range[k], &fit->parameter[k]));
         for (int j = 0; j < k; j++)
             if (strcmp(fit->parameter[j].key, fit->parameter[k].key) == 0)
                 return pdi_fit_reject_range(ctx, desc->range[k], "each key once");
@@ -114,7 +115,7 @@ static void pdi_fit_format_overrides(pd_fit *fit, const double *value)
 {
     for (int k = 0; k < fit->parameters; k++) {
         fit->override[k][0] = '\0';
-        pdi_append(fit->override[k], sizeof fit->override[k], "%s=%.17g%s%s", fit->parameter[k].key, value[k],
+        pd_append(fit->override[k], sizeof fit->override[k], "%s=%.17g%s%s", fit->parameter[k].key, value[k],
                    fit->parameter[k].unit[0] ? " " : "", fit->parameter[k].unit);
     }
 }
@@ -125,13 +126,13 @@ pd_status pd_fit_read_setup(pd_ctx *ctx, const pd_fit_desc *desc, const char *co
 {
     const char *overrides[PDI_FIT_OVERRIDES];
     if (desc->count + count > PDI_FIT_OVERRIDES)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "fit", "more than %d overrides", PDI_FIT_OVERRIDES);
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "fit", "more than %d overrides", PDI_FIT_OVERRIDES);
     for (int k = 0; k < desc->count; k++) overrides[k] = desc->overrides[k];
     for (int k = 0; k < count; k++) overrides[desc->count + k] = more[k];
-    PDI_TRY(pd_scene_read(ctx, desc->scene, overrides, desc->count + count, setup));
+    PD_TRY(pd_scene_read(ctx, desc->scene, overrides, desc->count + count, setup));
     pd_status status = desc->measured ? pdi_read_measured_replace(ctx, "--to", desc->measured, setup) : PD_OK;
     if (status == PD_OK && setup->measured_count == 0)
-        status = pdi_fail(ctx, PD_ERR_ARGUMENT, "fit", "found no [measured NAME] section in the scene, expected one or "
+        status = pd_fail(ctx, PD_ERR_ARGUMENT, "fit", "found no [measured NAME] section in the scene, expected one or "
                           "--to FILE");
     if (status < 0) pd_setup_free(ctx, setup);
     return status;
@@ -146,7 +147,7 @@ static pd_status pdi_fit_prefix_message(pdi_fit *f, pd_status status)
         size_t used = strlen(values);
         snprintf(values + used, sizeof values - used, "%s%.80s", k ? " " : "", f->fit->override[k]);
     }
-    pdi_fail(f->ctx, status, "fit", "the run at %s%s failed: %.360s", values,
+    pd_fail(f->ctx, status, "fit", "the run at %s%s failed: %.360s", values,
              f->factor == 4 ? " on 4 h" : f->factor == 2 ? " on 2 h" : "", message);
     return status;
 }
@@ -162,15 +163,15 @@ static pd_status pdi_fit_run_model(pdi_fit *f, const pd_setup *setup)
     dry.stop_user = f->desc->stop_user;
     dry.computed_at_points = f->computed;
     if (f->factor > 1) {
-        PDI_TRY(pdi_coarsen_setup_build(f->ctx, setup, f->factor, f->coarser));
+        PD_TRY(pdi_coarsen_setup_build(f->ctx, setup, f->factor, f->coarser));
         dry.monitor_weight = f->coarser->monitor_weight;
         setup = &f->coarser->setup;
     }
-    PDI_TRY(pd_run(f->ctx, setup, &dry, &result));
-    return result.stopped ? pdi_fail(f->ctx, PD_ERR_STATE, "fit", "interrupted") : PD_OK;
+    PD_TRY(pd_run(f->ctx, setup, &dry, &result));
+    return result.stopped ? pd_fail(f->ctx, PD_ERR_STATE, "fit", "interrupted") : PD_OK;
 }
 
-/* Residuals [points] for parameter values: (computed - measured) times weight. The function of pdi_least_squares_solve.
+/* Residuals [points] for parameter values: (computed - measured) times weight. The function of pd_least_squares_solve.
  */
 static pd_status pdi_fit_compute_residuals(pd_ctx *ctx, void *user, const double *value, double *residual)
 {
@@ -179,7 +180,7 @@ static pd_status pdi_fit_compute_residuals(pd_ctx *ctx, void *user, const double
     pd_setup *setup = NULL;
     pdi_fit_format_overrides(f->fit, value);
     for (int k = 0; k < f->fit->parameters; k++) more[k] = f->fit->override[k];
-    PDI_TRY(PDI_NEW(ctx, "fit", 1, setup));
+    PD_TRY(PD_NEW(ctx, "fit", 1, setup));
     pd_status status = pd_fit_read_setup(ctx, f->desc, more, f->fit->parameters, setup);
     if (status >= 0) status = pdi_fit_run_model(f, setup);
     if (status >= 0) pd_setup_free(ctx, setup);
@@ -187,8 +188,8 @@ static pd_status pdi_fit_compute_residuals(pd_ctx *ctx, void *user, const double
         pdi_fit_prefix_message(f, status);
         pd_setup_free(ctx, setup);
     }
-    PDI_DELETE(ctx, 1, setup);
-    PDI_TRY(status);
+    PD_DELETE(ctx, 1, setup);
+    PD_TRY(status);
     f->fit->evaluations++;
     double sum = 0.0;
     for (int k = 0; k < f->fit->points; k++) {
@@ -212,13 +213,13 @@ static pd_status pdi_fit_check_std_devs(pd_ctx *ctx, const pd_setup *setup, int 
         with += r->spread != NULL;
         for (int p = 0; p < r->points && r->spread; p++)
             if (pdi_read_measured_is_in_run(r, p, setup->end_time) && !(r->spread[p] > 0.0))
-                return pdi_fail(ctx, PD_ERR_ARGUMENT, "fit", "found a spread of 0 in %.60s at t = %g s, expected a "
+                return pd_fail(ctx, PD_ERR_ARGUMENT, "fit", "found a spread of 0 in %.60s at t = %g s, expected a "
                                 "positive one: points weigh by it", r->name, r->time[p]);
     }
     *known = with > 0;
     if (with == 0 && setup->measured_count == 1) return PD_OK;
     if (with == setup->measured_count) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_ARGUMENT, "fit",
+    return pd_fail(ctx, PD_ERR_ARGUMENT, "fit",
                     "found %d of %d sets of points with a spread, expected it in all: "
                     "points of different figures weigh by it",
                     with, setup->measured_count);
@@ -247,18 +248,18 @@ static void pdi_fit_find_points(pdi_fit *f, const pd_setup *setup)
 /* Check the measured points and allocate work. */
 static pd_status pdi_fit_allocate_work(pdi_fit *f, const pd_setup *setup)
 {
-    PDI_TRY(pdi_fit_check_std_devs(f->ctx, setup, &f->fit->has_spread));
+    PD_TRY(pdi_fit_check_std_devs(f->ctx, setup, &f->fit->has_spread));
     for (int k = 0; k < setup->measured_count; k++) f->total_points += setup->measured[k].points;
-    PDI_TRY(PDI_NEW(f->ctx, "fit", f->total_points, f->computed));
-    PDI_TRY(PDI_NEW(f->ctx, "fit", f->total_points, f->data));
-    PDI_TRY(PDI_NEW(f->ctx, "fit", f->total_points, f->weight));
-    PDI_TRY(PDI_NEW(f->ctx, "fit", f->total_points, f->point_index));
-    PDI_TRY(PDI_NEW(f->ctx, "fit", f->total_points, f->best_residuals));
-    PDI_TRY(PDI_NEW(f->ctx, "fit", 1, f->coarser));
+    PD_TRY(PD_NEW(f->ctx, "fit", f->total_points, f->computed));
+    PD_TRY(PD_NEW(f->ctx, "fit", f->total_points, f->data));
+    PD_TRY(PD_NEW(f->ctx, "fit", f->total_points, f->weight));
+    PD_TRY(PD_NEW(f->ctx, "fit", f->total_points, f->point_index));
+    PD_TRY(PD_NEW(f->ctx, "fit", f->total_points, f->best_residuals));
+    PD_TRY(PD_NEW(f->ctx, "fit", 1, f->coarser));
     pdi_fit_find_points(f, setup);
     f->fit->h = setup->h[0];
     if (f->fit->points >= f->fit->parameters) return PD_OK;
-    return pdi_fail(f->ctx, PD_ERR_ARGUMENT, "fit", "found %d point%s for %d parameters, expected as many at least",
+    return pd_fail(f->ctx, PD_ERR_ARGUMENT, "fit", "found %d point%s for %d parameters, expected as many at least",
                     f->fit->points, f->fit->points == 1 ? "" : "s", f->fit->parameters);
 }
 
@@ -275,12 +276,12 @@ static void pdi_fit_print_iteration(void *user, const double *value, double sum,
 {
     pdi_fit *f = (pdi_fit *)user;
     char line[400], h[PD_UNITS_TEXT];
-    pdi_setup_format_value(f->factor * f->fit->h, "m", h);
+    pd_setup_format_value(f->factor * f->fit->h, "m", h);
     snprintf(line, sizeof line, "fit  h = %-8s runs %3d  ", h, evaluations);
-    if (f->fit->has_spread) pdi_append(line, sizeof line, "chi2 %-10.5g", sum);
-    else pdi_append(line, sizeof line, "rms %-10.5g", sqrt(sum / f->fit->points));
+    if (f->fit->has_spread) pd_append(line, sizeof line, "chi2 %-10.5g", sum);
+    else pd_append(line, sizeof line, "rms %-10.5g", sqrt(sum / f->fit->points));
     for (int k = 0; k < f->fit->parameters; k++)
-        pdi_append(line, sizeof line, "  %.60s = %.6g%s%.40s", f->fit->parameter[k].key, value[k],
+        pd_append(line, sizeof line, "  %.60s = %.6g%s%.40s", f->fit->parameter[k].key, value[k],
                        f->fit->parameter[k].unit[0] ? " " : "", f->fit->parameter[k].unit);
     pdi_fit_print(f, PD_PRINT_SUMMARY, line);
 }
@@ -303,11 +304,11 @@ static pd_status pdi_fit_solve_on_grid(pdi_fit *f, const double *start)
     d.user = f;
     d.report = pdi_fit_print_iteration;
     f->min_sum = HUGE_VAL;
-    pd_status status = pdi_least_squares_solve(f->ctx, &d, &f->fit->result);
+    pd_status status = pd_least_squares_solve(f->ctx, &d, &f->fit->result);
     f->noise = f->fit->result.noise;
     if (status >= 0 || !f->fit->result.ineffective) return status;
     f->fit->bad_input = 1;
-    return pdi_fail(f->ctx, status, "fit",
+    return pd_fail(f->ctx, status, "fit",
                     "found that %.100s has no effect on the points, expected one that changes "
                     "%s",
                     f->fit->parameter[f->fit->result.ineffective - 1].key, f->fit->output);
@@ -330,7 +331,7 @@ static pd_status pdi_fit_solve_coarse_to_fine(pdi_fit *f)
     for (f->factor = f->desc->skips_coarser ? 1 : 4; f->factor > 0; f->factor /= 2) {
         status = pdi_fit_solve_on_grid(f, start);
         if (status >= 0) memcpy(start, f->fit->result.value, sizeof start);
-        if (f->factor == 1 || pdi_is_fatal(status) || pdi_fit_is_stopped(f)) return status;
+        if (f->factor == 1 || pd_is_fatal(status) || pdi_fit_is_stopped(f)) return status;
         snprintf(line, sizeof line, "no fit at %d h: %.500s", f->factor, f->ctx->message);
         if (status < 0) pdi_fit_print(f, PD_PRINT_NOTE, line);
     }
@@ -342,7 +343,7 @@ static pd_status pdi_fit_compute_rms(pdi_fit *f)
 {
     double square = 0.0, scale = 1.0;
     pd_fit *fit = f->fit;
-    if (fit->measured_sets == 1) PDI_TRY(pd_units_parse(f->ctx, fit->unit, &scale, NULL));
+    if (fit->measured_sets == 1) PD_TRY(pd_units_parse(f->ctx, fit->unit, &scale, NULL));
     for (int k = 0; k < fit->points; k++) {
         double off = f->best_residuals[k] / (fit->measured_sets == 1 ? f->weight[k] * scale : 1.0);
         square += off * off;
@@ -364,17 +365,17 @@ static pd_status pdi_fit_run_inner(pdi_fit *f)
         more[k] = f->fit->override[k];
     }
     pdi_fit_format_overrides(f->fit, low);
-    if (status >= 0) status = PDI_NEW(f->ctx, "fit", 1, setup);
+    if (status >= 0) status = PD_NEW(f->ctx, "fit", 1, setup);
     if (status >= 0) status = pd_fit_read_setup(f->ctx, f->desc, more, f->fit->parameters, setup);
     if (status >= 0) {
         status = pdi_fit_allocate_work(f, setup);
         pd_setup_free(f->ctx, setup);
     }
-    PDI_DELETE(f->ctx, 1, setup);
-    f->fit->bad_input = status < 0 && !pdi_is_fatal(status);
-    PDI_TRY(status);
-    PDI_TRY(solved = pdi_fit_solve_coarse_to_fine(f));
-    PDI_TRY(pdi_fit_compute_rms(f));
+    PD_DELETE(f->ctx, 1, setup);
+    f->fit->bad_input = status < 0 && !pd_is_fatal(status);
+    PD_TRY(status);
+    PD_TRY(solved = pdi_fit_solve_coarse_to_fine(f));
+    PD_TRY(pdi_fit_compute_rms(f));
     return solved;
 }
 
@@ -387,12 +388,12 @@ pd_status pd_fit_run(pd_ctx *ctx, const pd_fit_desc *desc, pd_fit *fit)
     f.desc = desc;
     f.fit = fit;
     pd_status status = pdi_fit_run_inner(&f);
-    PDI_DELETE(ctx, f.total_points, f.computed);
-    PDI_DELETE(ctx, f.total_points, f.data);
-    PDI_DELETE(ctx, f.total_points, f.weight);
-    PDI_DELETE(ctx, f.total_points, f.point_index);
-    PDI_DELETE(ctx, f.total_points, f.best_residuals);
-    PDI_DELETE(ctx, 1, f.coarser);
+    PD_DELETE(ctx, f.total_points, f.computed);
+    PD_DELETE(ctx, f.total_points, f.data);
+    PD_DELETE(ctx, f.total_points, f.weight);
+    PD_DELETE(ctx, f.total_points, f.point_index);
+    PD_DELETE(ctx, f.total_points, f.best_residuals);
+    PD_DELETE(ctx, 1, f.coarser);
     return status;
 }
 
@@ -401,22 +402,22 @@ void pd_fit_format_result(const pd_fit *fit, char *text, size_t size)
     const pd_least_squares_result *s = &fit->result;
     if (size == 0) return;
     text[0] = '\0';
-    pdi_append(text, size, "result case=%s fit=%s points=%d", fit->name,
+    pd_append(text, size, "result case=%s fit=%s points=%d", fit->name,
                fit->measured_sets == 1 ? fit->output : "several", fit->points);
     char *figures = text + strlen(text);
-    pdi_append(text, size, " rms=%.4g unit=%s", fit->rms, fit->measured_sets == 1 && fit->unit[0] ? fit->unit : "-");
-    if (fit->has_spread) pdi_append(text, size, " chi2=%.4g", s->sum);
-    pdi_append(text, size, " freedom=%d evals=%d fine_evals=%d converged=%s h=%.6g", s->degrees_of_freedom,
+    pd_append(text, size, " rms=%.4g unit=%s", fit->rms, fit->measured_sets == 1 && fit->unit[0] ? fit->unit : "-");
+    if (fit->has_spread) pd_append(text, size, " chi2=%.4g", s->sum);
+    pd_append(text, size, " freedom=%d evals=%d fine_evals=%d converged=%s h=%.6g", s->degrees_of_freedom,
                fit->evaluations, s->evaluations, s->converged ? "yes" : "no", fit->h);
     for (int k = 0; k < fit->parameters; k++) {
         const char *key = fit->parameter[k].key;
-        pdi_append(text, size, " %s=%.6g %s.error=%.3g %s.low=%.5g %s.high=%.5g", key, s->value[k], key,
+        pd_append(text, size, " %s=%.6g %s.error=%.3g %s.low=%.5g %s.high=%.5g", key, s->value[k], key,
                    s->standard_error[k], key, s->low[k], key, s->high[k]);
-        if (s->active_bound[k]) pdi_append(text, size, " %s.bound=%s", key, s->active_bound[k] < 0 ? "low" : "high");
+        if (s->active_bound[k]) pd_append(text, size, " %s.bound=%s", key, s->active_bound[k] < 0 ? "low" : "high");
         for (int l = 0; l < k; l++)
-            pdi_append(text, size, " correlation_%d_%d=%.3g", l + 1, k + 1, s->correlation[k][l]);
+            pd_append(text, size, " correlation_%d_%d=%.3g", l + 1, k + 1, s->correlation[k][l]);
     }
-    pdi_remove_nonfinite(figures);
+    pdi_result_line_remove_nonfinite(figures);
 }
 
 #undef PDI_FIT_OVERRIDES

@@ -1,13 +1,13 @@
 /* monitor: see monitor.h */
 #include "run/monitor.h"
-#include "scene/fields.h"
+#include "setup/fields.h"
 #include "flow/force.h"
 #include "core/vec.h"
 #include "couple/integral_diagnostics.h"
 #include "solid/crack.h"
 #include "io/plot.h"
 #include "physics/reaction_force.h"
-#include "run/step_diagnostics.h"
+#include "physics/step_diagnostics.h"
 #include "physics/sample.h"
 #include <math.h>
 #include <stdio.h>
@@ -84,7 +84,7 @@ static pd_status pdi_monitor_compute_control_volume_force(pd_ctx *ctx, pd_model 
     if (status != PD_ERR_GEOMETRY) return status;
     memcpy(message, ctx->message, sizeof message);
     const char *what = strchr(message, ' ');
-    return pdi_fail(ctx, status, "force", "%.500s; balance = no leaves it out", what ? what + 1 : message);
+    return pd_fail(ctx, status, "force", "%.500s; balance = no leaves it out", what ? what + 1 : message);
 }
 
 /* Outputs of a force: on the surface, by friction and pressure, by momentum balance, and drag coefficients. Only
@@ -95,8 +95,8 @@ static pd_status pdi_monitor_compute_force(pd_ctx *ctx, pd_model *model, pd_moni
     const char *unit = pdi_monitor_unit_force[pdi_monitor_get_unit_index(model->setup)];
     double force[PD_DIM], friction[PD_DIM], pressure[PD_DIM], around[PD_DIM];
     double scale = d->speed > 0.0 ? 2.0 / (model->flow.rho * d->speed * d->speed * d->area) : 0.0;
-    pdi_model_statistics effort;
-    pdi_model_get_statistics(model, &effort);
+    pd_model_statistics effort;
+    pd_model_get_statistics(model, &effort);
     if (m->flow_solves == effort.flow_solves) return PD_OK;
     m->flow_solves = effort.flow_solves;
     m->count = 0;
@@ -105,7 +105,7 @@ static pd_status pdi_monitor_compute_force(pd_ctx *ctx, pd_model *model, pd_moni
     pdi_monitor_add_vector_output(m, 'f', "", unit, force, 1.0);
     pdi_monitor_add_vector_output(m, 'f', "_friction", unit, friction, 1.0);
     pdi_monitor_add_vector_output(m, 'f', "_pressure", unit, pressure, 1.0);
-    if (d->momentum_balance) PDI_TRY(pdi_monitor_compute_control_volume_force(ctx, model, d, around));
+    if (d->momentum_balance) PD_TRY(pdi_monitor_compute_control_volume_force(ctx, model, d, around));
     if (d->momentum_balance) pdi_monitor_add_vector_output(m, 'f', "_balance", unit, around, 1.0);
     if (d->speed > 0.0) pdi_monitor_add_vector_output(m, 'c', "", "-", force, scale);
     if (d->speed > 0.0 && d->momentum_balance) pdi_monitor_add_vector_output(m, 'c', "_balance", "-", around, scale);
@@ -126,8 +126,8 @@ static void pdi_monitor_compute_layer_concentration(const pd_model *model, pd_mo
     for (int32_t node = 0; node < grid->total; node++) {
         int i[PD_DIM];
         if (grid->kind[node] != PD_FLUID) continue;
-        pdi_grid_index(grid, node, i);
-        double flow = u[node] * pdi_grid_circumference(grid, node);
+        pd_grid_index(grid, node, i);
+        double flow = u[node] * pd_grid_circumference(grid, node);
         m->fluid[i[d->axis]] += flow * model->transport.c[node];
         stream[i[d->axis]] += flow;
     }
@@ -200,7 +200,7 @@ static void pdi_monitor_compute_species(pd_ctx *ctx, pd_model *model, pd_monitor
         if (!c) continue;
         double amount = pdi_monitor_integrate_concentration(ctx, model, m, c);
         pdi_monitor_add_output(m, e->species[k].name, unit, amount);
-        for (int row = 0; row < reactive->rows; row++) sum[row] += pdi_reactive_part(reactive, row, k) * amount;
+        for (int row = 0; row < reactive->rows; row++) sum[row] += pd_reactive_part(reactive, row, k) * amount;
     }
     pdi_monitor_add_carried_amounts(ctx, model, m, sum);
     for (int row = 0; row < reactive->rows; row++) {
@@ -216,9 +216,9 @@ static void pdi_monitor_compute_extremes(const pd_model *model, const pd_setup_m
     double x[PD_DIM];
     r->min_concentration = r->max_concentration = (double)NAN;
     for (int32_t i = 0; i < model->grid.total; i++) {
-        if (model->grid.kind[i] != PD_FLUID || pdi_model_is_undefined(model, PD_FIELD_C, i)) continue;
+        if (model->grid.kind[i] != PD_FLUID || pd_model_is_undefined(model, PD_FIELD_C, i)) continue;
         pd_grid_position(&model->grid, i, x);
-        if (!pdi_grid_is_between(&model->grid, desc->lo, desc->hi, x)) continue;
+        if (!pd_grid_is_between(&model->grid, desc->lo, desc->hi, x)) continue;
         r->min_concentration = pdi_min(r->min_concentration, model->transport.c[i]);
         r->max_concentration = pdi_max(r->max_concentration, model->transport.c[i]);
     }
@@ -252,7 +252,7 @@ static void pdi_monitor_compute_total(pd_ctx *ctx, pd_model *model, pd_monitor *
 /* Largest displacement, overlap, von Mises and hydrostatic stress, and plastic strain of the metal. */
 static void pdi_monitor_compute_solid_extremes(const pd_solid_coupling *s, pd_monitor *m)
 {
-    const double *at = pdi_solid_coupling_displacements(s);
+    const double *at = pd_solid_coupling_displacements(s);
     double u = 0.0, mises = 0.0, pressure = -HUGE_VAL, slip = 0.0;
     for (int32_t i = 0; i < s->count; i++) {
         double square = 0.0;
@@ -292,7 +292,7 @@ static void pdi_monitor_compute_solid(pd_ctx *ctx, pd_model *model, pd_monitor *
     const pd_quasi_static *q = &s->static_solver;
     const char *unit = pdi_monitor_unit_energy[PD_DIM - 1];
     pdi_monitor_compute_solid_extremes(s, m);
-    if (pdi_solid_coupling_is_dynamic(s)) {
+    if (pd_solid_coupling_is_dynamic(s)) {
         pdi_monitor_compute_dynamic_energies(ctx, s, m);
         return;
     }
@@ -325,7 +325,7 @@ static pd_status pdi_monitor_compute_crack(pd_ctx *ctx, pd_model *model, pd_moni
     memcpy(desc.tip, last, sizeof desc.tip);
     memcpy(desc.direction, cut->direction, sizeof desc.direction);
     pd_status status =
-        pdi_crack_find_tip(ctx, &s->body, cut->corners, cut->corner, s->stiffness_factor, cut->direction, desc.tip);
+        pd_crack_find_tip(ctx, &s->body, cut->corners, cut->corner, s->stiffness_factor, cut->direction, desc.tip);
     if (status < 0) return status;
     for (int k = 1; k < cut->corners && PD_DIM == 2; k++) {
         double square = 0.0;
@@ -348,7 +348,7 @@ static pd_status pdi_monitor_compute_crack(pd_ctx *ctx, pd_model *model, pd_moni
         double j = 0.0;
         desc.inner = cut->radius[k];
         desc.outer = cut->radius[k + 1];
-        status = pd_crack_j(ctx, &s->solid, &desc, pdi_solid_coupling_displacements(s), &j);
+        status = pd_crack_j(ctx, &s->solid, &desc, pd_solid_coupling_displacements(s), &j);
         if (status < 0 && status != PD_ERR_GEOMETRY) return status;
         pdi_monitor_add_output(m, k ? "J_outer" : "J_inner", "J/m2", status == PD_OK ? j : (double)NAN);
     }
@@ -365,10 +365,10 @@ static double pdi_monitor_find_charge_number(const pd_model *model, int electrod
     if (!u->has_dissolve || u->has_migration) return 0.0;
     for (int k = 0; k < u->metals; k++) {
         const pd_setup_metal *metal = &u->metal[k];
-        if (kinds != (uint32_t)1 << k || metal->rate.variables_used != (uint32_t)1 << PDI_SETUP_RATE_CURRENT) continue;
+        if (kinds != (uint32_t)1 << k || metal->rate.variables_used != (uint32_t)1 << PD_SETUP_RATE_CURRENT) continue;
         memset(vars, 0, sizeof vars);
-        vars[PDI_SETUP_RATE_CURRENT] = 1.0;
-        double speed = metal->rate_scale * pdi_expr_eval(&metal->rate, vars);
+        vars[PD_SETUP_RATE_CURRENT] = 1.0;
+        double speed = metal->rate_scale * pd_expr_eval(&metal->rate, vars);
         if (fabs(speed / pd_material_speed(&metal->material, 1.0) - 1.0) < PDI_MONITOR_TOLERANCE)
             return metal->material.charge;
     }
@@ -378,7 +378,7 @@ static double pdi_monitor_find_charge_number(const pd_model *model, int electrod
 PDI_FN void pdi_monitor_get_electrode(const pd_model *model, int electrode, pd_cell_electrode *e)
 {
     if (model->dissolution_laws.species_electrodes.setup)
-        pdi_species_electrodes_get_electrode(&model->dissolution_laws.species_electrodes, electrode, e);
+        pd_species_electrodes_get_electrode(&model->dissolution_laws.species_electrodes, electrode, e);
     else pd_cell_electrode_of(&model->cell, electrode, e);
 }
 
@@ -396,7 +396,7 @@ static void pdi_monitor_compute_electrode(const pd_model *model, pd_monitor *m)
     pdi_monitor_add_output(m, "density", "A/m2", e.area > 0.0 ? e.current / e.area : 0.0);
     pdi_monitor_add_output(m, "least", "A/m2", e.least);
     pdi_monitor_add_output(m, "most", "A/m2", e.most);
-    if (pdi_cell_table(&model->cell, m->desc->index)) {
+    if (pd_cell_table(&model->cell, m->desc->index)) {
         int some = e.met.least <= e.met.most;
         pdi_monitor_add_output(m, "E_least", "V", some ? e.met.least : (double)NAN);
         pdi_monitor_add_output(m, "E_most", "V", some ? e.met.most : (double)NAN);
@@ -405,7 +405,7 @@ static void pdi_monitor_compute_electrode(const pd_model *model, pd_monitor *m)
     pdi_monitor_add_output(m, "charge", pdi_monitor_unit_charge[pdi_monitor_get_unit_index(model->setup)], e.charge);
     double charge = pdi_monitor_find_charge_number(model, m->desc->index);
     if (!(charge > 0.0)) return;
-    charge *= PDI_FARADAY;
+    charge *= PD_FARADAY;
     int known = e.passed > PDI_MONITOR_TOLERANCE * charge * model->cell.stock[m->desc->index]; /* less is rounding */
     pdi_monitor_add_output(m, "faraday", "-", known ? charge * e.lost / e.passed : (double)NAN);
 }
@@ -415,7 +415,7 @@ static void pdi_monitor_compute_surface_state(const pd_model *model, pd_monitor 
 {
     const char *unit = model->setup->state[m->desc->index].unit;
     pd_surface_state_statistics f;
-    pdi_surface_states_compute_statistics(model->surface_states, m->desc->index, &f);
+    pd_surface_states_compute_statistics(model->surface_states, m->desc->index, &f);
     if (!unit[0]) unit = "-";
     pdi_monitor_add_output(m, "mean", unit, f.mean);
     pdi_monitor_add_output(m, "least", unit, f.min);
@@ -437,7 +437,7 @@ static pd_status pdi_monitor_compute_outputs(pd_ctx *ctx, pd_model *model, pd_mo
     if (m->desc->kind == PD_MONITOR_PRECRACK) return pdi_monitor_compute_crack(ctx, model, m);
     if (m->desc->kind == PD_MONITOR_MECHANICAL_BC) {
         double force[PD_DIM];
-        PDI_TRY(pdi_reaction_force_compute(ctx, &model->mechanical_bc, m->desc->index, model->time_loop.time, force));
+        PD_TRY(pd_reaction_force_compute(ctx, &model->mechanical_bc, m->desc->index, model->time_loop.time, force));
         pdi_monitor_add_vector_output(m, 'f', "", pdi_monitor_unit_force[PD_DIM - 1], force, 1.0);
     }
     return PD_OK;
@@ -466,11 +466,11 @@ static int pdi_monitor_name_line_columns(const pd_setup *setup, const pd_monitor
     for (int f = 0; f < PD_FIELD_COUNT; f++) {
         first[f] = count;
         if (!((m->desc->fields >> f) & 1u)) continue;
-        for (int d = 0; d < pdi_fields_count_components((pd_field)f); d++) {
+        for (int d = 0; d < pd_fields_count_components((pd_field)f); d++) {
             char unit[PD_UNITS_TEXT];
-            pdi_fields_get_unit(setup, (pd_field)f, unit);
-            snprintf(name, sizeof name, "%.36s%s [%.22s]", pdi_fields_get_name(setup, (pd_field)f),
-                     pdi_fields_get_axis((pd_field)f, d), unit[0] ? unit : "-");
+            pd_fields_get_unit(setup, (pd_field)f, unit);
+            snprintf(name, sizeof name, "%.36s%s [%.22s]", pd_fields_get_name(setup, (pd_field)f),
+                     pd_fields_get_axis((pd_field)f, d), unit[0] ? unit : "-");
             count = pdi_monitor_set_column_name(names, count, name);
         }
     }
@@ -505,8 +505,8 @@ static void pdi_monitor_compute_line(const pd_model *model, pd_monitor *m)
         }
         row[0] = sqrt(square);
         for (int f = 0; f < PD_FIELD_COUNT; f++)
-            for (int c = 0; c < pdi_fields_count_components((pd_field)f) && ((d->fields >> f) & 1u); c++)
-                row[column++] = pdi_sample_get_point(model, (pd_field)f, c, x);
+            for (int c = 0; c < pd_fields_count_components((pd_field)f) && ((d->fields >> f) & 1u); c++)
+                row[column++] = pd_sample_get_point(model, (pd_field)f, c, x);
     }
 }
 
@@ -537,7 +537,7 @@ static pd_status pdi_monitor_draw_profile(pd_ctx *ctx, const pd_monitors *all, c
     int64_t size = (int64_t)(count + 1) * m->rows, shown = 0;
     pd_plot plot;
     memset(&plot, 0, sizeof plot);
-    PDI_TRY(PDI_NEW(ctx, "monitor", size, work));
+    PD_TRY(PD_NEW(ctx, "monitor", size, work));
     for (int k = 0; k < m->rows; k++) {
         const double *row = m->profile + (int64_t)k * m->columns;
         work[k] = unit * row[0];
@@ -546,7 +546,7 @@ static pd_status pdi_monitor_draw_profile(pd_ctx *ctx, const pd_monitors *all, c
             shown += fabs(row[first + c]) < HUGE_VAL;
         }
     }
-    pdi_setup_format_value(all->model->time_loop.time, "s", stamp);
+    pd_setup_format_value(all->model->time_loop.time, "s", stamp);
     snprintf(title, sizeof title, "%.60s: %.40s, t = %s", all->model->setup->name, m->desc->name, stamp);
     snprintf(x_label, sizeof x_label, "%s [%s]", axis, unit > 1e4 ? "um" : unit > 10.0 ? "mm" : "m");
     plot.title = title;
@@ -560,7 +560,7 @@ static pd_status pdi_monitor_draw_profile(pd_ctx *ctx, const pd_monitors *all, c
         plot.series[c].count = m->rows;
     }
     pd_status status = shown ? pd_plot_write(ctx, path, &plot) : PD_OK;
-    PDI_DELETE(ctx, size, work);
+    PD_DELETE(ctx, size, work);
     return status;
 }
 
@@ -571,9 +571,9 @@ static pd_status pdi_monitor_format_path(pd_ctx *ctx, const pd_monitors *all, co
                                          int frame, const char *extension, char *path)
 {
     char prefix[2 * PD_SETUP_NAME], name[PD_PATH_SIZE];
-    snprintf(prefix, sizeof prefix, "%s_%s%s%s", pdi_setup_monitor_section_name(m->desc->kind), m->desc->name,
+    snprintf(prefix, sizeof prefix, "%s_%s%s%s", pd_setup_monitor_section_name(m->desc->kind), m->desc->name,
              field[0] ? "_" : "", field);
-    PDI_TRY(pdi_file_format_frame_name(ctx, prefix, frame, all->model->time_loop.time, extension, name));
+    PD_TRY(pdi_file_format_frame_name(ctx, prefix, frame, all->model->time_loop.time, extension, name));
     return pdi_output_folder_add_file(ctx, all->folder, name, path);
 }
 
@@ -584,10 +584,10 @@ static pd_status pdi_monitor_draw_line(pd_ctx *ctx, const pd_monitors *all, cons
     char path[PD_PATH_SIZE];
     for (int f = 0; f < PD_FIELD_COUNT; f++) {
         if (!((m->desc->images >> f) & 1u)) continue;
-        const char *name = pdi_fields_get_name(all->model->setup, (pd_field)f);
-        PDI_TRY(pdi_monitor_format_path(ctx, all, m, name, frame, "png", path));
-        PDI_TRY(pdi_monitor_draw_profile(ctx, all, m, first[f], pdi_fields_count_components((pd_field)f), "s",
-                                         pdi_fields_get_label(all->model->setup, (pd_field)f), path));
+        const char *name = pd_fields_get_name(all->model->setup, (pd_field)f);
+        PD_TRY(pdi_monitor_format_path(ctx, all, m, name, frame, "png", path));
+        PD_TRY(pdi_monitor_draw_profile(ctx, all, m, first[f], pd_fields_count_components((pd_field)f), "s",
+                                         pd_fields_get_label(all->model->setup, (pd_field)f), path));
     }
     return PD_OK;
 }
@@ -603,14 +603,14 @@ static pd_status pdi_monitor_write_profile(pd_ctx *ctx, const pd_monitors *all, 
     int count =
         line ? pdi_monitor_name_line_columns(u, m, names, first) : pdi_monitor_name_transfer_columns(u, m, names);
     for (int k = 0; k < count; k++) list[k] = names[k];
-    if (line) pdi_sample_prepare(ctx, all->model, d->fields);
+    if (line) pd_sample_prepare(ctx, all->model, d->fields);
     if (line) pdi_monitor_compute_line(all->model, m);
     else pdi_monitor_compute_transfer_profile(all->model, m);
-    PDI_TRY(pdi_monitor_format_path(ctx, all, m, "", frame, "csv", path));
-    PDI_TRY(pdi_csv_write_table(ctx, path, list, count, m->profile, m->rows));
+    PD_TRY(pdi_monitor_format_path(ctx, all, m, "", frame, "csv", path));
+    PD_TRY(pdi_csv_write_table(ctx, path, list, count, m->profile, m->rows));
     if (line) return pdi_monitor_draw_line(ctx, all, m, first, frame);
     int sherwood = d->length > 0.0;
-    PDI_TRY(pdi_monitor_format_path(ctx, all, m, sherwood ? "Sh" : "density", frame, "png", path));
+    PD_TRY(pdi_monitor_format_path(ctx, all, m, sherwood ? "Sh" : "density", frame, "png", path));
     return pdi_monitor_draw_profile(ctx, all, m, sherwood ? 4 : 2, 1,
                                     d->axis == 0   ? "x"
                                     : d->axis == 1 ? "y"
@@ -621,7 +621,7 @@ static pd_status pdi_monitor_write_profile(pd_ctx *ctx, const pd_monitors *all, 
 /* File name of the table, such as "plane_up.csv". */
 static void pdi_monitor_format_table_name(const pd_monitor *m, char name[2 * PD_SETUP_NAME])
 {
-    snprintf(name, 2 * PD_SETUP_NAME, "%s_%s.csv", pdi_setup_monitor_section_name(m->desc->kind), m->desc->name);
+    snprintf(name, 2 * PD_SETUP_NAME, "%s_%s.csv", pd_setup_monitor_section_name(m->desc->kind), m->desc->name);
 }
 
 /* Create the table of a monitor with one column for each output. */
@@ -634,7 +634,7 @@ static pd_status pdi_monitor_begin_table(pd_ctx *ctx, const pd_monitors *all, pd
         snprintf(names[k + 1], sizeof names[0], "%s [%s]", m->output[k].key, m->output[k].unit);
     for (int k = 0; k <= m->count; k++) list[k] = names[k];
     pdi_monitor_format_table_name(m, name);
-    PDI_TRY(pdi_output_folder_add_file(ctx, all->folder, name, path));
+    PD_TRY(pdi_output_folder_add_file(ctx, all->folder, name, path));
     return pdi_csv_create(ctx, path, list, m->count + 1, &m->table);
 }
 
@@ -645,19 +645,19 @@ static pd_status pdi_monitor_allocate(pd_ctx *ctx, const pd_model *model, pd_mon
 {
     const pd_setup_monitor *d = m->desc;
     m->capacity = model->setup->has_chemistry ? PD_MONITOR_MAX_OUTPUTS : PD_MONITOR_MAX_OUTPUTS_NO_SPECIES;
-    PDI_TRY(PDI_NEW(ctx, "monitor", m->capacity, m->output));
+    PD_TRY(PD_NEW(ctx, "monitor", m->capacity, m->output));
     m->rows = d->kind == PD_MONITOR_LINE ? d->points : 0;
     m->columns = 1 + PD_DIM;
     for (int f = 0; f < PD_FIELD_COUNT; f++)
-        if ((d->fields >> f) & 1u) m->columns += pdi_fields_count_components((pd_field)f);
+        if ((d->fields >> f) & 1u) m->columns += pd_fields_count_components((pd_field)f);
     if (d->kind == PD_MONITOR_TRANSFER) {
         m->rows = d->axis < 0 ? 1 : model->grid.n[d->axis];
         m->columns = d->length > 0.0 ? 5 : 3;
-        PDI_TRY(PDI_NEW(ctx, "monitor", m->rows, m->flux));
-        PDI_TRY(PDI_NEW(ctx, "monitor", m->rows, m->area));
-        PDI_TRY(PDI_NEW(ctx, "monitor", m->rows, m->fluid));
+        PD_TRY(PD_NEW(ctx, "monitor", m->rows, m->flux));
+        PD_TRY(PD_NEW(ctx, "monitor", m->rows, m->area));
+        PD_TRY(PD_NEW(ctx, "monitor", m->rows, m->fluid));
     }
-    return m->rows ? PDI_NEW(ctx, "monitor", (int64_t)m->rows * m->columns, m->profile) : PD_OK;
+    return m->rows ? PD_NEW(ctx, "monitor", (int64_t)m->rows * m->columns, m->profile) : PD_OK;
 }
 
 /* Error message for a probe within a wall, with its depth. Returns PD_ERR_GEOMETRY. */
@@ -665,12 +665,12 @@ static pd_status pdi_monitor_reject_probe(pd_ctx *ctx, const pd_model *model, co
 {
     const pd_setup *u = model->setup;
     char deep[PD_UNITS_TEXT];
-    if (u->wall < 0 || !pdi_shape_is_smooth(u->shape, u->wall))
-        return pdi_fail(ctx, PD_ERR_GEOMETRY, "probe",
+    if (u->wall < 0 || !pd_shape_is_smooth(u->shape, u->wall))
+        return pd_fail(ctx, PD_ERR_GEOMETRY, "probe",
                         "'%s' stands in the wall, expected a place in the fluid or metal, or on a surface: move it",
                         probe->name);
-    pdi_setup_format_value(fabs(pd_shape_distance(u->shape, u->wall, probe->position)), "m", deep);
-    return pdi_fail(ctx, PD_ERR_GEOMETRY, "probe",
+    pd_setup_format_value(fabs(pd_shape_distance(u->shape, u->wall, probe->position)), "m", deep);
+    return pd_fail(ctx, PD_ERR_GEOMETRY, "probe",
                     "'%s' stands in the wall, %s behind its surface, expected a place in the fluid or metal, or on a "
                     "surface: move it by that much", probe->name, deep);
 }
@@ -683,7 +683,7 @@ static pd_status pdi_monitor_build_inner(pd_ctx *ctx, pd_model *model, pd_monito
     all->model = model;
     for (int k = 0; k < u->probes; k++) {
         all->error_line = u->probe[k].line;
-        if (!pdi_sample_is_inside(model, u->probe[k].position))
+        if (!pd_sample_is_inside(model, u->probe[k].position))
             return pdi_monitor_reject_probe(ctx, model, &u->probe[k]);
     }
     for (int k = 0; k < u->monitors; k++) {
@@ -691,8 +691,8 @@ static pd_status pdi_monitor_build_inner(pd_ctx *ctx, pd_model *model, pd_monito
         m->desc = &u->monitor[k];
         m->flow_solves = -1;
         all->error_line = m->desc->line;
-        PDI_TRY(pdi_monitor_allocate(ctx, model, m));
-        PDI_TRY(pdi_monitor_compute_outputs(ctx, model, m));
+        PD_TRY(pdi_monitor_allocate(ctx, model, m));
+        PD_TRY(pdi_monitor_compute_outputs(ctx, model, m));
         m->flow_solves = -1;
     }
     return PD_OK;
@@ -710,7 +710,7 @@ PDI_FN pd_status pdi_monitors_build(pd_ctx *ctx, pd_model *model, pd_monitors *a
 PDI_FN pd_status pdi_monitors_save(pd_ctx *ctx, pd_monitors *all, pd_archive *archive)
 {
     for (int k = 0; k < all->model->setup->monitors; k++)
-        if (all->monitor[k].count) PDI_TRY(pdi_csv_store(ctx, archive, NULL, 0, &all->monitor[k].table));
+        if (all->monitor[k].count) PD_TRY(pdi_csv_store(ctx, archive, NULL, 0, &all->monitor[k].table));
     return PD_OK;
 }
 
@@ -722,8 +722,8 @@ PDI_FN pd_status pdi_monitors_resume(pd_ctx *ctx, pd_monitors *all, pd_output_fo
         pd_monitor *m = &all->monitor[k];
         if (m->count == 0) continue;
         pdi_monitor_format_table_name(m, name);
-        PDI_TRY(pd_file_join(ctx, folder->path, name, path));
-        PDI_TRY(pdi_csv_store(ctx, archive, path, m->count + 1, &m->table));
+        PD_TRY(pd_file_join(ctx, folder->path, name, path));
+        PD_TRY(pdi_csv_store(ctx, archive, path, m->count + 1, &m->table));
     }
     return PD_OK;
 }
@@ -732,7 +732,7 @@ PDI_FN pd_status pdi_monitors_open(pd_ctx *ctx, pd_monitors *all, pd_output_fold
 {
     all->folder = folder;
     for (int k = 0; k < all->model->setup->monitors; k++)
-        if (all->monitor[k].count) PDI_TRY(pdi_monitor_begin_table(ctx, all, &all->monitor[k]));
+        if (all->monitor[k].count) PD_TRY(pdi_monitor_begin_table(ctx, all, &all->monitor[k]));
     return PD_OK;
 }
 
@@ -741,17 +741,17 @@ PDI_FN pd_status pdi_monitors_step(pd_ctx *ctx, pd_monitors *all)
     double row[PD_MONITOR_MAX_OUTPUTS + 1];
     int count = all->model->setup->monitors;
     if (count == 0) return PD_OK;
-    pdi_sample_prepare(ctx, all->model, 0);
+    pd_sample_prepare(ctx, all->model, 0);
     /* sources belong to a step: before the first one they are those that it starts with */
     if (all->model->setup->has_dissolve && all->model->time_loop.steps == 0)
-        PDI_TRY(pdi_dissolve_prepare(ctx, &all->model->dissolve));
+        PD_TRY(pd_dissolve_prepare(ctx, &all->model->dissolve));
     for (int k = 0; k < count; k++) {
         pd_monitor *m = &all->monitor[k];
-        PDI_TRY(pdi_monitor_compute_outputs(ctx, all->model, m));
+        PD_TRY(pdi_monitor_compute_outputs(ctx, all->model, m));
         if (m->count == 0 || !m->table.file.stream) continue;
         row[0] = all->model->time_loop.time;
         for (int f = 0; f < m->count; f++) row[f + 1] = m->output[f].value;
-        PDI_TRY(pdi_csv_write_row(ctx, &m->table, row));
+        PD_TRY(pdi_csv_write_row(ctx, &m->table, row));
     }
     return PD_OK;
 }
@@ -760,14 +760,14 @@ PDI_FN pd_status pdi_monitors_write_frame(pd_ctx *ctx, pd_monitors *all, int fra
 {
     for (int k = 0; k < all->model->setup->monitors; k++) {
         pd_monitor *m = &all->monitor[k];
-        if (m->rows > 1) PDI_TRY(pdi_monitor_write_profile(ctx, all, m, frame));
+        if (m->rows > 1) PD_TRY(pdi_monitor_write_profile(ctx, all, m, frame));
     }
     return PD_OK;
 }
 
 PDI_FN pd_status pdi_monitors_close(pd_ctx *ctx, pd_monitors *all)
 {
-    for (int k = 0; k < all->model->setup->monitors; k++) PDI_TRY(pdi_csv_close(ctx, &all->monitor[k].table));
+    for (int k = 0; k < all->model->setup->monitors; k++) PD_TRY(pdi_csv_close(ctx, &all->monitor[k].table));
     return PD_OK;
 }
 
@@ -777,11 +777,11 @@ PDI_FN void pdi_monitors_free(pd_ctx *ctx, pd_monitors *all)
     for (int k = 0; k < PD_SETUP_MONITORS; k++) {
         pd_monitor *m = &all->monitor[k];
         pdi_csv_close(&quiet, &m->table);
-        PDI_DELETE(ctx, m->capacity, m->output);
-        PDI_DELETE(ctx, (int64_t)m->rows * m->columns, m->profile);
-        PDI_DELETE(ctx, m->rows, m->flux);
-        PDI_DELETE(ctx, m->rows, m->area);
-        PDI_DELETE(ctx, m->rows, m->fluid);
+        PD_DELETE(ctx, m->capacity, m->output);
+        PD_DELETE(ctx, (int64_t)m->rows * m->columns, m->profile);
+        PD_DELETE(ctx, m->rows, m->flux);
+        PD_DELETE(ctx, m->rows, m->area);
+        PD_DELETE(ctx, m->rows, m->fluid);
     }
     memset(all, 0, sizeof *all);
 }

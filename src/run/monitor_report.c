@@ -1,6 +1,7 @@
 /* monitor_report: see monitor_report.h */
+#include "run/result_line.h"
 #include "run/monitor_report.h"
-#include "run/step_diagnostics.h"
+#include "physics/step_diagnostics.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -57,7 +58,7 @@ static void pdi_monitor_report_print_table_range(const pd_model *model, const pd
 {
     char text[320];
     const double *range = model->setup->potential.electrode[m->desc->index].table_range;
-    if (!pdi_cell_table(&model->cell, m->desc->index) || !(e->met.least <= e->met.most)) return;
+    if (!pd_cell_table(&model->cell, m->desc->index) || !(e->met.least <= e->met.most)) return;
     if (e->met.least >= range[0] && e->met.most <= range[1]) return;
     snprintf(text, sizeof text, "electrode %s: its curve was asked for from %.6g to %.6g V, and a table in it has "
              "points from %.6g to %.6g V: it holds its ends beyond them", m->desc->name, e->met.least, e->met.most,
@@ -70,7 +71,7 @@ static void pdi_monitor_report_print_curve_range(const pd_model *model, const pd
                                                  pd_print_fn print, void *user)
 {
     char text[320];
-    const pd_electrode_term *table = pdi_cell_table(&model->cell, m->desc->index);
+    const pd_electrode_term *table = pd_cell_table(&model->cell, m->desc->index);
     if (!table || !(e->met.left < HUGE_VAL)) return;
     snprintf(text, sizeof text, "electrode %s: its curve was asked for from %.6g to %.6g V, first outside of its range "
              "%.6g .. %.6g V at t = %.6g s: beyond it the curve is a straight line, and currents are not those of `i`; "
@@ -99,7 +100,7 @@ static void pdi_monitor_report_print_warnings(const pd_model *model, const pd_mo
     snprintf(text, sizeof text,
              "%s %s: the layer at its surface is %.3g m thick, and cells are %.3g m: its flux wants "
              "at least %g cells across",
-             pdi_setup_monitor_section_name(m->desc->kind), m->desc->name, layer, h,
+             pd_setup_monitor_section_name(m->desc->kind), m->desc->name, layer, h,
              PDI_MONITOR_REPORT_MIN_LAYER_CELLS);
     print(user, PD_PRINT_NOTE, text);
 }
@@ -109,7 +110,7 @@ static void pdi_monitor_report_print_numerical_diffusion(const pd_model *model, 
 {
     const char *slowest;
     char text[320];
-    double peclet = pdi_step_diagnostics_compute_peclet(model, &slowest);
+    double peclet = pd_step_diagnostics_compute_peclet(model, &slowest);
     if (!(peclet > PDI_MONITOR_REPORT_MAX_PECLET)) return;
     snprintf(text, sizeof text,
              "species: the cell Peclet number v h/D is up to %.3g (%s): upwinding spreads them more "
@@ -130,8 +131,8 @@ static void pdi_monitor_report_print_ionic_strength(const pd_model *model, pd_pr
     for (int32_t i = 0; i < model->grid.total; i++) {
         double c[PD_SPECIES_MAX];
         if (model->grid.kind[i] != PD_FLUID) continue;
-        pdi_reactive_get(r, r->c, i, c);
-        most = pdi_max(most, 1e-3 * pdi_components_compute_ionic_strength(s, c));
+        pd_reactive_get(r, r->c, i, c);
+        most = pdi_max(most, 1e-3 * pd_components_compute_ionic_strength(s, c));
     }
     if (!(most > PDI_MONITOR_REPORT_MAX_IONIC_STRENGTH)) return;
     snprintf(text, sizeof text,
@@ -151,14 +152,14 @@ PDI_FN void pdi_monitor_report_print(const pd_monitors *all, pd_print_fn print, 
         const pd_monitor *m = &all->monitor[k];
         if (m->count == 0) continue;
         snprintf(text, sizeof text, "result case=%s %s=%s time=%.9g", all->model->setup->name,
-                 pdi_setup_monitor_section_name(m->desc->kind), m->desc->name, all->model->time_loop.time);
+                 pd_setup_monitor_section_name(m->desc->kind), m->desc->name, all->model->time_loop.time);
         char *figures = text + strlen(text);
         for (int f = 0; f < m->count; f++) {
             size_t used = strlen(text);
             if (isnan(m->output[f].value)) continue; /* a figure without a value has no key */
             snprintf(text + used, sizeof text - used, " %s=%.9g", m->output[f].key, m->output[f].value);
         }
-        pdi_remove_nonfinite(figures);
+        pdi_result_line_remove_nonfinite(figures);
         print(user, PD_PRINT_RESULT, text);
         pdi_monitor_report_print_warnings(all->model, m, print, user);
     }

@@ -1,6 +1,6 @@
 /* output: see output.h */
 #include "run/output.h"
-#include "scene/fields.h"
+#include "setup/fields.h"
 #include "io/plot.h"
 #include "io/paraview.h"
 #include "scene/read_measured.h"
@@ -38,7 +38,7 @@ static const char *const pdi_output_phase_names[] = {"fluid or wall", "metal"};
 /* 1: a field of the solid alone, NaN elsewhere. */
 static int pdi_output_is_solid_field(const pd_setup *setup, pd_field field)
 {
-    return pdi_fields_get_place(setup, field) == PD_FIELD_IN_METAL;
+    return pd_fields_get_place(setup, field) == PD_FIELD_IN_METAL;
 }
 
 /* Compute the output fields now. */
@@ -46,20 +46,20 @@ static void pdi_output_compute_fields(pd_ctx *ctx, pd_output *out)
 {
     pd_model *m = out->model;
     pd_fields drawn =
-        pdi_surface_view_is_requested(m->setup) ? pdi_fields_bit(pdi_surface_view_get_colour_field(m->setup)) : 0;
-    pdi_sample_prepare(ctx, m, m->setup->fields | m->setup->images | drawn);
+        pdi_surface_view_is_requested(m->setup) ? pd_fields_bit(pdi_surface_view_get_colour_field(m->setup)) : 0;
+    pd_sample_prepare(ctx, m, m->setup->fields | m->setup->images | drawn);
     for (int k = 0; k < PD_FIELD_COUNT; k++)
         for (int32_t i = 0; i < m->grid.total && out->scalar[k]; i++)
             out->scalar[k][i] = pdi_output_is_solid_field(m->setup, (pd_field)k) && m->grid.kind[i] != PD_SOLID
                                     ? (double)NAN
-                                    : pdi_sample_get_node(m, (pd_field)k, i);
+                                    : pd_sample_get_node(m, (pd_field)k, i);
     for (int64_t k = 0; k < (int64_t)PD_DIM * m->grid.total && out->displaced; k++) out->displaced[k] = (double)NAN;
     for (int32_t k = 0; k < m->solid.count && out->displaced; k++)
         for (int d = 0; d < PD_DIM; d++) {
             int32_t node = m->solid.node[k];
             if (m->grid.kind[node] != PD_SOLID) continue;
             out->displaced[(int64_t)d * m->grid.total + node] =
-                pdi_solid_coupling_displacements(&m->solid)[(int64_t)k * PD_DIM + d];
+                pd_solid_coupling_displacements(&m->solid)[(int64_t)k * PD_DIM + d];
         }
     for (int32_t i = 0; i < m->grid.total && out->grain; i++)
         out->grain[i] = m->grid.kind[i] == PD_SOLID ? m->grain.id[i] : -1;
@@ -75,14 +75,14 @@ static int pdi_output_list_fields(const pd_output *out, char (*unit)[PD_UNITS_TE
         pd_vti_field *f = &fields[count];
         if (!((m->setup->fields >> k) & 1u)) continue;
         memset(f, 0, sizeof *f);
-        f->name = pdi_fields_get_name(m->setup, (pd_field)k);
-        pdi_fields_get_unit(m->setup, (pd_field)k, unit[k]);
+        f->name = pd_fields_get_name(m->setup, (pd_field)k);
+        pd_fields_get_unit(m->setup, (pd_field)k, unit[k]);
         f->unit = unit[k][0] ? unit[k] : NULL;
         f->type = PD_VTI_FLOAT32;
         f->data = out->scalar[k];
         if (k == PD_FIELD_V) {
             f->vector = 1;
-            f->data = pdi_model_velocity(m);
+            f->data = pd_model_velocity(m);
         } else if (k == PD_FIELD_U) {
             f->vector = 1;
             f->data = out->displaced;
@@ -105,7 +105,7 @@ static pd_status pdi_output_format_path(pd_ctx *ctx, const pd_output *out, const
                                         char *path)
 {
     char name[PD_PATH_SIZE];
-    PDI_TRY(pdi_file_format_frame_name(ctx, prefix, out->frame, out->model->time_loop.time, extension, name));
+    PD_TRY(pdi_file_format_frame_name(ctx, prefix, out->frame, out->model->time_loop.time, extension, name));
     return pdi_output_folder_add_file(ctx, out->folder, name, path);
 }
 
@@ -117,8 +117,8 @@ static pd_status pdi_output_write_vti(pd_ctx *ctx, pd_output *out)
     int count = pdi_output_list_fields(out, unit, fields);
     double time = out->model->time_loop.time;
     if (count == 0) return PD_OK;
-    PDI_TRY(pdi_output_format_path(ctx, out, out->model->setup->prefix, "vti", path));
-    PDI_TRY(pd_vti_write(ctx, path, &out->model->grid, time, fields, count));
+    PD_TRY(pdi_output_format_path(ctx, out, out->model->setup->prefix, "vti", path));
+    PD_TRY(pd_vti_write(ctx, path, &out->model->grid, time, fields, count));
     return pdi_pvd_add_file(ctx, &out->pvd, time, path);
 }
 
@@ -137,16 +137,16 @@ static int pdi_output_compute_probe_row(const pd_output *out, char names[][PDI_O
     for (int k = 0; k < m->setup->probes; k++)
         for (int f = 0; f < PD_FIELD_COUNT; f++) {
             const pd_setup_probe *p = &m->setup->probe[k];
-            int parts = pdi_fields_count_components((pd_field)f);
+            int parts = pd_fields_count_components((pd_field)f);
             for (int d = 0; d < parts && ((p->fields >> f) & 1u) && count < room; d++, count++) {
                 char unit[PD_UNITS_TEXT];
-                pdi_fields_get_unit(m->setup, (pd_field)f, unit);
+                pd_fields_get_unit(m->setup, (pd_field)f, unit);
                 if (names)
                     snprintf(names[count], PDI_OUTPUT_COLUMN_NAME, "%.40s_%.14s%s [%.23s]", p->name,
-                             pdi_fields_get_name(m->setup, (pd_field)f), pdi_fields_get_axis((pd_field)f, d),
+                             pd_fields_get_name(m->setup, (pd_field)f), pd_fields_get_axis((pd_field)f, d),
                              unit[0] ? unit : "-");
                 if (!values) continue;
-                values[count] = pdi_sample_get_probe(m, (pd_field)f, d, p->position);
+                values[count] = pd_sample_get_probe(m, (pd_field)f, d, p->position);
             }
         }
     return count;
@@ -160,7 +160,7 @@ static pd_status pdi_output_begin_probe_table(pd_ctx *ctx, pd_output *out)
     if (out->model->setup->probes == 0) return PD_OK;
     int count = pdi_output_compute_probe_row(out, names, NULL, PD_CSV_MAX_COLUMNS);
     for (int k = 0; k < count; k++) list[k] = names[k];
-    PDI_TRY(pdi_output_folder_add_file(ctx, out->folder, "probes.csv", path));
+    PD_TRY(pdi_output_folder_add_file(ctx, out->folder, "probes.csv", path));
     return pdi_csv_create(ctx, path, list, count, &out->probes);
 }
 
@@ -168,8 +168,8 @@ static pd_status pdi_output_begin_probe_table(pd_ctx *ctx, pd_output *out)
 static pd_status pdi_output_begin_tables(pd_ctx *ctx, pd_output *out)
 {
     char path[PD_PATH_SIZE];
-    PDI_TRY(pdi_output_folder_add_file(ctx, out->folder, "diagnostics.csv", path));
-    PDI_TRY(
+    PD_TRY(pdi_output_folder_add_file(ctx, out->folder, "diagnostics.csv", path));
+    PD_TRY(
         pdi_csv_create(ctx, path, pdi_output_diagnostics_columns, PDI_OUTPUT_DIAGNOSTICS_COLUMNS, &out->diagnostics));
     return pdi_output_begin_probe_table(ctx, out);
 }
@@ -179,11 +179,11 @@ static pd_status pdi_output_append_loss(pd_ctx *ctx, pd_output *out, double time
 {
     int64_t fresh = 2 * out->rows + 256;
     if (out->rows == out->time_room) {
-        PDI_TRY(PDI_GROW(ctx, "output", out->time_room, fresh, out->time));
+        PD_TRY(PD_GROW(ctx, "output", out->time_room, fresh, out->time));
         out->time_room = fresh;
     }
     if (out->rows == out->loss_room) {
-        PDI_TRY(PDI_GROW(ctx, "output", out->loss_room, fresh, out->loss));
+        PD_TRY(PD_GROW(ctx, "output", out->loss_room, fresh, out->loss));
         out->loss_room = fresh;
     }
     out->time[out->rows] = time / 3600.0;
@@ -195,9 +195,9 @@ PDI_FN pd_status pdi_output_write_rows(pd_ctx *ctx, pd_output *out, const pd_ste
 {
     const pd_time_loop *c = &out->model->time_loop;
     double row[PDI_OUTPUT_DIAGNOSTICS_COLUMNS], probe[PD_CSV_MAX_COLUMNS];
-    pdi_model_statistics effort;
+    pd_model_statistics effort;
     int k = 0;
-    pdi_model_get_statistics(out->model, &effort);
+    pd_model_get_statistics(out->model, &effort);
     row[k++] = c->time;
     row[k++] = o->volume_loss;
     row[k++] = (double)out->model->grid.solid_count;
@@ -216,13 +216,13 @@ PDI_FN pd_status pdi_output_write_rows(pd_ctx *ctx, pd_output *out, const pd_ste
     row[k++] = effort.continuity;
     row[k++] = o->corrosion_depth;
     PD_ASSERT(k == PDI_OUTPUT_DIAGNOSTICS_COLUMNS);
-    PDI_TRY(pdi_csv_write_row(ctx, &out->diagnostics, row));
-    PDI_TRY(pdi_output_append_loss(ctx, out, c->time, o->volume_loss));
+    PD_TRY(pdi_csv_write_row(ctx, &out->diagnostics, row));
+    PD_TRY(pdi_output_append_loss(ctx, out, c->time, o->volume_loss));
     const pd_setup *u = out->model->setup;
     if (u->probes == 0) return PD_OK;
     pd_fields fields = 0;
     for (int n = 0; n < u->probes; n++) fields |= u->probe[n].fields;
-    pdi_sample_prepare(ctx, out->model, fields);
+    pd_sample_prepare(ctx, out->model, fields);
     pdi_output_compute_probe_row(out, NULL, probe, PD_CSV_MAX_COLUMNS);
     return pdi_csv_write_row(ctx, &out->probes, probe);
 }
@@ -235,10 +235,10 @@ static pd_status pdi_output_allocate(pd_ctx *ctx, pd_output *out)
     const pd_model *m = out->model;
     for (int k = 0; k < PD_FIELD_COUNT; k++) {
         if (!((m->setup->fields >> k) & 1u)) continue;
-        if (pdi_fields_is_scalar((pd_field)k)) PDI_TRY(PDI_NEW(ctx, "output", m->grid.total, out->scalar[k]));
-        if (k == PD_FIELD_PHASE) PDI_TRY(PDI_NEW(ctx, "output", m->grid.total, out->phase));
-        if (k == PD_FIELD_GRAIN) PDI_TRY(PDI_NEW(ctx, "output", m->grid.total, out->grain));
-        if (k == PD_FIELD_U) PDI_TRY(PDI_NEW(ctx, "output", (int64_t)PD_DIM * m->grid.total, out->displaced));
+        if (pd_fields_is_scalar((pd_field)k)) PD_TRY(PD_NEW(ctx, "output", m->grid.total, out->scalar[k]));
+        if (k == PD_FIELD_PHASE) PD_TRY(PD_NEW(ctx, "output", m->grid.total, out->phase));
+        if (k == PD_FIELD_GRAIN) PD_TRY(PD_NEW(ctx, "output", m->grid.total, out->grain));
+        if (k == PD_FIELD_U) PD_TRY(PD_NEW(ctx, "output", (int64_t)PD_DIM * m->grid.total, out->displaced));
     }
     return PD_OK;
 }
@@ -253,21 +253,21 @@ static pd_status pdi_output_build(pd_ctx *ctx, pd_model *model, pd_output_folder
     out->model = model;
     out->last_frame_time = -1.0;
     out->folder = folder;
-    PDI_TRY(pdi_output_allocate(ctx, out));
-    PDI_TRY(pdi_pictures_build(ctx, model, folder, &out->images));
-    PDI_TRY(pd_file_join(ctx, folder->path, "simulation.pvd", path));
+    PD_TRY(pdi_output_allocate(ctx, out));
+    PD_TRY(pdi_pictures_build(ctx, model, folder, &out->images));
+    PD_TRY(pd_file_join(ctx, folder->path, "simulation.pvd", path));
     return pdi_pvd_init(ctx, path, &out->pvd);
 }
 
 PDI_FN pd_status pdi_output_open(pd_ctx *ctx, pd_model *model, pd_output_folder *folder, pd_output *out)
 {
     char path[PD_PATH_SIZE];
-    PDI_TRY(pdi_output_build(ctx, model, folder, out));
-    PDI_TRY(pdi_output_folder_add_file(ctx, folder, "simulation.pvd", path));
-    PDI_TRY(pdi_pictures_begin_frame_file(ctx, &out->images));
+    PD_TRY(pdi_output_build(ctx, model, folder, out));
+    PD_TRY(pdi_output_folder_add_file(ctx, folder, "simulation.pvd", path));
+    PD_TRY(pdi_pictures_begin_frame_file(ctx, &out->images));
     if (model->setup->fields) {
-        PDI_TRY(pdi_output_folder_add_file(ctx, folder, PD_OUTPUT_FOLDER_SCRIPT, path));
-        PDI_TRY(pdi_paraview_write_script(ctx, path));
+        PD_TRY(pdi_output_folder_add_file(ctx, folder, PD_OUTPUT_FOLDER_SCRIPT, path));
+        PD_TRY(pdi_paraview_write_script(ctx, path));
     }
     return pdi_output_begin_tables(ctx, out);
 }
@@ -275,28 +275,28 @@ PDI_FN pd_status pdi_output_open(pd_ctx *ctx, pd_model *model, pd_output_folder 
 /* Store the state of output in a checkpoint, or load it. */
 static pd_status pdi_output_store(pd_ctx *ctx, pd_output *out, pd_archive *archive)
 {
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "frame", &out->frame, 1));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "time of the last frame", &out->last_frame_time, 1));
-    PDI_TRY(pdi_pvd_store(ctx, &out->pvd, archive));
-    PDI_TRY(pdi_pictures_store(ctx, &out->images, archive));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "listed curves", out->curve, 2));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "rows", &out->rows, 1));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "frame", &out->frame, 1));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "time of the last frame", &out->last_frame_time, 1));
+    PD_TRY(pdi_pvd_store(ctx, &out->pvd, archive));
+    PD_TRY(pdi_pictures_store(ctx, &out->images, archive));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "listed curves", out->curve, 2));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "rows", &out->rows, 1));
     if (out->rows > out->time_room) {
-        PDI_TRY(PDI_GROW(ctx, "output", out->time_room, out->rows, out->time));
+        PD_TRY(PD_GROW(ctx, "output", out->time_room, out->rows, out->time));
         out->time_room = out->rows;
     }
     if (out->rows > out->loss_room) {
-        PDI_TRY(PDI_GROW(ctx, "output", out->loss_room, out->rows, out->loss));
+        PD_TRY(PD_GROW(ctx, "output", out->loss_room, out->rows, out->loss));
         out->loss_room = out->rows;
     }
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "times of the curve", out->time, out->rows));
-    return PDI_ARCHIVE_ARRAY(ctx, archive, "losses of the curve", out->loss, out->rows);
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "times of the curve", out->time, out->rows));
+    return PD_ARCHIVE_ARRAY(ctx, archive, "losses of the curve", out->loss, out->rows);
 }
 
 PDI_FN pd_status pdi_output_save(pd_ctx *ctx, pd_output *out, pd_archive *archive)
 {
-    PDI_TRY(pdi_output_store(ctx, out, archive));
-    PDI_TRY(pdi_csv_store(ctx, archive, NULL, 0, &out->diagnostics));
+    PD_TRY(pdi_output_store(ctx, out, archive));
+    PD_TRY(pdi_csv_store(ctx, archive, NULL, 0, &out->diagnostics));
     return out->model->setup->probes ? pdi_csv_store(ctx, archive, NULL, 0, &out->probes) : PD_OK;
 }
 
@@ -304,12 +304,12 @@ PDI_FN pd_status pdi_output_resume(pd_ctx *ctx, pd_model *model, pd_output_folde
                                    pd_output *out)
 {
     char path[PD_PATH_SIZE];
-    PDI_TRY(pdi_output_build(ctx, model, folder, out));
-    PDI_TRY(pdi_output_store(ctx, out, archive));
-    PDI_TRY(pd_file_join(ctx, folder->path, "diagnostics.csv", path));
-    PDI_TRY(pdi_csv_store(ctx, archive, path, PDI_OUTPUT_DIAGNOSTICS_COLUMNS, &out->diagnostics));
+    PD_TRY(pdi_output_build(ctx, model, folder, out));
+    PD_TRY(pdi_output_store(ctx, out, archive));
+    PD_TRY(pd_file_join(ctx, folder->path, "diagnostics.csv", path));
+    PD_TRY(pdi_csv_store(ctx, archive, path, PDI_OUTPUT_DIAGNOSTICS_COLUMNS, &out->diagnostics));
     if (model->setup->probes == 0) return PD_OK;
-    PDI_TRY(pd_file_join(ctx, folder->path, "probes.csv", path));
+    PD_TRY(pd_file_join(ctx, folder->path, "probes.csv", path));
     return pdi_csv_store(ctx, archive, path, pdi_output_compute_probe_row(out, NULL, NULL, PD_CSV_MAX_COLUMNS),
                          &out->probes);
 }
@@ -339,7 +339,7 @@ static pd_status pdi_output_draw_loss_curve(pd_ctx *ctx, pd_output *out)
     double last = 3600.0 * out->time[out->rows - 1];
     int brief = last < 3600.0;
     for (int k = 0; k < u->measured_count; k++) points += 3 * u->measured[k].points;
-    PDI_TRY(PDI_NEW(ctx, "output", points, work));
+    PD_TRY(PD_NEW(ctx, "output", points, work));
     for (int64_t k = 0; k < out->rows; k++) {
         work[k] = brief ? 3600.0 * out->time[k] : out->time[k];
         work[out->rows + k] = 100.0 * out->loss[k];
@@ -361,7 +361,7 @@ static pd_status pdi_output_draw_loss_curve(pd_ctx *ctx, pd_output *out)
         if (status == PD_OK) out->curve[k] = 1;
         if (status == PD_OK) status = pd_plot_write(ctx, path, &plot);
     }
-    PDI_DELETE(ctx, points, work);
+    PD_DELETE(ctx, points, work);
     return status;
 }
 
@@ -370,8 +370,8 @@ PDI_FN pd_status pdi_output_write_frame(pd_ctx *ctx, pd_output *out)
     double time = out->model->time_loop.time;
     if (out->last_frame_time >= time) return PD_OK;
     pdi_output_compute_fields(ctx, out);
-    PDI_TRY(pdi_output_write_vti(ctx, out));
-    PDI_TRY(pdi_pictures_draw_frames(ctx, &out->images, out->frame));
+    PD_TRY(pdi_output_write_vti(ctx, out));
+    PD_TRY(pdi_pictures_draw_frames(ctx, &out->images, out->frame));
     out->last_frame_time = time;
     out->frame++;
     return out->images.updates_latest ? pdi_output_draw_loss_curve(ctx, out) : PD_OK;
@@ -379,9 +379,9 @@ PDI_FN pd_status pdi_output_write_frame(pd_ctx *ctx, pd_output *out)
 
 PDI_FN pd_status pdi_output_close(pd_ctx *ctx, pd_output *out, int over)
 {
-    if (over) PDI_TRY(pdi_pictures_finish(ctx, &out->images));
-    PDI_TRY(pdi_output_draw_loss_curve(ctx, out));
-    PDI_TRY(pdi_csv_close(ctx, &out->diagnostics));
+    if (over) PD_TRY(pdi_pictures_finish(ctx, &out->images));
+    PD_TRY(pdi_output_draw_loss_curve(ctx, out));
+    PD_TRY(pdi_csv_close(ctx, &out->diagnostics));
     return pdi_csv_close(ctx, &out->probes);
 }
 
@@ -393,12 +393,12 @@ PDI_FN void pdi_output_free(pd_ctx *ctx, pd_output *out)
     pdi_csv_close(&quiet, &out->probes);
     pdi_pictures_free(ctx, &out->images);
     pdi_pvd_free(ctx, &out->pvd);
-    for (int k = 0; k < PD_FIELD_COUNT; k++) PDI_DELETE(ctx, total, out->scalar[k]);
-    PDI_DELETE(ctx, total, out->phase);
-    PDI_DELETE(ctx, total, out->grain);
-    PDI_DELETE(ctx, (int64_t)PD_DIM * total, out->displaced);
-    PDI_DELETE(ctx, out->time_room, out->time);
-    PDI_DELETE(ctx, out->loss_room, out->loss);
+    for (int k = 0; k < PD_FIELD_COUNT; k++) PD_DELETE(ctx, total, out->scalar[k]);
+    PD_DELETE(ctx, total, out->phase);
+    PD_DELETE(ctx, total, out->grain);
+    PD_DELETE(ctx, (int64_t)PD_DIM * total, out->displaced);
+    PD_DELETE(ctx, out->time_room, out->time);
+    PD_DELETE(ctx, out->loss_room, out->loss);
     memset(out, 0, sizeof *out);
 }
 

@@ -14,7 +14,7 @@
 #include "io/vti.h"
 #include "io/csv.h"
 #include "run/pictures.h"
-#include "run/step_diagnostics.h"
+#include "physics/step_diagnostics.h"
 
 /* The output files of a run. */
 typedef struct pd_output {

@@ -58,7 +58,7 @@ static size_t pdi_parameter_sweep_find_number_length(const char *text, size_t le
 /* Error message for an axis that cannot be read. Returns PD_ERR_ARGUMENT. */
 static pd_status pdi_parameter_sweep_reject_axis(pd_ctx *ctx, const char *axis, const char *why)
 {
-    return pdi_fail(ctx, PD_ERR_ARGUMENT, "--sweep", "found '%.200s', expected %s, such as mean=0.01,0.05,0.2 m/s",
+    return pd_fail(ctx, PD_ERR_ARGUMENT, "--sweep", "found '%.200s', expected %s, such as mean=0.01,0.05,0.2 m/s",
                     axis, why);
 }
 
@@ -112,7 +112,7 @@ static pd_status pdi_parameter_sweep_parse_axis(pd_ctx *ctx, const char *text, p
     }
     if (axis->count > PD_PARAMETER_SWEEP_MAX_RUNS) return pdi_parameter_sweep_reject_axis(ctx, text, "fewer values");
     axis->unit_bytes = (int)strlen(unit);
-    PDI_TRY(PDI_NEW(ctx, "sweep", axis->count * PD_PARAMETER_SWEEP_VALUE_BYTES, axis->text));
+    PD_TRY(PD_NEW(ctx, "sweep", axis->count * PD_PARAMETER_SWEEP_VALUE_BYTES, axis->text));
     at = equal + 1;
     for (int k = 0; k < axis->count; k++, at = next) {
         at += pdi_parameter_sweep_count_blanks(at);
@@ -155,13 +155,13 @@ static pd_status pdi_parameter_sweep_parse_axes(pd_ctx *ctx, const pd_parameter_
 {
     if (desc->axis_count < 1 || desc->axis_count > PD_PARAMETER_SWEEP_MAX_AXES ||
         desc->count > PD_PARAMETER_SWEEP_MAX_OVERRIDES)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "--sweep",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "--sweep",
                         "found %d sweeps and %d overrides, expected 1 to %d and at most %d", desc->axis_count,
                         desc->count, PD_PARAMETER_SWEEP_MAX_AXES, PD_PARAMETER_SWEEP_MAX_OVERRIDES);
     s->runs = 1;
     for (int k = 0; k < desc->axis_count; k++) {
         s->axes++;
-        PDI_TRY(pdi_parameter_sweep_parse_axis(ctx, desc->axes[k], &s->axis[k]));
+        PD_TRY(pdi_parameter_sweep_parse_axis(ctx, desc->axes[k], &s->axis[k]));
         for (int before = 0; before < k; before++) {
             size_t length = strcspn(s->axis[k].text, "=") + 1;
             if (strncmp(s->axis[k].text, s->axis[before].text, length) == 0)
@@ -169,7 +169,7 @@ static pd_status pdi_parameter_sweep_parse_axes(pd_ctx *ctx, const pd_parameter_
         }
         s->runs *= s->axis[k].count;
         if (s->runs > PD_PARAMETER_SWEEP_MAX_RUNS)
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "--sweep", "found more than %d runs, expected fewer values",
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "--sweep", "found more than %d runs, expected fewer values",
                             PD_PARAMETER_SWEEP_MAX_RUNS);
     }
     return PD_OK;
@@ -181,9 +181,9 @@ static pd_status pdi_parameter_sweep_format_paths(pd_ctx *ctx, const pd_paramete
 {
     char name[32];
     snprintf(name, sizeof name, "run%03d", index + 1);
-    PDI_TRY(pd_file_join(ctx, s->folder, name, folder));
+    PD_TRY(pd_file_join(ctx, s->folder, name, folder));
     if (pdi_file_is_link(folder)) /* runs write below the folder that they were given */
-        return pdi_fail(ctx, PD_ERR_FILE, "sweep",
+        return pd_fail(ctx, PD_ERR_FILE, "sweep",
                         "'%.300s' is a link, expected the folder of a run or none: remove it", folder);
     return pd_file_join(ctx, folder, PDI_PARAMETER_SWEEP_STATUS_FILE, result);
 }
@@ -193,7 +193,7 @@ static pd_status pdi_parameter_sweep_check_scenes(pd_ctx *ctx, pd_parameter_swee
 {
     for (int index = 0; index < s->runs; index++) {
         pd_setup setup;
-        PDI_TRY(pdi_parameter_sweep_read_scene(ctx, s, index, &setup));
+        PD_TRY(pdi_parameter_sweep_read_scene(ctx, s, index, &setup));
         memcpy(s->name, setup.name, sizeof s->name);
         if (!s->desc.folder) memcpy(s->folder, setup.folder, sizeof s->folder);
         s->has_dissolution = s->has_dissolution || setup.has_dissolve;
@@ -201,7 +201,7 @@ static pd_status pdi_parameter_sweep_check_scenes(pd_ctx *ctx, pd_parameter_swee
     }
     for (int index = 0; index < s->runs; index++) {
         char folder[PD_PATH_SIZE], path[PD_PATH_SIZE];
-        PDI_TRY(pdi_parameter_sweep_format_paths(ctx, s, index, folder, path));
+        PD_TRY(pdi_parameter_sweep_format_paths(ctx, s, index, folder, path));
         pdi_file_remove(path);
     }
     return PD_OK;
@@ -249,11 +249,11 @@ pd_status pd_parameter_sweep_run(pd_ctx *ctx, const pd_parameter_sweep *s, int i
     pd_setup setup;
     pd_run_desc one = *desc;
     pd_run_result result;
-    PDI_TRY(pdi_parameter_sweep_format_paths(ctx, s, index, folder, path));
-    PDI_TRY(pd_file_make_directory(ctx, folder));
+    PD_TRY(pdi_parameter_sweep_format_paths(ctx, s, index, folder, path));
+    PD_TRY(pd_file_make_directory(ctx, folder));
     /* as long as there is none */
-    PDI_TRY(pdi_parameter_sweep_write_status(ctx, path, "failed", "ended without a result"));
-    PDI_TRY(pdi_parameter_sweep_read_scene(ctx, s, index, &setup));
+    PD_TRY(pdi_parameter_sweep_write_status(ctx, path, "failed", "ended without a result"));
+    PD_TRY(pdi_parameter_sweep_read_scene(ctx, s, index, &setup));
     one.folder = folder;
     pd_status status = pd_run(ctx, &setup, &one, &result);
     pd_setup_free(ctx, &setup);
@@ -265,7 +265,7 @@ pd_status pd_parameter_sweep_run(pd_ctx *ctx, const pd_parameter_sweep *s, int i
     }
     pd_run_format_result(&result, text, sizeof text);
     if (result.stopped) snprintf(text, sizeof text, "stopped at t = %g s", result.time);
-    PDI_TRY(pdi_parameter_sweep_write_status(ctx, path, result.stopped ? "stopped" : "done", text));
+    PD_TRY(pdi_parameter_sweep_write_status(ctx, path, result.stopped ? "stopped" : "done", text));
     if (desc->print && !result.stopped) desc->print(desc->print_user, PD_PRINT_RESULT, text);
     return result.stopped ? PD_RETRY : status;
 }
@@ -319,15 +319,15 @@ static void pdi_parameter_sweep_find_names(const char *text, pdi_parameter_sweep
 static pd_status pdi_parameter_sweep_read_results(pd_ctx *ctx, const pd_parameter_sweep *s,
                                                   pdi_parameter_sweep_results *rows, pd_parameter_sweep_count *count)
 {
-    PDI_TRY(PDI_NEW(ctx, "sweep", s->runs, rows->text));
-    PDI_TRY(PDI_NEW(ctx, "sweep", s->runs, rows->size));
+    PD_TRY(PD_NEW(ctx, "sweep", s->runs, rows->text));
+    PD_TRY(PD_NEW(ctx, "sweep", s->runs, rows->size));
     for (int index = 0; index < s->runs; index++) {
         char folder[PD_PATH_SIZE], path[PD_PATH_SIZE];
-        PDI_TRY(pdi_parameter_sweep_format_paths(ctx, s, index, folder, path));
+        PD_TRY(pdi_parameter_sweep_format_paths(ctx, s, index, folder, path));
         pd_ctx quiet = *ctx;
         pd_status status = pdi_file_read_all(&quiet, path, PDI_PARAMETER_SWEEP_MAX_RESULT_BYTES, &rows->text[index],
                                              &rows->size[index]);
-        if (pdi_is_fatal(status)) return pdi_fail(ctx, status, "sweep", "%s", quiet.message);
+        if (pd_is_fatal(status)) return pd_fail(ctx, status, "sweep", "%s", quiet.message);
         ctx->in_use = quiet.in_use;
         const char *text = pdi_parameter_sweep_get_run_text(rows, index);
         int done = strncmp(text, "done\n", 5) == 0, stopped = strncmp(text, "stopped\n", 8) == 0;
@@ -344,10 +344,10 @@ static pd_status pdi_parameter_sweep_write_csv_field(pd_ctx *ctx, pd_file *file,
 {
     if (!memchr(text, ',', length) && !memchr(text, '"', length) && !memchr(text, '#', length))
         return pdi_file_write(ctx, file, text, length);
-    PDI_TRY(pdi_file_write_text(ctx, file, "\""));
+    PD_TRY(pdi_file_write_text(ctx, file, "\""));
     for (size_t k = 0; k < length; k++) {
-        if (text[k] == '"') PDI_TRY(pdi_file_write_text(ctx, file, "\""));
-        PDI_TRY(pdi_file_write(ctx, file, text + k, 1));
+        if (text[k] == '"') PD_TRY(pdi_file_write_text(ctx, file, "\""));
+        PD_TRY(pdi_file_write(ctx, file, text + k, 1));
     }
     return pdi_file_write_text(ctx, file, "\"");
 }
@@ -375,24 +375,24 @@ static pd_status pdi_parameter_sweep_write_row(pd_ctx *ctx, const pd_parameter_s
     const char *text = pdi_parameter_sweep_get_run_text(rows, index), *message = strchr(text, '\n');
     size_t ended = strcspn(text, "\n"), length;
     snprintf(run, sizeof run, "run%03d", index + 1);
-    PDI_TRY(pdi_file_write_text(ctx, file, run));
+    PD_TRY(pdi_file_write_text(ctx, file, run));
     for (int k = 0; k < s->axes; k++) {
         const char *value = strchr(pdi_parameter_sweep_get_axis_value(s, index, k), '=') + 1;
         length = strlen(value) - (size_t)s->axis[k].unit_bytes;
         while (s->axis[k].unit_bytes && length > 0 && value[length - 1] == ' ') length--;
-        PDI_TRY(pdi_file_write_text(ctx, file, ","));
-        PDI_TRY(pdi_parameter_sweep_write_csv_field(ctx, file, value, length));
+        PD_TRY(pdi_file_write_text(ctx, file, ","));
+        PD_TRY(pdi_parameter_sweep_write_csv_field(ctx, file, value, length));
     }
-    PDI_TRY(pdi_file_write_text(ctx, file, ","));
-    PDI_TRY(pdi_file_write(ctx, file, text, ended));
+    PD_TRY(pdi_file_write_text(ctx, file, ","));
+    PD_TRY(pdi_file_write(ctx, file, text, ended));
     for (int k = 0; k < rows->columns; k++) {
         const char *value = pdi_parameter_sweep_find_result_value(text, rows->name[k], &length);
-        PDI_TRY(pdi_file_write_text(ctx, file, ","));
-        PDI_TRY(pdi_parameter_sweep_write_csv_field(ctx, file, value, length));
+        PD_TRY(pdi_file_write_text(ctx, file, ","));
+        PD_TRY(pdi_parameter_sweep_write_csv_field(ctx, file, value, length));
     }
-    PDI_TRY(pdi_file_write_text(ctx, file, ","));
+    PD_TRY(pdi_file_write_text(ctx, file, ","));
     int failed = message && strncmp(text, "done\n", 5) != 0;
-    if (failed) PDI_TRY(pdi_parameter_sweep_write_csv_field(ctx, file, message + 1, strcspn(message + 1, "\n")));
+    if (failed) PD_TRY(pdi_parameter_sweep_write_csv_field(ctx, file, message + 1, strcspn(message + 1, "\n")));
     return pdi_file_write_text(ctx, file, "\n");
 }
 
@@ -400,19 +400,19 @@ static pd_status pdi_parameter_sweep_write_row(pd_ctx *ctx, const pd_parameter_s
 static pd_status pdi_parameter_sweep_write_lines(pd_ctx *ctx, const pd_parameter_sweep *s,
                                                  const pdi_parameter_sweep_results *rows, pd_file *file)
 {
-    PDI_TRY(pdi_file_write_text(ctx, file, "run"));
+    PD_TRY(pdi_file_write_text(ctx, file, "run"));
     for (int k = 0; k < s->axes; k++) {
-        PDI_TRY(pdi_file_write_text(ctx, file, ","));
-        PDI_TRY(pdi_parameter_sweep_write_csv_field(ctx, file, s->axis[k].name, strlen(s->axis[k].name)));
+        PD_TRY(pdi_file_write_text(ctx, file, ","));
+        PD_TRY(pdi_parameter_sweep_write_csv_field(ctx, file, s->axis[k].name, strlen(s->axis[k].name)));
     }
-    PDI_TRY(pdi_file_write_text(ctx, file, ",status"));
+    PD_TRY(pdi_file_write_text(ctx, file, ",status"));
     for (int k = 0; k < rows->columns; k++) {
         /* a swept key may have the name of a figure */
-        PDI_TRY(pdi_file_write_text(ctx, file, ",result_"));
-        PDI_TRY(pdi_file_write_text(ctx, file, rows->name[k]));
+        PD_TRY(pdi_file_write_text(ctx, file, ",result_"));
+        PD_TRY(pdi_file_write_text(ctx, file, rows->name[k]));
     }
-    PDI_TRY(pdi_file_write_text(ctx, file, ",message\n"));
-    for (int index = 0; index < s->runs; index++) PDI_TRY(pdi_parameter_sweep_write_row(ctx, s, rows, index, file));
+    PD_TRY(pdi_file_write_text(ctx, file, ",message\n"));
+    for (int index = 0; index < s->runs; index++) PD_TRY(pdi_parameter_sweep_write_row(ctx, s, rows, index, file));
     return PD_OK;
 }
 
@@ -423,8 +423,8 @@ static pd_status pdi_parameter_sweep_write_table(pd_ctx *ctx, const pd_parameter
     char path[PD_PATH_SIZE];
     pd_file file;
     memset(&file, 0, sizeof file);
-    PDI_TRY(pd_file_join(ctx, s->folder, "sweep.csv", path));
-    PDI_TRY(pdi_file_create(ctx, path, &file));
+    PD_TRY(pd_file_join(ctx, s->folder, "sweep.csv", path));
+    PD_TRY(pdi_file_create(ctx, path, &file));
     pd_status status = pdi_parameter_sweep_write_lines(ctx, s, rows, &file);
     if (status == PD_OK) return pdi_file_commit(ctx, &file);
     pdi_file_abandon(&file);
@@ -450,8 +450,8 @@ static pd_status pdi_parameter_sweep_add_curve(pd_ctx *ctx, const pd_parameter_s
     pd_ctx quiet;
     int k = c->plot.count;
     memset(&table, 0, sizeof table);
-    PDI_TRY(pdi_parameter_sweep_format_paths(ctx, s, index, folder, path));
-    PDI_TRY(pd_file_join(ctx, folder, "diagnostics.csv", path));
+    PD_TRY(pdi_parameter_sweep_format_paths(ctx, s, index, folder, path));
+    PD_TRY(pd_file_join(ctx, folder, "diagnostics.csv", path));
     quiet = *ctx;
     pd_status status = pdi_table_read(&quiet, path, &table);
     ctx->in_use = quiet.in_use;
@@ -460,11 +460,11 @@ static pd_status pdi_parameter_sweep_add_curve(pd_ctx *ctx, const pd_parameter_s
         return PD_OK;
     }
     c->rows[k] = table.rows;
-    status = PDI_NEW(ctx, "sweep", 2 * table.rows, c->data[k]);
+    status = PD_NEW(ctx, "sweep", 2 * table.rows, c->data[k]);
     if (status == PD_OK) status = pdi_table_parse_column(ctx, &table, "time", c->data[k]);
     if (status == PD_OK) status = pdi_table_parse_column(ctx, &table, "volume_loss", c->data[k] + table.rows);
     pdi_table_free(ctx, &table);
-    PDI_TRY(status);
+    PD_TRY(status);
     for (int row = 0; row < c->rows[k]; row++) {
         c->data[k][row] /= 3600.0;
         c->data[k][c->rows[k] + row] *= 100.0;
@@ -487,14 +487,14 @@ static pd_status pdi_parameter_sweep_draw_curves(pd_ctx *ctx, const pd_parameter
     char path[PD_PATH_SIZE], title[PD_SETUP_NAME + 64];
     int curves = s->runs < PD_PLOT_MAX_SERIES ? s->runs : PD_PLOT_MAX_SERIES;
     for (int k = 0; k < curves; k++)
-        PDI_TRY(pdi_parameter_sweep_add_curve(ctx, s, curves > 1 ? k * (s->runs - 1) / (curves - 1) : 0, c));
+        PD_TRY(pdi_parameter_sweep_add_curve(ctx, s, curves > 1 ? k * (s->runs - 1) / (curves - 1) : 0, c));
     if (c->plot.count == 0) return PD_OK;
     snprintf(title, sizeof title, "%s", s->name);
     if (c->plot.count < s->runs) snprintf(title, sizeof title, "%s: %d of %d runs", s->name, c->plot.count, s->runs);
     c->plot.title = title;
     c->plot.x_label = "t [h]";
     c->plot.y_label = "volume loss [%]";
-    PDI_TRY(pd_file_join(ctx, s->folder, "sweep.png", path));
+    PD_TRY(pd_file_join(ctx, s->folder, "sweep.png", path));
     return pd_plot_write(ctx, path, &c->plot);
 }
 
@@ -503,10 +503,10 @@ static pd_status pdi_parameter_sweep_write_plot(pd_ctx *ctx, const pd_parameter_
 {
     pdi_parameter_sweep_loss_curves *c = NULL;
     if (!s->has_dissolution) return PD_OK;
-    PDI_TRY(PDI_NEW(ctx, "sweep", 1, c));
+    PD_TRY(PD_NEW(ctx, "sweep", 1, c));
     pd_status status = pdi_parameter_sweep_draw_curves(ctx, s, c);
-    for (int k = 0; k < PD_PLOT_MAX_SERIES; k++) PDI_DELETE(ctx, 2 * c->rows[k], c->data[k]);
-    PDI_DELETE(ctx, 1, c);
+    for (int k = 0; k < PD_PLOT_MAX_SERIES; k++) PD_DELETE(ctx, 2 * c->rows[k], c->data[k]);
+    PD_DELETE(ctx, 1, c);
     return status;
 }
 
@@ -520,16 +520,16 @@ pd_status pd_parameter_sweep_write(pd_ctx *ctx, const pd_parameter_sweep *s, pd_
     if (status == PD_OK) status = pdi_parameter_sweep_write_table(ctx, s, &rows);
     if (status == PD_OK) status = pdi_parameter_sweep_write_plot(ctx, s);
     for (int k = 0; k < s->runs && rows.text; k++)
-        if (rows.text[k]) PDI_DELETE(ctx, rows.size[k] + 1, rows.text[k]);
-    PDI_DELETE(ctx, s->runs, rows.text);
-    PDI_DELETE(ctx, s->runs, rows.size);
+        if (rows.text[k]) PD_DELETE(ctx, rows.size[k] + 1, rows.text[k]);
+    PD_DELETE(ctx, s->runs, rows.text);
+    PD_DELETE(ctx, s->runs, rows.size);
     return status;
 }
 
 void pd_parameter_sweep_free(pd_ctx *ctx, pd_parameter_sweep *s)
 {
     for (int k = 0; k < s->axes; k++)
-        PDI_DELETE(ctx, s->axis[k].count * PD_PARAMETER_SWEEP_VALUE_BYTES, s->axis[k].text);
+        PD_DELETE(ctx, s->axis[k].count * PD_PARAMETER_SWEEP_VALUE_BYTES, s->axis[k].text);
     memset(s, 0, sizeof *s);
 }
 

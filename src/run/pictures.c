@@ -1,6 +1,6 @@
 /* pictures: see pictures.h */
 #include "run/pictures.h"
-#include "scene/fields.h"
+#include "setup/fields.h"
 #include "io/apng.h"
 #include "io/canvas.h"
 #include "io/unit_label.h"
@@ -27,7 +27,7 @@ typedef struct pdi_pictures_frame_header {
 /* 1: the metal is drawn deformed, at its displaced place, in pictures of this field. */
 static int pdi_pictures_is_deformed(const pd_output_pictures *im, pd_field field)
 {
-    return im->displacement && field < PD_FIELD_COUNT && pdi_fields_is_in_metal(im->model->setup, field);
+    return im->displacement && field < PD_FIELD_COUNT && pd_fields_is_in_metal(im->model->setup, field);
 }
 
 /* 1: the scene asks for pictures of this field, or of the surface. */
@@ -46,7 +46,7 @@ static pd_field pdi_pictures_get_colour_field(const pd_output_pictures *im, pd_f
 /* Name of the field in file names, such as "C". */
 static const char *pdi_pictures_get_field_name(const pd_output_pictures *im, pd_field field)
 {
-    return field == PD_PICTURES_SURFACE ? "surface" : pdi_fields_get_name(im->model->setup, field);
+    return field == PD_PICTURES_SURFACE ? "surface" : pd_fields_get_name(im->model->setup, field);
 }
 
 /* 1: streamlines or velocity vectors are drawn over the field. */
@@ -67,12 +67,12 @@ static int pdi_pictures_is_log_scale(const pd_output_pictures *im, pd_field fiel
 static pd_paint pdi_pictures_get_cell_kind(const pd_model *m, pd_field field, int32_t node)
 {
     uint8_t kind = m->grid.kind[node];
-    int solid = pdi_fields_is_in_metal(m->setup, field);
-    if (pdi_fields_get_place(m->setup, field) == PD_FIELD_IN_ALL) return PD_PAINT_FIELD;
+    int solid = pd_fields_is_in_metal(m->setup, field);
+    if (pd_fields_get_place(m->setup, field) == PD_FIELD_IN_ALL) return PD_PAINT_FIELD;
     if (kind == PD_WALL || kind == PD_INACTIVE) return PD_PAINT_WALL;
     if (kind == PD_SOLID) return solid ? PD_PAINT_FIELD : PD_PAINT_SOLID;
-    if (pdi_model_is_undefined(m, field, node)) return PD_PAINT_OUTSIDE;
-    return pdi_fields_get_place(m->setup, field) == PD_FIELD_IN_METAL ? PD_PAINT_OUTSIDE : PD_PAINT_FIELD;
+    if (pd_model_is_undefined(m, field, node)) return PD_PAINT_OUTSIDE;
+    return pd_fields_get_place(m->setup, field) == PD_FIELD_IN_METAL ? PD_PAINT_OUTSIDE : PD_PAINT_FIELD;
 }
 
 /* Node that a cell of the drawn plane shows; rows below the axis of an axisymmetric scene are mirrored. */
@@ -81,7 +81,7 @@ static int32_t pdi_pictures_get_node(const pd_output_pictures *im, int64_t cell)
     const pd_model *m = im->model;
     int row = (int)(cell / im->nx), i[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) {
-        double slice = floor((m->setup->slice_at - m->grid.lo[d]) / m->grid.h[d] + PDI_SHAPE_TOLERANCE);
+        double slice = floor((m->setup->slice_at - m->grid.lo[d]) / m->grid.h[d] + PD_SHAPE_TOLERANCE);
         i[d] = (int)pdi_max(0.0, pdi_min(slice, m->grid.n[d] - 1.0));
     }
     i[im->up] = row < im->mirrored_rows ? im->mirrored_rows - 1 - row : row - im->mirrored_rows;
@@ -102,8 +102,8 @@ static int pdi_pictures_has_bond(const pd_output_pictures *im, int64_t cell, int
 {
     const pd_solid_coupling *s = &im->model->solid;
     int32_t i = s->point[pdi_pictures_get_node(im, cell)], j = s->point[pdi_pictures_get_node(im, other)];
-    for (pd_bond_iterator f = pdi_body_bonds_begin(&s->body, i); pdi_body_bonds_next(&f);)
-        if (f.neighbour == j) return !pdi_body_bond_is_broken(&f);
+    for (pd_bond_iterator f = pd_body_bonds_begin(&s->body, i); pd_body_bonds_next(&f);)
+        if (f.neighbour == j) return !pd_body_bond_is_broken(&f);
     return 0;
 }
 
@@ -113,7 +113,7 @@ static const int pdi_pictures_neighbour_offset[4][2] = {{1, 0}, {0, 1}, {1, 1}, 
 /* Set the bits of joined [cells]: neighbours that a cell has bonds to, so that cracks open in deformed pictures. */
 static void pdi_pictures_mark_bonded_neighbours(pd_output_pictures *im)
 {
-    int whole = pdi_body_is_intact(&im->model->solid.body);
+    int whole = pd_body_is_intact(&im->model->solid.body);
     for (int64_t k = 0; k < im->cells; k++) {
         int x = (int)(k % im->nx), y = (int)(k / im->nx);
         im->bonded[k] = 0;
@@ -134,7 +134,7 @@ static void pdi_pictures_compute_displacements(pd_output_pictures *im)
     const pd_model *m = im->model;
     for (int64_t k = 0; k < im->cells; k++) {
         int32_t node = pdi_pictures_get_node(im, k), point = m->solid.point[node];
-        const double *u = pdi_solid_coupling_displacements(&m->solid) + (int64_t)(point < 0 ? 0 : point) * PD_DIM;
+        const double *u = pd_solid_coupling_displacements(&m->solid) + (int64_t)(point < 0 ? 0 : point) * PD_DIM;
         int metal = point >= 0 && m->grid.kind[node] == PD_SOLID;
         im->displacement[k] =
             metal ? pdi_pictures_round_to_float(m->setup->displacement_scale * u[im->right]) : (double)NAN;
@@ -160,8 +160,8 @@ static int pdi_pictures_are_bonded(const void *user, int cell, int other)
 static void pdi_pictures_compute_velocities(pd_output_pictures *im)
 {
     const pd_model *m = im->model;
-    const double *right = pdi_model_velocity(m) + (int64_t)im->right * m->grid.total;
-    const double *up = pdi_model_velocity(m) + (int64_t)im->up * m->grid.total;
+    const double *right = pd_model_velocity(m) + (int64_t)im->right * m->grid.total;
+    const double *up = pd_model_velocity(m) + (int64_t)im->up * m->grid.total;
     for (int64_t k = 0; k < im->cells; k++) {
         int32_t node = pdi_pictures_get_node(im, k);
         int fluid = m->grid.kind[node] == PD_FLUID, mirrored = k / im->nx < im->mirrored_rows;
@@ -177,7 +177,7 @@ static void pdi_pictures_compute_cells(pd_output_pictures *im, pd_field field)
     int32_t node = 0, step = im->model->grid.stride[im->right];
     for (int64_t k = 0; k < im->cells; k++, node += step) {
         if (k % im->nx == 0) node = pdi_pictures_get_node(im, k);
-        im->cell[k] = pdi_pictures_round_to_float(pdi_sample_get_node(im->model, field, node));
+        im->cell[k] = pdi_pictures_round_to_float(pd_sample_get_node(im->model, field, node));
         im->paint[k] = (uint8_t)pdi_pictures_get_cell_kind(im->model, field, node);
     }
 }
@@ -232,7 +232,7 @@ static int pdi_pictures_is_range_fixed(const pd_setup *setup, pd_field field)
 {
     if (field == PD_FIELD_COUNT) return 1; /* nothing gives it colours */
     const double *range = setup->drawing.range[field];
-    int shares = pdi_fields_is_fraction(field);
+    int shares = pd_fields_get_scale(field) == PD_FIELD_SCALE_FRACTION;
     return range[0] < range[1] || (shares && !(setup->drawing.log >> field & 1u)) || field == PD_FIELD_KIND ||
            field == PD_FIELD_PHASE;
 }
@@ -244,7 +244,7 @@ static pd_status pdi_pictures_update_range(pd_ctx *ctx, pd_output_pictures *im, 
     pd_picture_range *view = &im->view[field];
     double lo, hi;
     if (pdi_pictures_is_deformed(im, field))
-        PDI_TRY(pdi_deformed_plot_extend_range(ctx, warp, view->extent_min, view->extent_max));
+        PD_TRY(pdi_deformed_plot_extend_range(ctx, warp, view->extent_min, view->extent_max));
     for (int64_t k = 0; pdi_pictures_has_flow_overlay(im, field) && k < im->cells; k++)
         view->max_speed = pdi_max(view->max_speed, pdi_canvas_hypot(im->velocity[k], im->velocity[im->cells + k]));
     if (pdi_pictures_is_range_fixed(im->model->setup, pdi_pictures_get_colour_field(im, field))) return PD_OK;
@@ -265,7 +265,7 @@ typedef struct pdi_pictures_labels {
 static const char *pdi_pictures_format_time(double time, pdi_pictures_labels *text)
 {
     char value[PD_UNITS_TEXT], label[PDI_UNIT_LABEL_SIZE];
-    pdi_setup_format_value(time, "s", value);
+    pd_setup_format_value(time, "s", value);
     snprintf(text->time, sizeof text->time, "t = %s", pdi_unit_label_format_value(value, label));
     return text->time;
 }
@@ -275,10 +275,10 @@ static const char *pdi_pictures_format_title(const pd_output_pictures *im, pd_fi
 {
     const pd_setup *u = im->model->setup;
     char value[PD_UNITS_TEXT], place[PDI_UNIT_LABEL_SIZE];
-    const char *name = pdi_fields_get_name(u, field);
+    const char *name = pd_fields_get_name(u, field);
     if (PD_DIM < 3) snprintf(text->title, sizeof text->title, "%s: %s", u->name, name);
     else {
-        pdi_setup_format_value(u->slice_at, "m", value);
+        pd_setup_format_value(u->slice_at, "m", value);
         snprintf(text->title, sizeof text->title, "%s: %s at %c = %.*s", u->name, name, "xyz"[u->slice_axis],
                  PD_UNITS_TEXT, pdi_unit_label_format_value(value, place));
     }
@@ -291,8 +291,9 @@ static const char *pdi_pictures_format_title(const pd_output_pictures *im, pd_fi
 /* Colour map of a field: given, diverging for signed ones, sequential, or labels. */
 static pd_colour_map pdi_pictures_get_colour_map(const pd_setup *setup, pd_field field)
 {
-    pd_colour_map map = pdi_fields_get_map(field);
-    if (map == PD_COLOUR_MAP_LABELS) return map;
+    pd_field_scale scale = pd_fields_get_scale(field);
+    pd_colour_map map = scale == PD_FIELD_SCALE_SIGNED ? PD_COLOUR_MAP_DIVERGING : PD_COLOUR_MAP_SEQUENTIAL;
+    if (scale == PD_FIELD_SCALE_CATEGORY) return PD_COLOUR_MAP_LABELS;
     if (setup->drawing.map[field]) return (pd_colour_map)(setup->drawing.map[field] - 1);
     return setup->drawing.log >> field & 1u ? PD_COLOUR_MAP_SEQUENTIAL : map;
 }
@@ -369,7 +370,7 @@ static void pdi_pictures_build_picture(const pd_output_pictures *im, pd_field fi
     picture->stamp = pdi_pictures_format_time(time, text);
     picture->widest_stamp = "t = 000.000 min";
     /* the title names it */
-    picture->label = pdi_fields_is_categorical(field) ? NULL : pdi_fields_get_label(m->setup, field);
+    picture->label = pd_fields_is_categorical(field) ? NULL : pd_fields_get_label(m->setup, field);
 }
 
 /* Describe the deformed picture: displacements and their extent. */
@@ -402,7 +403,7 @@ static void pdi_pictures_build_plot(pd_output_pictures *im, pd_field field, doub
     snprintf(text->title, sizeof text->title, "%s, %.60s", m->setup->name, pdi_pictures_format_time(time, text));
     plot->title = text->title;
     plot->x_label = "x [um]";
-    plot->y_label = pdi_fields_get_label(m->setup, field);
+    plot->y_label = pd_fields_get_label(m->setup, field);
     plot->x_lo = m->grid.lo[0] * 1e6;
     plot->x_hi = m->grid.hi[0] * 1e6;
     plot->y_log = axis.log = pdi_pictures_is_log_scale(im, field);
@@ -430,14 +431,14 @@ static pd_status pdi_pictures_draw_surface(pd_ctx *ctx, const pd_output_pictures
     relief.rendering = &im->surface_view;
     relief.use_values = of < PD_FIELD_COUNT;
     snprintf(text.title, sizeof text.title, "%s: surface%s%s", u->name, relief.use_values ? ", " : "",
-             relief.use_values ? pdi_fields_get_name(im->model->setup, of) : "");
+             relief.use_values ? pd_fields_get_name(im->model->setup, of) : "");
     relief.title = text.title;
     relief.stamp = pdi_pictures_format_time(time, &text);
     relief.widest_stamp = "t = 000.000 min";
     if (relief.use_values) {
         relief.map = pdi_pictures_get_colour_map(u, of);
         relief.log = pdi_pictures_is_log_scale(im, of);
-        relief.label = pdi_fields_get_label(im->model->setup, of);
+        relief.label = pd_fields_get_label(im->model->setup, of);
         pdi_pictures_set_legend(of, &labels);
         relief.names = labels.names;
         relief.colours = labels.colours;
@@ -465,10 +466,10 @@ static pd_status pdi_pictures_draw_frame(pd_ctx *ctx, pd_output_pictures *im, pd
         pdi_pictures_build_deformed(im, field, &picture, &warp);
         return image ? pdi_deformed_plot_draw_image(ctx, &warp, image) : pdi_deformed_plot_write(ctx, path, &warp);
     }
-    PDI_TRY(PDI_NEW(ctx, "images", im->cells, x));
+    PD_TRY(PD_NEW(ctx, "images", im->cells, x));
     pdi_pictures_build_plot(im, field, time, &text, x, &plot);
     pd_status status = image ? pdi_plot_draw_image(ctx, &plot, image) : pd_plot_write(ctx, path, &plot);
-    PDI_DELETE(ctx, im->cells, x);
+    PD_DELETE(ctx, im->cells, x);
     return status;
 }
 
@@ -480,16 +481,16 @@ static pd_status pdi_pictures_copy_latest(pd_ctx *ctx, pd_output_pictures *im, p
     size_t size = 0;
     pd_file file;
     snprintf(name, sizeof name, "latest_%.40s.%s", pdi_pictures_get_field_name(im, field), end);
-    PDI_TRY(im->latest >> field & 1u ? pd_file_join(ctx, im->folder->path, name, path)
+    PD_TRY(im->latest >> field & 1u ? pd_file_join(ctx, im->folder->path, name, path)
                                      : pdi_output_folder_add_file(ctx, im->folder, name, path));
-    PDI_TRY(pdi_file_read_all(ctx, picture, PDI_PICTURES_MAX_FILE_BYTES, &data, &size));
+    PD_TRY(pdi_file_read_all(ctx, picture, PDI_PICTURES_MAX_FILE_BYTES, &data, &size));
     pd_status status = pdi_file_create(ctx, path, &file);
     if (status == PD_OK) {
         status = pdi_file_write(ctx, &file, data, size);
         if (status == PD_OK) status = pdi_file_commit(ctx, &file);
         else pdi_file_abandon(&file);
     }
-    PDI_DELETE(ctx, size + 1, data);
+    PD_DELETE(ctx, size + 1, data);
     return status;
 }
 
@@ -502,14 +503,14 @@ static pd_status pdi_pictures_write_files(pd_ctx *ctx, pd_output_pictures *im, p
     char name[PD_PATH_SIZE], path[PD_PATH_SIZE];
     for (int k = 0; k < 2; k++) {
         if (!(formats >> k & 1u)) continue;
-        PDI_TRY(pdi_file_format_frame_name(ctx, pdi_pictures_get_field_name(im, field), frame, time, ends[k], name));
-        PDI_TRY(fresh ? pdi_output_folder_add_file(ctx, im->folder, name, path)
+        PD_TRY(pdi_file_format_frame_name(ctx, pdi_pictures_get_field_name(im, field), frame, time, ends[k], name));
+        PD_TRY(fresh ? pdi_output_folder_add_file(ctx, im->folder, name, path)
                       : pd_file_join(ctx, im->folder->path, name, path));
-        PDI_TRY(image && k == 0 ? pdi_png_write(ctx, path, image)
+        PD_TRY(image && k == 0 ? pdi_png_write(ctx, path, image)
                                 : pdi_pictures_draw_frame(ctx, im, field, time, path, NULL));
-        if (im->updates_latest && frame == im->last) PDI_TRY(pdi_pictures_copy_latest(ctx, im, field, ends[k], path));
+        if (im->updates_latest && frame == im->last) PD_TRY(pdi_pictures_copy_latest(ctx, im, field, ends[k], path));
     }
-    if (im->updates_latest) im->latest |= pdi_fields_bit(field);
+    if (im->updates_latest) im->latest |= pd_fields_bit(field);
     return PD_OK;
 }
 
@@ -523,12 +524,12 @@ static pd_status pdi_pictures_store_floats(pd_ctx *ctx, pd_file *file, int readi
     for (int64_t at = 0; at < count; at += PDI_PICTURES_FLOAT_CHUNK) {
         size_t n = (size_t)(count - at < PDI_PICTURES_FLOAT_CHUNK ? count - at : PDI_PICTURES_FLOAT_CHUNK);
         if (reading) {
-            PDI_TRY(pdi_file_read_bytes(ctx, file, piece, n * sizeof *piece, &got));
-            if (got != n * sizeof *piece) return pdi_fail(ctx, PD_ERR_FILE, "images", "'%s' ends early", file->path);
+            PD_TRY(pdi_file_read_bytes(ctx, file, piece, n * sizeof *piece, &got));
+            if (got != n * sizeof *piece) return pd_fail(ctx, PD_ERR_FILE, "images", "'%s' ends early", file->path);
             for (size_t k = 0; k < n; k++) values[(size_t)at + k] = (double)piece[k];
         } else {
             for (size_t k = 0; k < n; k++) piece[k] = (float)values[(size_t)at + k];
-            PDI_TRY(pdi_file_write(ctx, file, piece, n * sizeof *piece));
+            PD_TRY(pdi_file_write(ctx, file, piece, n * sizeof *piece));
         }
     }
     return PD_OK;
@@ -539,18 +540,18 @@ static pd_status pdi_pictures_store_bytes(pd_ctx *ctx, pd_file *file, int readin
 {
     size_t got;
     if (!reading) return pdi_file_write(ctx, file, data, size);
-    PDI_TRY(pdi_file_read_bytes(ctx, file, data, size, &got));
-    return got == size ? PD_OK : pdi_fail(ctx, PD_ERR_FILE, "images", "'%s' ends early", file->path);
+    PD_TRY(pdi_file_read_bytes(ctx, file, data, size, &got));
+    return got == size ? PD_OK : pd_fail(ctx, PD_ERR_FILE, "images", "'%s' ends early", file->path);
 }
 
 /* Write or read the pixels of the rendered surface. */
 static pd_status pdi_pictures_store_surface(pd_ctx *ctx, pd_output_pictures *im, pd_file *file, int reading)
 {
     size_t pixels = (size_t)im->surface_view.width * (size_t)im->surface_view.height;
-    PDI_TRY(
+    PD_TRY(
         pdi_pictures_store_bytes(ctx, file, reading, im->surface_view.value, pixels * sizeof *im->surface_view.value));
-    PDI_TRY(pdi_pictures_store_bytes(ctx, file, reading, im->surface_view.brightness, pixels));
-    PDI_TRY(pdi_pictures_store_bytes(ctx, file, reading, im->surface_view.coverage, pixels));
+    PD_TRY(pdi_pictures_store_bytes(ctx, file, reading, im->surface_view.brightness, pixels));
+    PD_TRY(pdi_pictures_store_bytes(ctx, file, reading, im->surface_view.coverage, pixels));
     return pdi_pictures_store_bytes(ctx, file, reading, im->surface_view.edge, pixels);
 }
 
@@ -559,17 +560,17 @@ static pd_status pdi_pictures_store_frame_data(pd_ctx *ctx, pd_output_pictures *
                                                int reading)
 {
     char end = '\n';
-    if (field == PD_PICTURES_SURFACE) PDI_TRY(pdi_pictures_store_surface(ctx, im, file, reading));
+    if (field == PD_PICTURES_SURFACE) PD_TRY(pdi_pictures_store_surface(ctx, im, file, reading));
     else {
-        PDI_TRY(pdi_pictures_store_floats(ctx, file, reading, im->cell, im->cells));
-        PDI_TRY(pdi_pictures_store_bytes(ctx, file, reading, im->paint, (size_t)im->cells));
+        PD_TRY(pdi_pictures_store_floats(ctx, file, reading, im->cell, im->cells));
+        PD_TRY(pdi_pictures_store_bytes(ctx, file, reading, im->paint, (size_t)im->cells));
     }
     if (pdi_pictures_is_deformed(im, field)) {
-        PDI_TRY(pdi_pictures_store_floats(ctx, file, reading, im->displacement, 2 * im->cells));
-        PDI_TRY(pdi_pictures_store_bytes(ctx, file, reading, im->bonded, (size_t)im->cells));
+        PD_TRY(pdi_pictures_store_floats(ctx, file, reading, im->displacement, 2 * im->cells));
+        PD_TRY(pdi_pictures_store_bytes(ctx, file, reading, im->bonded, (size_t)im->cells));
     }
     if (pdi_pictures_has_flow_overlay(im, field))
-        PDI_TRY(pdi_pictures_store_floats(ctx, file, reading, im->velocity, 2 * im->cells));
+        PD_TRY(pdi_pictures_store_floats(ctx, file, reading, im->velocity, 2 * im->cells));
     return pdi_pictures_store_bytes(ctx, file, reading, &end, 1);
 }
 
@@ -590,8 +591,8 @@ static pd_status pdi_pictures_append_frame(pd_ctx *ctx, pd_output_pictures *im, 
     head.frame = frame;
     head.time = im->model->time_loop.time;
     head.view = im->view[field];
-    PDI_TRY(pdi_file_write(ctx, &im->frame_file, &head, sizeof head));
-    PDI_TRY(pdi_pictures_store_frame_data(ctx, im, field, &im->frame_file, 0));
+    PD_TRY(pdi_file_write(ctx, &im->frame_file, &head, sizeof head));
+    PD_TRY(pdi_pictures_store_frame_data(ctx, im, field, &im->frame_file, 0));
     return pdi_file_flush(ctx, &im->frame_file);
 }
 
@@ -608,16 +609,16 @@ PDI_FN pd_status pdi_pictures_draw_frames(pd_ctx *ctx, pd_output_pictures *im, i
     for (int k = 0; k < PD_PICTURES_COUNT; k++) {
         pd_field field = (pd_field)k;
         if (!pdi_pictures_is_drawn(im, field)) continue;
-        PDI_TRY(pdi_check_cancel(ctx, "pictures", k));
-        if (field == PD_PICTURES_SURFACE) PDI_TRY(pdi_surface_view_draw(ctx, im->model, &im->surface_view));
+        PD_TRY(pd_check_cancel(ctx, "pictures", k));
+        if (field == PD_PICTURES_SURFACE) PD_TRY(pdi_surface_view_draw(ctx, im->model, &im->surface_view));
         else pdi_pictures_compute_cells(im, field);
         if (pdi_pictures_is_deformed(im, field)) {
             pdi_pictures_build_picture(im, field, time, &text, &picture);
             pdi_pictures_build_deformed(im, field, &picture, &warp);
         }
-        PDI_TRY(pdi_pictures_update_range(ctx, im, field, &warp));
-        if (im->stores_frames) PDI_TRY(pdi_pictures_append_frame(ctx, im, field, frame));
-        PDI_TRY(pdi_pictures_write_files(ctx, im, field, frame, time, 1, NULL));
+        PD_TRY(pdi_pictures_update_range(ctx, im, field, &warp));
+        if (im->stores_frames) PD_TRY(pdi_pictures_append_frame(ctx, im, field, frame));
+        PD_TRY(pdi_pictures_write_files(ctx, im, field, frame, time, 1, NULL));
     }
     im->frames++;
     return PD_OK;
@@ -638,21 +639,21 @@ static pd_status pdi_pictures_redraw_frames(pd_ctx *ctx, pd_output_pictures *im,
     size_t got;
     memset(&image, 0, sizeof image);
     for (;;) {
-        PDI_TRY(pdi_file_read_bytes(ctx, file, &head, sizeof head, &got));
+        PD_TRY(pdi_file_read_bytes(ctx, file, &head, sizeof head, &got));
         if (got < sizeof head) return PD_OK;
         pd_field of = (pd_field)(int)head.field;
         if (of != field || (!film && pdi_pictures_is_same_view(&head.view, &im->view[field]))) {
             if (fseek((FILE *)file->stream, (long)pdi_pictures_count_frame_bytes(im, of), SEEK_CUR) == 0) continue;
-            return pdi_fail(ctx, PD_ERR_FILE, "images", "'%s' ends early", file->path);
+            return pd_fail(ctx, PD_ERR_FILE, "images", "'%s' ends early", file->path);
         }
-        PDI_TRY(pdi_check_cancel(ctx, "pictures", (int64_t)head.frame));
-        PDI_TRY(pdi_pictures_store_frame_data(ctx, im, field, file, 1));
+        PD_TRY(pd_check_cancel(ctx, "pictures", (int64_t)head.frame));
+        PD_TRY(pdi_pictures_store_frame_data(ctx, im, field, file, 1));
         pd_status status = film ? pdi_pictures_draw_frame(ctx, im, field, head.time, NULL, &image) : PD_OK;
         if (status == PD_OK && !pdi_pictures_is_same_view(&head.view, &im->view[field]))
             status = pdi_pictures_write_files(ctx, im, field, (int)head.frame, head.time, 0, film ? &image : NULL);
         if (status == PD_OK && film) status = pdi_apng_add_frame(ctx, film, &image);
         pdi_image_free(ctx, &image);
-        PDI_TRY(status);
+        PD_TRY(status);
     }
 }
 
@@ -661,7 +662,7 @@ static pd_status pdi_pictures_begin_film(pd_ctx *ctx, pd_output_pictures *im, pd
 {
     char name[PD_PATH_SIZE], path[PD_PATH_SIZE];
     snprintf(name, sizeof name, "%s_film.png", pdi_pictures_get_field_name(im, field));
-    PDI_TRY(pdi_output_folder_add_file(ctx, im->folder, name, path));
+    PD_TRY(pdi_output_folder_add_file(ctx, im->folder, name, path));
     return pdi_apng_create(ctx, path, (int)im->frames, PDI_PICTURES_FRAME_MS, film);
 }
 
@@ -672,7 +673,7 @@ static pd_status pdi_pictures_redraw_field(pd_ctx *ctx, pd_output_pictures *im, 
     pd_file file;
     pdi_apng film;
     memset(&film, 0, sizeof film);
-    PDI_TRY(pdi_file_open_read(ctx, path, &file));
+    PD_TRY(pdi_file_open_read(ctx, path, &file));
     pd_status status = filmed ? pdi_pictures_begin_film(ctx, im, field, &film) : PD_OK;
     if (status == PD_OK) status = pdi_pictures_redraw_frames(ctx, im, &file, field, filmed ? &film : NULL);
     if (status == PD_OK && filmed) status = pdi_apng_commit(ctx, &film);
@@ -685,10 +686,10 @@ PDI_FN pd_status pdi_pictures_finish(pd_ctx *ctx, pd_output_pictures *im)
 {
     char path[PD_PATH_SIZE];
     if (!im->stores_frames) return PD_OK;
-    PDI_TRY(pdi_file_commit(ctx, &im->frame_file));
-    PDI_TRY(pd_file_join(ctx, im->folder->path, PD_FRAMES_FILE, path));
+    PD_TRY(pdi_file_commit(ctx, &im->frame_file));
+    PD_TRY(pd_file_join(ctx, im->folder->path, PD_FRAMES_FILE, path));
     for (int k = 0; k < PD_PICTURES_COUNT; k++)
-        if (pdi_pictures_is_drawn(im, (pd_field)k)) PDI_TRY(pdi_pictures_redraw_field(ctx, im, (pd_field)k, path));
+        if (pdi_pictures_is_drawn(im, (pd_field)k)) PD_TRY(pdi_pictures_redraw_field(ctx, im, (pd_field)k, path));
     return PD_OK;
 }
 
@@ -696,7 +697,7 @@ PDI_FN pd_status pdi_pictures_remove_frame_file(pd_ctx *ctx, pd_output_pictures 
 {
     char path[PD_PATH_SIZE];
     if (!im->stores_frames) return PD_OK;
-    PDI_TRY(pd_file_join(ctx, im->folder->path, PD_FRAMES_FILE, path));
+    PD_TRY(pd_file_join(ctx, im->folder->path, PD_FRAMES_FILE, path));
     im->stores_frames = 0;
     pdi_file_remove(path);
     return PD_OK;
@@ -726,18 +727,18 @@ static int64_t pdi_pictures_count_max_values(const pd_output_pictures *im)
 static pd_status pdi_pictures_allocate(pd_ctx *ctx, pd_output_pictures *im)
 {
     const pd_setup *u = im->model->setup;
-    if (pdi_surface_view_is_requested(u)) PDI_TRY(pdi_surface_view_build(ctx, u, &im->surface_view));
+    if (pdi_surface_view_is_requested(u)) PD_TRY(pdi_surface_view_build(ctx, u, &im->surface_view));
     if (u->drawing.percentile > 0.0 && u->drawing.percentile < 1.0 && (u->images || pdi_surface_view_is_requested(u)))
-        PDI_TRY(PDI_NEW(ctx, "images", pdi_pictures_count_max_values(im), im->sorted));
+        PD_TRY(PD_NEW(ctx, "images", pdi_pictures_count_max_values(im), im->sorted));
     if (!u->images) return PD_OK;
-    PDI_TRY(PDI_NEW(ctx, "images", im->cells, im->cell));
-    PDI_TRY(PDI_NEW(ctx, "images", im->cells, im->paint));
+    PD_TRY(PD_NEW(ctx, "images", im->cells, im->cell));
+    PD_TRY(PD_NEW(ctx, "images", im->cells, im->paint));
     for (int k = 0; k < PD_FIELD_COUNT && !im->velocity; k++)
         if (pdi_pictures_has_flow_overlay(im, (pd_field)k))
-            PDI_TRY(PDI_NEW(ctx, "images", 2 * im->cells, im->velocity));
+            PD_TRY(PD_NEW(ctx, "images", 2 * im->cells, im->velocity));
     if (!(u->displacement_scale > 0.0)) return PD_OK;
-    PDI_TRY(PDI_NEW(ctx, "images", 2 * im->cells, im->displacement));
-    return PDI_NEW(ctx, "images", im->cells, im->bonded);
+    PD_TRY(PD_NEW(ctx, "images", 2 * im->cells, im->displacement));
+    return PD_NEW(ctx, "images", im->cells, im->bonded);
 }
 
 PDI_FN pd_status pdi_pictures_build(pd_ctx *ctx, const pd_model *model, pd_output_folder *folder,
@@ -760,7 +761,7 @@ PDI_FN pd_status pdi_pictures_build(pd_ctx *ctx, const pd_model *model, pd_outpu
         view->min = view->extent_min[0] = view->extent_min[1] = HUGE_VAL;
         view->max = view->extent_max[0] = view->extent_max[1] = -HUGE_VAL;
     }
-    PDI_TRY(pdi_pictures_allocate(ctx, im));
+    PD_TRY(pdi_pictures_allocate(ctx, im));
     im->stores_frames = u->drawing.animate || pdi_pictures_has_growing_range(im);
     return PD_OK;
 }
@@ -769,36 +770,36 @@ PDI_FN pd_status pdi_pictures_begin_frame_file(pd_ctx *ctx, pd_output_pictures *
 {
     char path[PD_PATH_SIZE];
     if (!im->stores_frames) return PD_OK;
-    PDI_TRY(pdi_output_folder_add_file(ctx, im->folder, PD_FRAMES_FILE, path));
-    PDI_TRY(pdi_file_create(ctx, path, &im->frame_file)); /* empty, also where a file of this name stands */
-    PDI_TRY(pdi_file_commit(ctx, &im->frame_file));
+    PD_TRY(pdi_output_folder_add_file(ctx, im->folder, PD_FRAMES_FILE, path));
+    PD_TRY(pdi_file_create(ctx, path, &im->frame_file)); /* empty, also where a file of this name stands */
+    PD_TRY(pdi_file_commit(ctx, &im->frame_file));
     return pdi_file_open_append(ctx, path, &im->frame_file);
 }
 
 PDI_FN pd_status pdi_pictures_store(pd_ctx *ctx, pd_output_pictures *im, pd_archive *archive)
 {
     char path[PD_PATH_SIZE];
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "views of pictures", im->view, PD_PICTURES_COUNT));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "frames of pictures", &im->frames, 1));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "last picture", &im->last, 1));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "listed last pictures", &im->latest, 1));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "views of pictures", im->view, PD_PICTURES_COUNT));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "frames of pictures", &im->frames, 1));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "last picture", &im->last, 1));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "listed last pictures", &im->latest, 1));
     if (im->stores_frames && !archive->is_reading)
-        PDI_TRY(pdi_file_get_length(ctx, &im->frame_file, &im->frame_file_bytes));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "length of pictures", &im->frame_file_bytes, 1));
+        PD_TRY(pdi_file_get_length(ctx, &im->frame_file, &im->frame_file_bytes));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "length of pictures", &im->frame_file_bytes, 1));
     if (!im->stores_frames || !archive->is_reading) return PD_OK;
-    PDI_TRY(pd_file_join(ctx, im->folder->path, PD_FRAMES_FILE, path));
+    PD_TRY(pd_file_join(ctx, im->folder->path, PD_FRAMES_FILE, path));
     return pdi_file_resume(ctx, path, im->frame_file_bytes, &im->frame_file);
 }
 
 PDI_FN void pdi_pictures_free(pd_ctx *ctx, pd_output_pictures *im)
 {
     pdi_file_abandon(&im->frame_file); /* every frame has been flushed */
-    PDI_DELETE(ctx, im->cells, im->cell);
-    PDI_DELETE(ctx, im->cells, im->paint);
-    PDI_DELETE(ctx, 2 * im->cells, im->displacement);
-    PDI_DELETE(ctx, 2 * im->cells, im->velocity);
-    PDI_DELETE(ctx, im->cells, im->bonded);
-    PDI_DELETE(ctx, pdi_pictures_count_max_values(im), im->sorted);
+    PD_DELETE(ctx, im->cells, im->cell);
+    PD_DELETE(ctx, im->cells, im->paint);
+    PD_DELETE(ctx, 2 * im->cells, im->displacement);
+    PD_DELETE(ctx, 2 * im->cells, im->velocity);
+    PD_DELETE(ctx, im->cells, im->bonded);
+    PD_DELETE(ctx, pdi_pictures_count_max_values(im), im->sorted);
     pdi_renderer_free(ctx, &im->surface_view);
     memset(im, 0, sizeof *im);
 }

@@ -53,7 +53,7 @@ PDI_FN pd_status pdi_pictures_build(pd_ctx *ctx, const pd_model *model, pd_outpu
 PDI_FN pd_status pdi_pictures_begin_frame_file(pd_ctx *ctx, pd_output_pictures *images);
 /* Store the state of the pictures in a checkpoint, or load it and continue the file of frames as it was then. */
 PDI_FN pd_status pdi_pictures_store(pd_ctx *ctx, pd_output_pictures *images, pd_archive *archive);
-/* Draw the pictures of all fields now; call pdi_sample_prepare before. frame: number of the output time. */
+/* Draw the pictures of all fields now; call pd_sample_prepare before. frame: number of the output time. */
 PDI_FN pd_status pdi_pictures_draw_frames(pd_ctx *ctx, pd_output_pictures *images, int frame);
 /* After the last frame: redraw those whose colour range has grown since, and make films. PD_CANCELLED. */
 PDI_FN pd_status pdi_pictures_finish(pd_ctx *ctx, pd_output_pictures *images);

@@ -1,4 +1,5 @@
 /* richardson: see richardson.h */
+#include "run/result_line.h"
 #include "run/richardson.h"
 #include "core/par.h"
 #include <math.h>
@@ -35,7 +36,7 @@ static void pdi_richardson_prefix_message(pd_ctx *ctx, int level)
 {
     char message[PD_MESSAGE_SIZE];
     memcpy(message, ctx->message, sizeof message);
-    pdi_fail(ctx, ctx->status, "coarser", "the run at %d h failed: %.560s", level ? 4 : 2, message);
+    pd_fail(ctx, ctx->status, "coarser", "the run at %d h failed: %.560s", level ? 4 : 2, message);
 }
 
 /* Run the coarsened setup without files and record its outputs as e->list[].coarser[level]. */
@@ -54,7 +55,7 @@ static pd_status pdi_richardson_run_setup(pd_ctx *ctx, const pd_run_desc *desc, 
     dry.stop_user = desc->stop_user;
     pd_status status = pd_run(ctx, &coarser->setup, &dry, &result);
     if (status < 0) pdi_richardson_prefix_message(ctx, level);
-    else if (result.stopped) status = pdi_fail(ctx, PD_ERR_STATE, "estimate", "interrupted");
+    else if (result.stopped) status = pd_fail(ctx, PD_ERR_STATE, "estimate", "interrupted");
     for (int k = 0; k < e->count && status >= 0; k++)
         e->list[k].coarser[level] = pdi_richardson_find_coarser_value(coarser, &figures, &e->list[k].figure);
     pd_scalar_outputs_free(ctx, &figures);
@@ -65,11 +66,11 @@ static pd_status pdi_richardson_run_setup(pd_ctx *ctx, const pd_run_desc *desc, 
 static pd_status pdi_richardson_run_coarser_grid(pd_ctx *ctx, const pd_run_desc *desc, pd_richardson *e, int level)
 {
     pd_coarsened_setup *coarser = NULL;
-    PDI_TRY(PDI_NEW(ctx, "estimate", 1, coarser));
+    PD_TRY(PD_NEW(ctx, "estimate", 1, coarser));
     pd_status status = pdi_coarsen_setup_build(ctx, e->setup, level ? 4 : 2, coarser);
     if (status >= 0 && e->order) coarser->setup.flow_order = e->order; /* which may depend on the spacing */
     if (status >= 0) status = pdi_richardson_run_setup(ctx, desc, coarser, e, level);
-    PDI_DELETE(ctx, 1, coarser);
+    PD_DELETE(ctx, 1, coarser);
     return status < 0 ? status : PD_OK;
 }
 
@@ -121,13 +122,13 @@ static void pdi_richardson_mark_minor(pd_richardson *e)
 /* Run both coarser lattices and compute all errors. */
 static pd_status pdi_richardson_run_coarser_grids(pd_ctx *ctx, const pd_run_desc *desc, pd_richardson *e)
 {
-    PDI_TRY(pdi_richardson_run_coarser_grid(ctx, desc, e, 0));
+    PD_TRY(pdi_richardson_run_coarser_grid(ctx, desc, e, 0));
     e->coarser_runs = 1;
     pd_status status = pdi_richardson_run_coarser_grid(ctx, desc, e, 1);
-    if (pdi_is_fatal(status)) return status;
+    if (pd_is_fatal(status)) return status;
     if (status == PD_OK) e->coarser_runs = 2;
     else memcpy(e->missing_reason, ctx->message, sizeof e->missing_reason);
-    if (desc->stop && desc->stop(desc->stop_user)) return pdi_fail(ctx, PD_ERR_STATE, "estimate", "interrupted");
+    if (desc->stop && desc->stop(desc->stop_user)) return pd_fail(ctx, PD_ERR_STATE, "estimate", "interrupted");
     for (int k = 0; k < e->count; k++) pdi_richardson_compute_error(e->setup, &e->list[k]);
     pdi_richardson_mark_minor(e);
     return PD_OK;
@@ -136,11 +137,11 @@ static pd_status pdi_richardson_run_coarser_grids(pd_ctx *ctx, const pd_run_desc
 pd_status pd_richardson_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc,
                             const pd_scalar_outputs *figures, pd_richardson *e)
 {
-    double started = pdi_par_clock();
+    double started = pd_par_clock();
     memset(e, 0, sizeof *e);
     e->setup = setup;
     e->worst_output = -1;
-    PDI_TRY(PDI_NEW(ctx, "estimate", figures->count, e->list));
+    PD_TRY(PD_NEW(ctx, "estimate", figures->count, e->list));
     e->count = figures->count;
     e->order = figures->order;
     for (int k = 0; k < e->count; k++) {
@@ -148,14 +149,14 @@ pd_status pd_richardson_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_des
         e->list[k].coarser[0] = e->list[k].coarser[1] = (double)NAN;
     }
     pd_status status = pdi_richardson_run_coarser_grids(ctx, desc, e);
-    e->wall_time = pdi_par_clock() - started;
+    e->wall_time = pd_par_clock() - started;
     if (status < 0) pd_richardson_free(ctx, e);
     return status;
 }
 
 void pd_richardson_free(pd_ctx *ctx, pd_richardson *e)
 {
-    PDI_DELETE(ctx, e->count, e->list);
+    PD_DELETE(ctx, e->count, e->list);
     memset(e, 0, sizeof *e);
 }
 
@@ -224,13 +225,13 @@ void pd_richardson_print(const pd_richardson *e, pd_print_fn print, void *user)
         snprintf(text, sizeof text, "result case=%s estimate=richardson %s=%s", e->setup->name, f->section, f->name);
         char *figures = text + strlen(text);
         k = pdi_richardson_format_section(e, k, text, sizeof text);
-        pdi_remove_nonfinite(figures);
+        pdi_result_line_remove_nonfinite(figures);
         print(user, PD_PRINT_RESULT, text);
     }
     snprintf(text, sizeof text, "result case=%s estimate=richardson", e->setup->name);
     char *figures = text + strlen(text);
     pdi_richardson_format_scene(e, text, sizeof text);
-    pdi_remove_nonfinite(figures);
+    pdi_result_line_remove_nonfinite(figures);
     print(user, PD_PRINT_RESULT, text);
     if (!e->missing_reason[0]) return;
     snprintf(text, sizeof text, "the error estimate assumes orders: %s", e->missing_reason);
@@ -259,7 +260,7 @@ void pd_richardson_suggest_spacing(const pd_richardson *e, double accuracy, doub
     }
     for (int d = 0; d < PD_DIM; d++) {
         h[d] = u->h[d];
-        common = pdi_richardson_compute_common_divisor(common, pdi_setup_count_cells(u, d));
+        common = pdi_richardson_compute_common_divisor(common, pd_setup_count_cells(u, d));
     }
     if (!(finer > 1.0)) return;
     /* spacings h common/parts divide the box on every axis, and with an even number of parts twice of them does, too */

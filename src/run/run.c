@@ -1,4 +1,5 @@
 /* run: see run.h */
+#include "run/result_line.h"
 #include "run/run.h"
 #include "core/par.h"
 #include "core/vec.h"
@@ -8,10 +9,10 @@
 #include "physics/memory_estimate.h"
 #include "run/checkpoint.h"
 #include "run/output.h"
-#include "run/lattice_notes.h"
+#include "physics/lattice_notes.h"
 #include "run/monitor_report.h"
 #include "run/stall_note.h"
-#include "run/depletion_notes.h"
+#include "physics/depletion_notes.h"
 #include "run/compare_measured.h"
 #include <math.h>
 #include <stdio.h>
@@ -56,13 +57,13 @@ typedef struct pdi_run {
 static void pdi_run_print_progress_line(pdi_run *r, const char *doing, int64_t count)
 {
     char line[360], time[PD_UNITS_TEXT], dt[PD_UNITS_TEXT];
-    double now = pdi_par_clock(), until = r->setup->end_time;
+    double now = pd_par_clock(), until = r->setup->end_time;
     const pd_time_loop *c = &r->model.time_loop;
     if (!r->desc->print || !(until > 0.0)) return;
     r->progress_clock = now;
     pdi_progress_format_line(c->time / until, now - r->start_clock, r->setup->name, line, sizeof line);
-    pdi_setup_format_value(c->time, "s", time);
-    pdi_setup_format_value(c->dt, "s", dt);
+    pd_setup_format_value(c->time, "s", time);
+    pd_setup_format_value(c->dt, "s", dt);
     size_t used = strlen(line);
     snprintf(line + used, sizeof line - used, "  step %.0f, t = %s", (double)c->steps, time);
     used = strlen(line);
@@ -78,7 +79,7 @@ static void pdi_run_print_progress_line(pdi_run *r, const char *doing, int64_t c
 /* Print progress a few times a second. */
 static void pdi_run_print_progress(pdi_run *r)
 {
-    if (pdi_par_clock() - r->progress_clock >= PDI_RUN_PROGRESS_INTERVAL ||
+    if (pd_par_clock() - r->progress_clock >= PDI_RUN_PROGRESS_INTERVAL ||
         !(r->model.time_loop.time < r->setup->end_time))
         pdi_run_print_progress_line(r, NULL, 0);
 }
@@ -97,7 +98,7 @@ static void pdi_run_print_stall(pdi_run *r, const char *doing, int64_t count, do
 static int pdi_run_poll(void *user, const char *doing, int64_t count)
 {
     pdi_run *r = (pdi_run *)user;
-    double now = pdi_par_clock();
+    double now = pd_par_clock();
     if (r->stopped) return !r->writing;
     if (r->desc->print && now - r->step_clock > r->stall_time)
         pdi_run_print_stall(r, doing, count, now - r->step_clock);
@@ -123,7 +124,7 @@ static int pdi_run_is_frame_due(const pdi_run *r)
 static pd_status pdi_run_write_frame(pdi_run *r)
 {
     int frame = r->output.frame;
-    PDI_TRY(pdi_output_write_frame(r->ctx, &r->output));
+    PD_TRY(pdi_output_write_frame(r->ctx, &r->output));
     return r->output.frame > frame ? pdi_monitors_write_frame(r->ctx, &r->monitors, frame) : PD_OK;
 }
 
@@ -132,8 +133,8 @@ static pd_status pdi_run_write_frame(pdi_run *r)
 static pd_status pdi_run_write_rows(pdi_run *r)
 {
     int asked = r->desc->observe || pdi_compare_measured_needs_output(&r->compare, r->model.time_loop.time);
-    if (!r->desc->no_files) PDI_TRY(pdi_output_write_rows(r->ctx, &r->output, &r->observables));
-    if (!r->desc->no_files || asked) PDI_TRY(pdi_monitors_step(r->ctx, &r->monitors));
+    if (!r->desc->no_files) PD_TRY(pdi_output_write_rows(r->ctx, &r->output, &r->observables));
+    if (!r->desc->no_files || asked) PD_TRY(pdi_monitors_step(r->ctx, &r->monitors));
     return pdi_compare_measured_needs_output(&r->compare, r->model.time_loop.time)
                ? pdi_compare_measured_step(r->ctx, &r->compare)
                : PD_OK;
@@ -166,11 +167,11 @@ static void pdi_run_call_observer(pdi_run *r, pd_snapshot_stage when)
 /* Store or load solver state, diagnostics, computed points and wall time in a checkpoint. */
 static pd_status pdi_run_store_state(pdi_run *r, pd_archive *archive)
 {
-    double now = pdi_par_clock(), spent = now - r->start_clock;
-    PDI_TRY(pdi_checkpoint_store_model(r->ctx, &r->model, archive));
-    PDI_TRY(pdi_step_diagnostics_store(r->ctx, &r->observables, archive));
-    PDI_TRY(pdi_compare_measured_store(r->ctx, &r->compare, archive));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(r->ctx, archive, "wall time [s]", &spent, 1));
+    double now = pd_par_clock(), spent = now - r->start_clock;
+    PD_TRY(pdi_checkpoint_store_model(r->ctx, &r->model, archive));
+    PD_TRY(pd_step_diagnostics_store(r->ctx, &r->observables, archive));
+    PD_TRY(pdi_compare_measured_store(r->ctx, &r->compare, archive));
+    PD_TRY(PD_ARCHIVE_ARRAY(r->ctx, archive, "wall time [s]", &spent, 1));
     r->start_clock = now - spent;
     return PD_OK;
 }
@@ -178,9 +179,9 @@ static pd_status pdi_run_store_state(pdi_run *r, pd_archive *archive)
 /* Store all that a run continues from, lengths of files included. */
 static pd_status pdi_run_store_all(pdi_run *r, pd_archive *archive)
 {
-    PDI_TRY(pdi_run_store_state(r, archive));
-    PDI_TRY(pdi_output_save(r->ctx, &r->output, archive));
-    PDI_TRY(pdi_monitors_save(r->ctx, &r->monitors, archive));
+    PD_TRY(pdi_run_store_state(r, archive));
+    PD_TRY(pdi_output_save(r->ctx, &r->output, archive));
+    PD_TRY(pdi_monitors_save(r->ctx, &r->monitors, archive));
     return pdi_output_folder_store(r->ctx, &r->folder, archive);
 }
 
@@ -188,7 +189,7 @@ static pd_status pdi_run_store_all(pdi_run *r, pd_archive *archive)
 static pd_status pdi_run_write_checkpoint(pdi_run *r)
 {
     pd_archive_file store;
-    PDI_TRY(pd_archive_file_create(r->ctx, r->checkpoint_path, &store));
+    PD_TRY(pd_archive_file_create(r->ctx, r->checkpoint_path, &store));
     pd_status status = pdi_run_store_all(r, &store.archive);
     if (status == PD_OK) return pd_archive_file_close(r->ctx, &store);
     pdi_archive_file_abandon(&store);
@@ -199,7 +200,7 @@ static pd_status pdi_run_write_checkpoint(pdi_run *r)
  * continues from the file. */
 static void pdi_run_keep_checkpoint(pdi_run *r)
 {
-    double now = pdi_par_clock();
+    double now = pd_par_clock();
     if (r->desc->no_files || !r->desc->checkpoints ||
         (r->kept_is_complete && now - r->kept_clock < PDI_RUN_PROGRESS_INTERVAL))
         return;
@@ -214,7 +215,7 @@ static void pdi_run_keep_checkpoint(pdi_run *r)
 static pd_status pdi_run_write_due_checkpoint(pdi_run *r)
 {
     char line[PD_MESSAGE_SIZE + 80];
-    double now = pdi_par_clock();
+    double now = pd_par_clock();
     if (!r->desc->checkpoints || (!r->stopped && now - r->checkpoint_clock < r->desc->checkpoint_every)) return PD_OK;
     r->checkpoint_clock = now;
     pd_status status = pdi_run_write_checkpoint(r);
@@ -228,7 +229,7 @@ static pd_status pdi_run_write_due_checkpoint(pdi_run *r)
 /* Compute diagnostics and outputs of the time that a run continues from; their rows are in the tables already. */
 static pd_status pdi_run_update_outputs(pdi_run *r)
 {
-    pdi_step_diagnostics_update(r->ctx, &r->model, &r->observables);
+    pd_step_diagnostics_update(r->ctx, &r->model, &r->observables);
     return pdi_monitors_step(r->ctx, &r->monitors);
 }
 
@@ -236,15 +237,15 @@ static pd_status pdi_run_update_outputs(pdi_run *r)
 static pd_status pdi_run_read_checkpoint(pdi_run *r)
 {
     pd_archive_file store;
-    PDI_TRY(pd_archive_file_open(r->ctx, r->checkpoint_path, &store));
+    PD_TRY(pd_archive_file_open(r->ctx, r->checkpoint_path, &store));
     pd_status status = pdi_run_store_state(r, &store.archive);
-    if (status == PD_OK) pdi_depletion_notes_update(&r->depletion, NULL, NULL); /* what has gone before has been said */
+    if (status == PD_OK) pd_depletion_notes_update(&r->depletion, NULL, NULL); /* what has gone before has been said */
     if (status == PD_OK && r->desc->observe) status = pdi_run_update_outputs(r);
     if (status == PD_OK) status = pdi_output_resume(r->ctx, &r->model, &r->folder, &store.archive, &r->output);
     if (status == PD_OK) status = pdi_monitors_resume(r->ctx, &r->monitors, &r->folder, &store.archive);
     if (status == PD_OK) status = pdi_output_folder_store(r->ctx, &r->folder, &store.archive);
     if (status == PD_OK) {
-        PDI_TRY(pd_archive_file_close(r->ctx, &store));
+        PD_TRY(pd_archive_file_close(r->ctx, &store));
         return pdi_output_folder_resume_list(r->ctx, &r->folder);
     }
     pdi_archive_file_abandon(&store);
@@ -271,7 +272,7 @@ static pd_status pdi_run_clear_folder(pdi_run *r, pd_run_result *result)
     char line[PD_PATH_SIZE + 80];
     pd_status status = pdi_output_folder_open(r->ctx, r->folder_path, r->setup->name, &r->folder);
     result->bad_input = status == PD_ERR_STATE || status == PD_ERR_ARGUMENT;
-    PDI_TRY(status);
+    PD_TRY(status);
     snprintf(line, sizeof line, "removed %d files of the former run from '%s'", r->folder.removed_count,
              r->folder_path);
     if (r->folder.removed_count && r->desc->print) r->desc->print(r->desc->print_user, PD_PRINT_NOTE, line);
@@ -283,10 +284,10 @@ static pd_status pdi_run_clear_folder(pdi_run *r, pd_run_result *result)
 static pd_status pdi_run_open_files(pdi_run *r, pd_run_result *result)
 {
     if (r->desc->no_files) return PD_OK;
-    PDI_TRY(pd_file_join(r->ctx, r->folder_path, PD_RUN_CHECKPOINT, r->checkpoint_path));
+    PD_TRY(pd_file_join(r->ctx, r->folder_path, PD_RUN_CHECKPOINT, r->checkpoint_path));
     if (r->desc->resume) return pdi_run_resume(r, result);
-    PDI_TRY(pdi_run_clear_folder(r, result));
-    PDI_TRY(pdi_output_open(r->ctx, &r->model, &r->folder, &r->output));
+    PD_TRY(pdi_run_clear_folder(r, result));
+    PD_TRY(pdi_output_open(r->ctx, &r->model, &r->folder, &r->output));
     r->output.images.updates_latest = r->desc->updates_latest;
     return pdi_monitors_open(r->ctx, &r->monitors, &r->folder);
 }
@@ -299,8 +300,8 @@ static int pdi_run_observe_step(void *user, const pd_time_loop *couple)
 {
     pdi_run *r = (pdi_run *)user;
     (void)couple;
-    pdi_step_diagnostics_update(r->ctx, &r->model, &r->observables);
-    pdi_depletion_notes_update(&r->depletion, r->desc->print, r->desc->print_user);
+    pd_step_diagnostics_update(r->ctx, &r->model, &r->observables);
+    pd_depletion_notes_update(&r->depletion, r->desc->print, r->desc->print_user);
     int before_end = r->model.time_loop.time < r->setup->end_time;
     if (before_end && r->desc->stop && r->desc->stop(r->desc->stop_user)) r->stopped = 1;
     r->writing = r->stopped; /* what a step that is done has to show */
@@ -312,7 +313,7 @@ static int pdi_run_observe_step(void *user, const pd_time_loop *couple)
     if (!r->desc->no_files && before_end && r->status >= 0) r->status = pdi_run_write_due_checkpoint(r);
     if (before_end && !r->stopped && r->status >= 0) pdi_run_keep_checkpoint(r);
     pdi_run_print_progress(r);
-    r->poll_clock = r->step_clock = pdi_par_clock();
+    r->poll_clock = r->step_clock = pd_par_clock();
     return r->stopped || r->status < 0;
 }
 
@@ -322,9 +323,9 @@ static pd_status pdi_run_step_to_end(pdi_run *r)
     double until = r->setup->end_time, reached;
     do {
         reached = pdi_compare_measured_find_next_time(&r->compare, r->model.time_loop.time, until);
-        PDI_TRY(
+        PD_TRY(
             pd_time_loop_run(r->ctx, &r->model.time_loop, reached, r->setup->output_interval, pdi_run_observe_step, r));
-        PDI_TRY(r->status);
+        PD_TRY(r->status);
     } while (!r->stopped && reached < until);
     return PD_OK;
 }
@@ -379,28 +380,28 @@ static pd_status pdi_run_run_steps(pdi_run *r)
     pd_status status = r->stopped ? PD_OK : pdi_run_step_to_end(r);
     if (status == PD_CANCELLED || r->status == PD_CANCELLED) {
         status = r->status = PD_OK;
-        PDI_TRY(pdi_run_write_kept_checkpoint(r));
+        PD_TRY(pdi_run_write_kept_checkpoint(r));
     }
     if (status < 0) return status;
     pdi_run_copy_measured(r);
-    if (r->desc->no_files) PDI_TRY(pdi_monitors_step(r->ctx, &r->monitors));
-    if (r->desc->figures) PDI_TRY(pdi_scalar_outputs_collect(r->ctx, &r->model, &r->monitors, 0, r->desc->figures));
+    if (r->desc->no_files) PD_TRY(pdi_monitors_step(r->ctx, &r->monitors));
+    if (r->desc->figures) PD_TRY(pdi_scalar_outputs_collect(r->ctx, &r->model, &r->monitors, 0, r->desc->figures));
     if (r->desc->no_files) {
         pdi_run_call_observer(r, PD_SNAPSHOT_STAGE_END);
         return PD_OK;
     }
-    PDI_TRY(pdi_monitors_close(r->ctx, &r->monitors));
+    PD_TRY(pdi_monitors_close(r->ctx, &r->monitors));
     pdi_monitor_report_print(&r->monitors, r->desc->print, r->desc->print_user);
     pdi_run_print_overlap(r);
     pdi_run_print_flux_error(r);
     pdi_compare_measured_print(&r->compare, r->desc->print, r->desc->print_user);
-    PDI_TRY(pdi_compare_measured_write(r->ctx, &r->compare, &r->folder));
+    PD_TRY(pdi_compare_measured_write(r->ctx, &r->compare, &r->folder));
     status = pdi_output_close(r->ctx, &r->output, !r->stopped);
     if (status == PD_CANCELLED) return pdi_run_write_kept_checkpoint(r);
     if (status < 0) return status;
     if (!r->stopped) {
         pdi_file_remove(r->checkpoint_path);
-        PDI_TRY(pdi_pictures_remove_frame_file(r->ctx, &r->output.images));
+        PD_TRY(pdi_pictures_remove_frame_file(r->ctx, &r->output.images));
     }
     pdi_run_call_observer(r, PD_SNAPSHOT_STAGE_END);
     return PD_OK;
@@ -411,11 +412,11 @@ static double pdi_run_compute_evolved_gas(const pdi_run *r)
 {
     const pd_setup *u = r->setup;
     const pd_course *course = &r->model.species_integrator;
-    int goes = pdi_setup_find_species_rate_metal(u);
+    int goes = pd_setup_find_species_rate_metal(u);
     double gas = 0.0;
     if (!course->reactive) return 0.0;
-    if (!course->each) return u->metal[goes > 0 ? goes : 0].gas_released * pdi_course_lost(course, 0);
-    for (int m = 0; m < u->metals; m++) gas += u->metal[m].gas_released * pdi_course_lost(course, m);
+    if (!course->each) return u->metal[goes > 0 ? goes : 0].gas_released * pd_course_lost(course, 0);
+    for (int m = 0; m < u->metals; m++) gas += u->metal[m].gas_released * pd_course_lost(course, m);
     return gas;
 }
 
@@ -424,8 +425,8 @@ static void pdi_run_set_result(const pdi_run *r, pd_run_result *result)
 {
     const pd_model *m = &r->model;
     const pd_time_loop *c = &m->time_loop;
-    pdi_model_statistics effort;
-    pdi_model_get_statistics(m, &effort);
+    pd_model_statistics effort;
+    pd_model_get_statistics(m, &effort);
     int64_t nodes = m->grid.fluid_count + m->grid.solid_count;
     const char *slowest;
     memcpy(result->name, r->setup->name, sizeof result->name);
@@ -439,17 +440,17 @@ static void pdi_run_set_result(const pdi_run *r, pd_run_result *result)
     result->corrosion_depth = r->observables.corrosion_depth;
     result->evolves_gas = r->setup->has_surface_reaction && r->setup->gas[0];
     result->gas = pdi_run_compute_evolved_gas(r);
-    result->gas_volume = result->gas * PDI_GAS_CONSTANT * r->setup->electrolyte.temperature / PDI_MODEL_ATMOSPHERE;
+    result->gas_volume = result->gas * PD_GAS_CONSTANT * r->setup->electrolyte.temperature / PD_MODEL_ATMOSPHERE;
     result->has_potential = r->setup->has_potential;
     result->current_balance = m->cell.result.imbalance;
     result->current = m->cell.result.anodic;
     if (m->dissolution_laws.species_electrodes.setup)
-        result->current = pdi_species_electrodes_compute_total_current(&m->dissolution_laws.species_electrodes,
+        result->current = pd_species_electrodes_compute_total_current(&m->dissolution_laws.species_electrodes,
                                                                        &result->current_balance);
     result->has_flux = r->observables.has_flux;
     result->flux_error = r->observables.flux_error;
     result->layer_flux_error = r->observables.layer_flux_error;
-    result->peclet = pdi_step_diagnostics_compute_peclet(m, &slowest);
+    result->peclet = pd_step_diagnostics_compute_peclet(m, &slowest);
     result->residual = pdi_max(effort.momentum, effort.continuity);
     result->evaluations = effort.flow_evaluations;
     result->is_steady = r->setup->steady_transport;
@@ -457,7 +458,7 @@ static void pdi_run_set_result(const pdi_run *r, pd_run_result *result)
     result->steady_imbalance = effort.mass_defect;
     result->steps = c->steps;
     result->unconverged_steps = c->unsolved;
-    result->threads = pdi_par_available_threads(r->ctx, INT64_MAX);
+    result->threads = pd_par_available_threads(r->ctx, INT64_MAX);
     for (int k = 0; k < PD_PART_COUNT; k++) result->unknowns += m->unknowns[k];
     result->bytes_per_node = nodes ? (double)r->ctx->peak / (double)nodes : 0.0;
 }
@@ -469,17 +470,17 @@ PDI_FN void pdi_run_prefix_message(pd_ctx *ctx, const pd_setup *setup, int line)
     memcpy(message, ctx->message, sizeof message);
     if (line > 0) snprintf(where, sizeof where, "%.280s:%d", setup->source, line);
     else snprintf(where, sizeof where, "%.280s", setup->source);
-    pdi_fail(ctx, ctx->status, where, "%s", message);
+    pd_fail(ctx, ctx->status, where, "%s", message);
 }
 
 /* Build everything that can refuse the setup: memory estimate, model, monitors, measured points. Nothing is written
  * before. */
 static pd_status pdi_run_build(pdi_run *r, pd_run_result *result)
 {
-    pd_status status = pdi_memory_estimate_check_limit(r->ctx, r->setup, r->desc->no_files);
+    pd_status status = pd_memory_estimate_check_limit(r->ctx, r->setup, r->desc->no_files);
     int line = r->setup->line[PD_PART_GRID];
     if (status == PD_OK) {
-        status = pdi_model_build(r->ctx, r->setup, &r->model);
+        status = pd_model_build(r->ctx, r->setup, &r->model);
         line = r->model.error_line;
     }
     if (status == PD_OK) {
@@ -491,7 +492,7 @@ static pd_status pdi_run_build(pdi_run *r, pd_run_result *result)
                                             !r->desc->no_files, &r->compare);
         line = r->compare.error_line;
     }
-    result->bad_input = status < 0 && !pdi_is_fatal(status);
+    result->bad_input = status < 0 && !pd_is_fatal(status);
     if (result->bad_input) pdi_run_prefix_message(r->ctx, r->setup, line);
     return status;
 }
@@ -500,7 +501,7 @@ static pd_status pdi_run_build(pdi_run *r, pd_run_result *result)
 static pd_status pdi_run_check_resume(pdi_run *r, pd_run_result *result)
 {
     pd_archive_file store;
-    if (r->desc->figures) PDI_TRY(pdi_scalar_outputs_collect(r->ctx, &r->model, &r->monitors, 0, r->desc->figures));
+    if (r->desc->figures) PD_TRY(pdi_scalar_outputs_collect(r->ctx, &r->model, &r->monitors, 0, r->desc->figures));
     pd_status status = pdi_output_folder_check(r->ctx, r->folder_path, r->setup->name);
     if (status == PD_OK && r->desc->resume) {
         status = pd_file_join(r->ctx, r->folder_path, PD_RUN_CHECKPOINT, r->checkpoint_path);
@@ -510,7 +511,7 @@ static pd_status pdi_run_check_resume(pdi_run *r, pd_run_result *result)
             pdi_archive_file_abandon(&store);
         }
     }
-    result->bad_input = status < 0 && !pdi_is_fatal(status);
+    result->bad_input = status < 0 && !pd_is_fatal(status);
     return status;
 }
 
@@ -518,13 +519,13 @@ static pd_status pdi_run_check_resume(pdi_run *r, pd_run_result *result)
 static pd_status pdi_run_execute(pdi_run *r, pd_run_result *result)
 {
     r->folder_path = r->desc->folder ? r->desc->folder : r->setup->folder;
-    pdi_summary_print(&r->model, r->desc->print, r->desc->print_user);
-    if (r->desc->print) pdi_lattice_notes_print(&r->model, r->desc->print, r->desc->print_user);
+    pd_summary_print(&r->model, r->desc->print, r->desc->print_user);
+    if (r->desc->print) pd_lattice_notes_print(&r->model, r->desc->print, r->desc->print_user);
     pdi_run_set_result(r, result);
-    PDI_TRY(pdi_step_diagnostics_build(r->ctx, &r->model, &r->observables));
-    PDI_TRY(pdi_depletion_notes_build(r->ctx, &r->model, &r->depletion));
+    PD_TRY(pd_step_diagnostics_build(r->ctx, &r->model, &r->observables));
+    PD_TRY(pd_depletion_notes_build(r->ctx, &r->model, &r->depletion));
     if (r->desc->check_only) return r->desc->no_files ? PD_OK : pdi_run_check_resume(r, result);
-    PDI_TRY(pdi_run_open_files(r, result));
+    PD_TRY(pdi_run_open_files(r, result));
     pd_status status = pdi_run_run_steps(r);
     result->unknowns = 0;
     pdi_run_set_result(r, result);
@@ -535,11 +536,11 @@ pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd
 {
     pdi_run *r = NULL;
     memset(result, 0, sizeof *result);
-    PDI_TRY(PDI_NEW(ctx, "run", 1, r));
+    PD_TRY(PD_NEW(ctx, "run", 1, r));
     r->ctx = ctx;
     r->desc = desc;
     r->setup = setup;
-    r->start_clock = r->progress_clock = r->checkpoint_clock = r->step_clock = pdi_par_clock();
+    r->start_clock = r->progress_clock = r->checkpoint_clock = r->step_clock = pd_par_clock();
     r->stall_time = desc->stall_note_after > 0.0 ? desc->stall_note_after : PDI_RUN_STALL_TIME;
     if (setup->threads > 0 && ctx->threads == 0) ctx->threads = setup->threads;
     r->poll = ctx->cancel;
@@ -555,14 +556,14 @@ pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd
     result->stopped = r->stopped;
     pdi_archive_file_free_memory(ctx, &r->kept_checkpoint);
     pdi_output_free(ctx, &r->output);
-    pdi_step_diagnostics_free(ctx, &r->observables);
-    pdi_depletion_notes_free(ctx, &r->depletion);
+    pd_step_diagnostics_free(ctx, &r->observables);
+    pd_depletion_notes_free(ctx, &r->depletion);
     pdi_field_view_free(ctx, &r->views);
     pdi_compare_measured_free(ctx, &r->compare);
     pdi_monitors_free(ctx, &r->monitors);
-    pdi_model_free(ctx, &r->model);
+    pd_model_free(ctx, &r->model);
     pdi_output_folder_close(&r->folder);
-    PDI_DELETE(ctx, 1, r);
+    PD_DELETE(ctx, 1, r);
     return status;
 }
 
@@ -570,22 +571,22 @@ void pd_run_format_result(const pd_run_result *r, char *text, size_t size)
 {
     if (size == 0) return;
     text[0] = '\0';
-    pdi_append(text, size, "result case=%s", r->name);
+    pd_append(text, size, "result case=%s", r->name);
     char *figures = text + strlen(text);
-    pdi_append(text, size, " dim=%d h=%.6g m=%.6g volume_loss=%.9g ledger=%.3g", PD_DIM, r->h, r->m, r->volume_loss,
+    pd_append(text, size, " dim=%d h=%.6g m=%.6g volume_loss=%.9g ledger=%.3g", PD_DIM, r->h, r->m, r->volume_loss,
                r->mass_balance_error);
-    if (r->is_steady) pdi_append(text, size, " defect=%.3g", r->steady_imbalance);
-    if (r->unconverged_steps) pdi_append(text, size, " unsolved=%.0f", (double)r->unconverged_steps);
-    if (r->evolves_gas) pdi_append(text, size, " gas=%.9g gas_mL=%.6g", r->gas, r->gas_volume * 1e6);
+    if (r->is_steady) pd_append(text, size, " defect=%.3g", r->steady_imbalance);
+    if (r->unconverged_steps) pd_append(text, size, " unsolved=%.0f", (double)r->unconverged_steps);
+    if (r->evolves_gas) pd_append(text, size, " gas=%.9g gas_mL=%.6g", r->gas, r->gas_volume * 1e6);
     if (r->has_potential)
-        pdi_append(text, size, " current=%.9g current_balance=%.3g", r->current, r->current_balance);
-    if (r->has_flux) pdi_append(text, size, " flux=%.3g flux_max=%.3g", r->flux_error, r->layer_flux_error);
-    if (r->peclet > 0.0) pdi_append(text, size, " peclet=%.3g", r->peclet);
-    if (r->has_front) pdi_append(text, size, " front=%.6g", r->corrosion_depth);
-    else pdi_append(text, size, " residual=%.3g evals=%.0f", r->residual, (double)r->evaluations);
-    pdi_append(text, size, " steps=%.0f unknowns=%.0f bytes_per_node=%.0f", (double)r->steps, (double)r->unknowns,
+        pd_append(text, size, " current=%.9g current_balance=%.3g", r->current, r->current_balance);
+    if (r->has_flux) pd_append(text, size, " flux=%.3g flux_max=%.3g", r->flux_error, r->layer_flux_error);
+    if (r->peclet > 0.0) pd_append(text, size, " peclet=%.3g", r->peclet);
+    if (r->has_front) pd_append(text, size, " front=%.6g", r->corrosion_depth);
+    else pd_append(text, size, " residual=%.3g evals=%.0f", r->residual, (double)r->evaluations);
+    pd_append(text, size, " steps=%.0f unknowns=%.0f bytes_per_node=%.0f", (double)r->steps, (double)r->unknowns,
                    r->bytes_per_node);
-    pdi_remove_nonfinite(figures);
+    pdi_result_line_remove_nonfinite(figures);
 }
 
 #undef PDI_RUN_MAX_FLUX_ERROR

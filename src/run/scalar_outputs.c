@@ -1,6 +1,6 @@
 /* scalar_outputs: see scalar_outputs.h */
 #include "run/scalar_outputs.h"
-#include "scene/fields.h"
+#include "setup/fields.h"
 #include "physics/sample.h"
 #include <stdio.h>
 #include <string.h>
@@ -11,7 +11,7 @@ static pd_status pdi_scalar_outputs_add(pd_ctx *ctx, pd_scalar_outputs *f, const
 {
     if (f->count == f->capacity) {
         int fresh = 2 * f->capacity + 32;
-        PDI_TRY(PDI_GROW(ctx, "figures", f->capacity, fresh, f->list));
+        PD_TRY(PD_GROW(ctx, "figures", f->capacity, fresh, f->list));
         f->capacity = fresh;
     }
     pd_scalar_output *g = &f->list[f->count++];
@@ -29,15 +29,15 @@ static pd_status pdi_scalar_outputs_add_probe_field(pd_ctx *ctx, const pd_model 
                                                     pd_field field, int all, pd_scalar_outputs *f)
 {
     char key[24], unit[PD_UNITS_TEXT];
-    int components = pdi_fields_count_components(field);
+    int components = pd_fields_count_components(field);
     double (*sample)(const pd_model *, pd_field, int, const double *) =
-        all ? pdi_sample_get_probe : pdi_sample_get_point;
+        all ? pd_sample_get_probe : pd_sample_get_point;
     if (!((p->fields >> field) & 1u)) return PD_OK;
-    pdi_fields_get_unit(model->setup, field, unit);
+    pd_fields_get_unit(model->setup, field, unit);
     if (!unit[0]) snprintf(unit, sizeof unit, "-");
     for (int d = 0; d < components; d++) {
-        snprintf(key, sizeof key, "%.16s%s", pdi_fields_get_name(model->setup, field), pdi_fields_get_axis(field, d));
-        PDI_TRY(pdi_scalar_outputs_add(ctx, f, "probe", p->name, -1, key, unit, sample(model, field, d, p->position)));
+        snprintf(key, sizeof key, "%.16s%s", pd_fields_get_name(model->setup, field), pd_fields_get_axis(field, d));
+        PD_TRY(pdi_scalar_outputs_add(ctx, f, "probe", p->name, -1, key, unit, sample(model, field, d, p->position)));
     }
     return PD_OK;
 }
@@ -45,7 +45,7 @@ static pd_status pdi_scalar_outputs_add_probe_field(pd_ctx *ctx, const pd_model 
 /* 1: the field is smooth in the fluid, so that it may be compared and extrapolated between lattices (pH, solutes). */
 static int pdi_scalar_outputs_is_smooth_field(const pd_setup *setup, int field)
 {
-    int species = pdi_fields_species_index(setup, field);
+    int species = pd_fields_species_index(setup, field);
     return field == PD_FIELD_PH || (species >= 0 && setup->electrolyte.species[species].phase == PD_PHASE_SOLUTE);
 }
 
@@ -54,10 +54,10 @@ static pd_status pdi_scalar_outputs_add_probe(pd_ctx *ctx, const pd_model *model
                                               pd_scalar_outputs *f)
 {
     static const pd_field first[] = {PD_FIELD_V, PD_FIELD_P, PD_FIELD_C};
-    for (int k = 0; k < 3; k++) PDI_TRY(pdi_scalar_outputs_add_probe_field(ctx, model, p, first[k], all, f));
+    for (int k = 0; k < 3; k++) PD_TRY(pdi_scalar_outputs_add_probe_field(ctx, model, p, first[k], all, f));
     for (int k = PD_FIELD_P + 1; k < PD_FIELD_COUNT; k++)
         if (all || pdi_scalar_outputs_is_smooth_field(model->setup, k))
-            PDI_TRY(pdi_scalar_outputs_add_probe_field(ctx, model, p, (pd_field)k, all, f));
+            PD_TRY(pdi_scalar_outputs_add_probe_field(ctx, model, p, (pd_field)k, all, f));
     return PD_OK;
 }
 
@@ -67,23 +67,23 @@ PDI_FN pd_status pdi_scalar_outputs_collect(pd_ctx *ctx, pd_model *model, const 
     const pd_setup *u = model->setup;
     f->order = u->has_flow && model->flow.order > 0 ? model->flow.order : 0;
     if (u->has_dissolve)
-        PDI_TRY(pdi_scalar_outputs_add(ctx, f, "scene", "", -1, "volume_loss", "-",
+        PD_TRY(pdi_scalar_outputs_add(ctx, f, "scene", "", -1, "volume_loss", "-",
                                        pd_time_loop_volume_loss(&model->time_loop)));
     for (int k = 0; k < u->monitors; k++) {
         const pd_monitor *m = &monitors->monitor[k];
         for (int j = 0; j < m->count; j++)
-            PDI_TRY(pdi_scalar_outputs_add(ctx, f, pdi_setup_monitor_section_name(m->desc->kind), m->desc->name, k,
+            PD_TRY(pdi_scalar_outputs_add(ctx, f, pd_setup_monitor_section_name(m->desc->kind), m->desc->name, k,
                                            m->output[j].key, m->output[j].unit, m->output[j].value));
     }
     pd_fields fields = 0;
     for (int k = 0; k < u->probes && all; k++) fields |= u->probe[k].fields;
-    if (u->probes) pdi_sample_prepare(ctx, model, fields);
-    for (int k = 0; k < u->probes; k++) PDI_TRY(pdi_scalar_outputs_add_probe(ctx, model, &u->probe[k], all, f));
+    if (u->probes) pd_sample_prepare(ctx, model, fields);
+    for (int k = 0; k < u->probes; k++) PD_TRY(pdi_scalar_outputs_add_probe(ctx, model, &u->probe[k], all, f));
     return PD_OK;
 }
 
 void pd_scalar_outputs_free(pd_ctx *ctx, pd_scalar_outputs *f)
 {
-    PDI_DELETE(ctx, f->capacity, f->list);
+    PD_DELETE(ctx, f->capacity, f->list);
     memset(f, 0, sizeof *f);
 }

@@ -7,10 +7,10 @@
 /* Check the memory estimate and build the model of the setup. */
 static pd_status pdi_sim_build(pd_ctx *ctx, pd_sim *sim)
 {
-    pd_status status = pdi_memory_estimate_check_limit(ctx, &sim->setup, 0);
+    pd_status status = pd_memory_estimate_check_limit(ctx, &sim->setup, 0);
     int line = sim->setup.line[PD_PART_GRID];
     if (status >= 0) {
-        status = pdi_model_build(ctx, &sim->setup, &sim->model);
+        status = pd_model_build(ctx, &sim->setup, &sim->model);
         line = sim->model.error_line;
     }
     if (status < 0) pdi_run_prefix_message(ctx, &sim->setup, line);
@@ -43,7 +43,7 @@ pd_status pd_sim_start(pd_ctx *ctx, pd_sim *sim)
 pd_status pd_sim_step(pd_ctx *ctx, pd_sim *sim, double t_limit)
 {
     if (!(t_limit > sim->time))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "sim", "a step from %g s to %g s, expected a time ahead", sim->time,
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "sim", "a step from %g s to %g s, expected a time ahead", sim->time,
                         t_limit);
     pd_status status = pd_time_loop_step(ctx, &sim->model.time_loop, t_limit);
     sim->time = sim->model.time_loop.time;
@@ -65,14 +65,14 @@ void pd_sim_detach_view(pd_sim *sim, const pd_field_view *view)
 void pd_sim_free_view(pd_ctx *ctx, pd_field_view *view)
 {
     double *data = (double *)view->data; /* was allocated as such */
-    PDI_DELETE(ctx, view->components * view->component_stride, data);
+    PD_DELETE(ctx, view->components * view->component_stride, data);
     memset(view, 0, sizeof *view);
 }
 
 void pd_sim_close(pd_ctx *ctx, pd_sim *sim)
 {
     pdi_field_view_free(ctx, &sim->views);
-    pdi_model_free(ctx, &sim->model);
+    pd_model_free(ctx, &sim->model);
     pd_setup_free(ctx, &sim->setup);
     memset(sim, 0, sizeof *sim);
 }

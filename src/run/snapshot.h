@@ -10,7 +10,7 @@
  */
 #ifndef PD_SNAPSHOT_H
 #define PD_SNAPSHOT_H
-#include "run/step_diagnostics.h"
+#include "physics/step_diagnostics.h"
 #include "run/scalar_outputs.h"
 #include "run/field_view.h"
 

@@ -1,6 +1,6 @@
 /* speciation_report: see speciation_report.h */
 #include "run/speciation_report.h"
-#include "scene/setup.h"
+#include "setup/setup.h"
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -72,11 +72,11 @@ static double pdi_speciation_report_print_elements(const pdi_speciation_report_c
     double worst = 0.0;
     pdi_speciation_report_print(w, PD_PRINT_SUMMARY, "%-20s %14s %14s", "element", "in [mM]", "out [mM]");
     for (int k = 1; k <= PDI_SPECIATION_REPORT_MAX_ELEMENT; k++) {
-        double in = pdi_electrolyte_compute_element_total(&w->electrolyte, w->electrolyte.initial, k),
-               out = pdi_electrolyte_compute_element_total(&w->electrolyte, c, k);
+        double in = pd_electrolyte_compute_element_total(&w->electrolyte, w->electrolyte.initial, k),
+               out = pd_electrolyte_compute_element_total(&w->electrolyte, c, k);
         char symbol[3];
         if (!(in > 0.0) && !(out > 0.0)) continue;
-        pdi_species_get_symbol(k, symbol);
+        pd_species_get_symbol(k, symbol);
         pdi_speciation_report_print(w, PD_PRINT_SUMMARY, "%-20s %14.9g %14.9g", symbol, in, out);
         worst = pdi_max(worst, fabs(out - in) / in);
     }
@@ -102,7 +102,7 @@ static void pdi_speciation_report_print_missing_enthalpies(const pdi_speciation_
     if (fabs(w->electrolyte.temperature - PDI_SPECIATION_REPORT_ZERO_CELSIUS - 25.0) < 1e-9) return;
     for (int r = 0; r < w->electrolyte.reactions; r++)
         if (w->electrolyte.reaction[r].has_k && isnan(w->electrolyte.enthalpy[r]))
-            pdi_append(list, sizeof list, "%s%s", list[0] ? ", " : "", w->electrolyte.reaction[r].name);
+            pd_append(list, sizeof list, "%s%s", list[0] ? ", " : "", w->electrolyte.reaction[r].name);
     if (list[0])
         pdi_speciation_report_print(w, PD_PRINT_NOTE,
                                     "constants without an enthalpy, which do not follow the temperature: %s", list);
@@ -114,7 +114,7 @@ static pd_status pdi_speciation_report_print_inlet_ph(pd_ctx *ctx, const pdi_spe
     pd_electrolyte_state s;
     double c[PD_SPECIES_MAX];
     memcpy(c, w->electrolyte.inlet, sizeof c);
-    PDI_TRY(pd_electrolyte_solve(ctx, &w->electrolyte, c, &s));
+    PD_TRY(pd_electrolyte_solve(ctx, &w->electrolyte, c, &s));
     if (fabs(s.ph - ph) > 1e-9) pdi_speciation_report_print(w, PD_PRINT_SUMMARY, "pH of the inlet      %14.4f", s.ph);
     return PD_OK;
 }
@@ -125,7 +125,7 @@ static pd_status pdi_speciation_report_print_equilibrium(pd_ctx *ctx, const pdi_
     pd_electrolyte_state s;
     double c[PD_SPECIES_MAX];
     memcpy(c, w->electrolyte.initial, sizeof c);
-    PDI_TRY(pd_electrolyte_solve(ctx, &w->electrolyte, c, &s));
+    PD_TRY(pd_electrolyte_solve(ctx, &w->electrolyte, c, &s));
     pdi_speciation_report_print(w, PD_PRINT_SUMMARY, "%s: equilibrium at %.2f C, %s, %s", w->name,
                                 w->electrolyte.temperature - PDI_SPECIATION_REPORT_ZERO_CELSIUS,
                                 w->electrolyte.activity == PD_ACTIVITY_DAVIES ? "Davies" : "ideal",
@@ -134,7 +134,7 @@ static pd_status pdi_speciation_report_print_equilibrium(pd_ctx *ctx, const pdi_
     pdi_speciation_report_print_missing_enthalpies(w);
     pdi_speciation_report_print_charge_balance(w);
     pdi_speciation_report_print(w, PD_PRINT_SUMMARY, "pH                   %14.4f", s.ph);
-    PDI_TRY(pdi_speciation_report_print_inlet_ph(ctx, w, s.ph));
+    PD_TRY(pdi_speciation_report_print_inlet_ph(ctx, w, s.ph));
     pdi_speciation_report_print(w, PD_PRINT_SUMMARY, "ionic strength [mM]  %14.6g", s.strength);
     pdi_speciation_report_print(w, PD_PRINT_SUMMARY, "charge [mM]          %14.3g", s.charge);
     pdi_speciation_report_print_species(w, c, &s);
@@ -160,7 +160,7 @@ typedef struct pdi_speciation_report_titration {
 /* Error message for a titration that cannot be read. Returns PD_ERR_PARSE. */
 static pd_status pdi_speciation_report_reject_titration(pd_ctx *ctx, const char *text)
 {
-    return pdi_fail(ctx, PD_ERR_PARSE, "titrate",
+    return pd_fail(ctx, PD_ERR_PARSE, "titrate",
                     "found '%.80s', expected a reagent, a range with its unit and a "
                     "number of rows from 2 to %d, such as Na+ + OH- 0..1 mM 21",
                     text, PDI_SPECIATION_REPORT_MAX_ROWS);
@@ -177,9 +177,9 @@ static pd_status pdi_speciation_report_parse_titration(pd_ctx *ctx, const pd_ele
     strcpy(copy, text);
     dots = strstr(copy, "..");
     if (!dots) return pdi_speciation_report_reject_titration(ctx, text);
-    for (from = dots; from > copy && pdi_units_is_blank(from[-1]);) *--from = '\0';
+    for (from = dots; from > copy && pd_units_is_blank(from[-1]);) *--from = '\0';
     *dots = '\0';
-    while (from > copy && !pdi_units_is_blank(from[-1])) from--;
+    while (from > copy && !pd_units_is_blank(from[-1])) from--;
     t->from = strtod(from, &end);
     if (end == from || *end || from == copy) return pdi_speciation_report_reject_titration(ctx, text);
     from[-1] = '\0';
@@ -192,7 +192,7 @@ static pd_status pdi_speciation_report_parse_titration(pd_ctx *ctx, const pd_ele
     *rows = '\0';
     unit += strspn(unit, " ");
     pd_units_parse(ctx, "mol/m3", NULL, &wanted);
-    if (pd_units_parse(ctx, unit, &scale, &dims) < 0 || !pdi_units_is_same(&dims, &wanted))
+    if (pd_units_parse(ctx, unit, &scale, &dims) < 0 || !pd_units_is_same(&dims, &wanted))
         return pdi_speciation_report_reject_titration(ctx, text);
     t->from *= scale;
     t->to *= scale;
@@ -207,10 +207,10 @@ static void pdi_speciation_report_print_header(const pdi_speciation_report_conte
     char line[PDI_SPECIATION_REPORT_LINE_BYTES] = "added [mol/m3],pH [-],strength [mol/m3]";
     for (int i = 0; i < w->electrolyte.count; i++)
         if (w->electrolyte.species[i].phase != PD_PHASE_SOLVENT)
-            pdi_append(line, sizeof line, ",%s [mol/m3]", w->electrolyte.species[i].name);
+            pd_append(line, sizeof line, ",%s [mol/m3]", w->electrolyte.species[i].name);
     for (int i = 0; i < w->electrolyte.count; i++)
         if (w->electrolyte.species[i].phase == PD_PHASE_SOLID)
-            pdi_append(line, sizeof line, ",SI %s [-]", w->electrolyte.species[i].name);
+            pd_append(line, sizeof line, ",SI %s [-]", w->electrolyte.species[i].name);
     pdi_speciation_report_print(w, PD_PRINT_SUMMARY, "%s", line);
 }
 
@@ -219,11 +219,11 @@ static void pdi_speciation_report_print_row(const pdi_speciation_report_context 
                                             const pd_electrolyte_state *s)
 {
     char line[PDI_SPECIATION_REPORT_LINE_BYTES] = "";
-    pdi_append(line, sizeof line, "%.9g,%.9g,%.9g", added, s->ph, s->strength);
+    pd_append(line, sizeof line, "%.9g,%.9g,%.9g", added, s->ph, s->strength);
     for (int i = 0; i < w->electrolyte.count; i++)
-        if (w->electrolyte.species[i].phase != PD_PHASE_SOLVENT) pdi_append(line, sizeof line, ",%.9g", c[i]);
+        if (w->electrolyte.species[i].phase != PD_PHASE_SOLVENT) pd_append(line, sizeof line, ",%.9g", c[i]);
     for (int i = 0; i < w->electrolyte.count; i++)
-        if (w->electrolyte.species[i].phase == PD_PHASE_SOLID) pdi_append(line, sizeof line, ",%.9g", s->saturation[i]);
+        if (w->electrolyte.species[i].phase == PD_PHASE_SOLID) pd_append(line, sizeof line, ",%.9g", s->saturation[i]);
     pdi_speciation_report_print(w, PD_PRINT_SUMMARY, "%s", line);
 }
 
@@ -239,10 +239,10 @@ static pd_status pdi_speciation_report_print_titration(pd_ctx *ctx, const pdi_sp
         for (int i = 0; i < w->electrolyte.count; i++) {
             c[i] = w->electrolyte.initial[i] + added * t->reagent[i];
             if (c[i] < 0.0 && w->electrolyte.species[i].phase != PD_PHASE_SOLVENT)
-                return pdi_fail(ctx, PD_ERR_ARGUMENT, "titrate", "%g mol/m3 of the reagent take more %s than there is",
+                return pd_fail(ctx, PD_ERR_ARGUMENT, "titrate", "%g mol/m3 of the reagent take more %s than there is",
                                 added, w->electrolyte.species[i].name);
         }
-        PDI_TRY(pd_electrolyte_solve(ctx, &w->electrolyte, c, &s));
+        PD_TRY(pd_electrolyte_solve(ctx, &w->electrolyte, c, &s));
         if (!k) first = s.ph;
         pdi_speciation_report_print_row(w, added, c, &s);
     }
@@ -257,8 +257,8 @@ static pd_status pdi_speciation_report_execute(pd_ctx *ctx, pdi_speciation_repor
     pdi_speciation_report_titration t;
     memset(&t, 0, sizeof t);
     *bad_input = 1;
-    PDI_TRY(pd_electrolyte_read(ctx, w->desc->path, w->desc->overrides, w->desc->count, &w->electrolyte));
-    if (w->desc->titrate) PDI_TRY(pdi_speciation_report_parse_titration(ctx, &w->electrolyte, w->desc->titrate, &t));
+    PD_TRY(pd_electrolyte_read(ctx, w->desc->path, w->desc->overrides, w->desc->count, &w->electrolyte));
+    if (w->desc->titrate) PD_TRY(pdi_speciation_report_parse_titration(ctx, &w->electrolyte, w->desc->titrate, &t));
     *bad_input = 0;
     return w->desc->titrate ? pdi_speciation_report_print_titration(ctx, w, &t)
                             : pdi_speciation_report_print_equilibrium(ctx, w);
@@ -267,11 +267,11 @@ static pd_status pdi_speciation_report_execute(pd_ctx *ctx, pdi_speciation_repor
 pd_status pd_speciation_report_print(pd_ctx *ctx, const pd_speciation_report_desc *desc, int *bad_input)
 {
     pdi_speciation_report_context *w = NULL;
-    PDI_TRY(PDI_NEW(ctx, "speciate", 1, w));
+    PD_TRY(PD_NEW(ctx, "speciate", 1, w));
     w->desc = desc;
-    pdi_setup_split_path(desc->path, w->name, NULL);
+    pdi_input_files_split_path(desc->path, w->name, NULL);
     pd_status status = pdi_speciation_report_execute(ctx, w, bad_input);
-    if (pdi_is_fatal(status)) *bad_input = 0;
-    PDI_DELETE(ctx, 1, w);
+    if (pd_is_fatal(status)) *bad_input = 0;
+    PD_DELETE(ctx, 1, w);
     return status;
 }

@@ -1,6 +1,6 @@
 /* surface_view: see surface_view.h */
 #include "run/surface_view.h"
-#include "scene/fields.h"
+#include "setup/fields.h"
 #include "io/field_plot.h"
 #include "physics/sample.h"
 #include <math.h>
@@ -40,11 +40,11 @@ static double pdi_surface_view_get_colour_value(const void *user, const int *in,
 {
     const pd_model *m = (const pd_model *)user;
     pd_field field = pdi_surface_view_get_colour_field(m->setup);
-    int metal = pdi_fields_is_in_metal(m->setup, field);
-    if (!metal && !pdi_grid_is_inside(&m->grid, out)) return (double)NAN;
+    int metal = pd_fields_is_in_metal(m->setup, field);
+    if (!metal && !pd_grid_is_inside(&m->grid, out)) return (double)NAN;
     int32_t node = pd_grid_node(&m->grid, metal ? in : out);
     if (!metal && m->grid.kind[node] != PD_FLUID) return (double)NAN;
-    return pdi_sample_get_node(m, field, node);
+    return pd_sample_get_node(m, field, node);
 }
 
 PDI_FN pd_status pdi_surface_view_draw(pd_ctx *ctx, const pd_model *m, pd_rendering *shade)
@@ -61,9 +61,9 @@ PDI_FN pd_status pdi_surface_view_draw(pd_ctx *ctx, const pd_model *m, pd_render
     desc.fraction = pdi_surface_view_get_metal_fraction;
     desc.value = field < PD_FIELD_COUNT ? pdi_surface_view_get_colour_value : NULL;
     desc.user = m;
-    PDI_TRY(pdi_surface_nets_build(ctx, &desc, &shell));
+    PD_TRY(pdi_surface_nets_build(ctx, &desc, &shell));
     pd_status status =
-        pdi_renderer_draw_surface(ctx, &shell, field < PD_FIELD_COUNT && pdi_fields_is_categorical(field), shade);
+        pdi_renderer_draw_surface(ctx, &shell, field < PD_FIELD_COUNT && pd_fields_is_categorical(field), shade);
     pdi_surface_nets_free(ctx, &shell);
     return status;
 }

@@ -5,7 +5,7 @@
  */
 #ifndef PD_TOLERANCE_PRESETS_H
 #define PD_TOLERANCE_PRESETS_H
-#include "scene/setup.h"
+#include "setup/setup.h"
 
 #define PD_ACCURACY_MIN 1e-6 /* [-] */
 #define PD_ACCURACY_MAX 0.5  /* [-] */

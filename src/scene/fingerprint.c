@@ -9,7 +9,7 @@
 PDI_FN pd_status pdi_fingerprint_add_line(pd_ctx *ctx, pd_setup *u, const char *line)
 {
     size_t length = strlen(line), at = u->fingerprint_size ? u->fingerprint_size - 1 : 0, fresh = at + length + 2;
-    PDI_TRY(PDI_GROW(ctx, "fingerprint", u->fingerprint_size, fresh, u->fingerprint));
+    PD_TRY(PD_GROW(ctx, "fingerprint", u->fingerprint_size, fresh, u->fingerprint));
     memcpy(u->fingerprint + at, line, length);
     u->fingerprint[at + length] = '\n';
     u->fingerprint[at + length + 1] = '\0';
@@ -28,7 +28,7 @@ static void pdi_fingerprint_format_value(const char *value, char *text, size_t s
                      (unsigned)pdi_zlib_crc32(0, (const uint8_t *)value, length));
             return;
         }
-        int blank = pdi_units_is_blank(*c);
+        int blank = pd_units_is_blank(*c);
         if (!blank || (used && text[used - 1] != ' ')) text[used++] = blank ? ' ' : *c;
     }
     text[used] = '\0';
@@ -47,12 +47,12 @@ PDI_FN pd_status pdi_fingerprint_build(pd_ctx *ctx, const pd_text *text, pd_setu
 {
     char line[2 * PDI_FINGERPRINT_VALUE_SIZE], value[PDI_FINGERPRINT_VALUE_SIZE];
     snprintf(line, sizeof line, "name = %s", u->name);
-    PDI_TRY(pdi_fingerprint_add_line(ctx, u, line));
+    PD_TRY(pdi_fingerprint_add_line(ctx, u, line));
     for (int k = 1; k < text->section_count; k++) {
         const pd_section *s = &text->section[k];
         if (!s->is_present) continue;
         snprintf(line, sizeof line, "[%.200s%s%.200s]", s->name, s->label[0] ? " " : "", s->label);
-        PDI_TRY(pdi_fingerprint_add_line(ctx, u, line));
+        PD_TRY(pdi_fingerprint_add_line(ctx, u, line));
     }
     for (int k = 0; k < text->entry_count; k++) {
         const pd_text_entry *e = &text->entry[k];
@@ -61,18 +61,18 @@ PDI_FN pd_status pdi_fingerprint_build(pd_ctx *ctx, const pd_text *text, pd_setu
         pdi_fingerprint_format_value(e->value, value, sizeof value);
         snprintf(line, sizeof line, "%.100s%s%.100s%s%.100s = %s", s->name, s->label[0] ? "." : "", s->label,
                  s->name[0] ? "." : "", e->key, value);
-        PDI_TRY(pdi_fingerprint_add_line(ctx, u, line));
+        PD_TRY(pdi_fingerprint_add_line(ctx, u, line));
     }
     for (int k = 0; k < u->masks; k++) {
         snprintf(line, sizeof line, "mask %d = %.0f voxels, %08x", k, (double)u->mask_size[k],
                  (unsigned)pdi_zlib_crc32(0, u->mask[k], u->mask_size[k]));
-        PDI_TRY(pdi_fingerprint_add_line(ctx, u, line));
+        PD_TRY(pdi_fingerprint_add_line(ctx, u, line));
     }
     for (int k = 0; k < u->facets_count; k++) {
         const pd_facets *f = u->facets[k];
         snprintf(line, sizeof line, "surface %d = %d triangles, %08x", k, (int)f->count,
                  (unsigned)pdi_zlib_crc32(0, (const uint8_t *)f->corner, (size_t)f->count * 9 * sizeof *f->corner));
-        PDI_TRY(pdi_fingerprint_add_line(ctx, u, line));
+        PD_TRY(pdi_fingerprint_add_line(ctx, u, line));
     }
     /* that of a flat file depends on what it said before overrides */
     snprintf(line, sizeof line, "scale of the rate = %.17g", u->metal[0].rate_scale);
@@ -109,18 +109,18 @@ PDI_FN pd_status pdi_fingerprint_check(pd_ctx *ctx, const pd_setup *u, const cha
         else fresh = NULL;
     }
     if (old && fresh)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, where, "it is of another scene: found '%.*s', expected '%.*s'",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, where, "it is of another scene: found '%.*s', expected '%.*s'",
                         (int)(pdi_fingerprint_line_length(old) < 200 ? pdi_fingerprint_line_length(old) : 200), old,
                         (int)(pdi_fingerprint_line_length(fresh) < 200 ? pdi_fingerprint_line_length(fresh) : 200),
                         fresh);
     if (old || fresh) {
         const char *line = old ? old : fresh;
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, where, "it is of another scene: found %s'%.*s', expected %s",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, where, "it is of another scene: found %s'%.*s', expected %s",
                         old ? "" : "no ",
                         (int)(pdi_fingerprint_line_length(line) < 200 ? pdi_fingerprint_line_length(line) : 200), line,
                         old ? "none" : "one");
     }
-    return pdi_fail(ctx, PD_ERR_ARGUMENT, where, "it is of a scene with the same pairs in another order");
+    return pd_fail(ctx, PD_ERR_ARGUMENT, where, "it is of a scene with the same pairs in another order");
 }
 
 #undef PDI_FINGERPRINT_VALUE_SIZE

@@ -5,7 +5,7 @@
 #ifndef PD_FINGERPRINT_H
 #define PD_FINGERPRINT_H
 #include "scene/text.h"
-#include "scene/setup.h"
+#include "setup/setup.h"
 
 #ifdef PDI_INTERNAL
 /* Build setup->fingerprint from the text of a scene that has been read. */

@@ -37,10 +37,10 @@ static pd_status pdi_include_files_merge_entry(pd_ctx *ctx, pd_text *text, int s
                                   "it in one of them, or in the file that includes both",
                                   e->key, s->name, s->label, old->file, old->line);
     if (old && old->depth < depth) return PD_OK;
-    PDI_TRY(pdi_text_copy_string(ctx, text, e->value, strlen(e->value), &value));
+    PD_TRY(pdi_text_copy_string(ctx, text, e->value, strlen(e->value), &value));
     if (!old) {
-        PDI_TRY(pdi_text_copy_string(ctx, text, e->key, strlen(e->key), &key));
-        PDI_TRY(pdi_text_add_entry(ctx, text, section, key, value, e->line, e->column));
+        PD_TRY(pdi_text_copy_string(ctx, text, e->key, strlen(e->key), &key));
+        PD_TRY(pdi_text_add_entry(ctx, text, section, key, value, e->line, e->column));
         old = &text->entry[text->entry_count - 1];
     }
     old->value = value;
@@ -57,7 +57,7 @@ static pd_status pdi_include_files_merge_text(pd_ctx *ctx, pd_text *text, const 
 {
     static const char *const allowed[] = {"chemistry", "species", "reaction", "mineral"};
     char *file;
-    PDI_TRY(pdi_text_copy_string(ctx, text, from->name, strlen(from->name), &file));
+    PD_TRY(pdi_text_copy_string(ctx, text, from->name, strlen(from->name), &file));
     for (int k = 0; k < from->section_count; k++) {
         const pd_section *s = &from->section[k];
         int fits = 0, section;
@@ -69,7 +69,7 @@ static pd_status pdi_include_files_merge_text(pd_ctx *ctx, pd_text *text, const 
                                       "included, expected [chemistry], [species ...], [reaction ...] and [mineral ...] "
                                       "alone",
                                       k ? "[" : "pairs before a section", s->name, k ? "]" : "");
-        PDI_TRY(pdi_text_find_or_add_section(ctx, text, s->name, s->label, &section));
+        PD_TRY(pdi_text_find_or_add_section(ctx, text, s->name, s->label, &section));
         if (!text->section[section].is_present) {
             text->section[section].line = s->line;
             text->section[section].file = file;
@@ -77,7 +77,7 @@ static pd_status pdi_include_files_merge_text(pd_ctx *ctx, pd_text *text, const 
         }
         for (int e = 0; e < from->entry_count; e++)
             if (from->entry[e].section == k && strcmp(from->entry[e].key, "include") != 0)
-                PDI_TRY(pdi_include_files_merge_entry(ctx, text, section, &from->entry[e], file, depth));
+                PD_TRY(pdi_include_files_merge_entry(ctx, text, section, &from->entry[e], file, depth));
     }
     return PD_OK;
 }
@@ -139,8 +139,8 @@ static pd_status pdi_include_files_read_list(pd_ctx *ctx, pd_text *text, const p
     }
     for (const char *at = e->value; *at; at += strspn(at, ", \t")) {
         size_t size = strcspn(at, ","), end = size;
-        while (end > 0 && pdi_units_is_blank(at[end - 1])) end--;
-        if (end) PDI_TRY(pdi_include_files_read_file(ctx, text, from, e, at, end, depth, files));
+        while (end > 0 && pd_units_is_blank(at[end - 1])) end--;
+        if (end) PD_TRY(pdi_include_files_read_file(ctx, text, from, e, at, end, depth, files));
         at += size;
     }
     return PD_OK;
@@ -150,8 +150,8 @@ PDI_FN pd_status pdi_include_files_read(pd_ctx *ctx, pd_text *text)
 {
     pdi_include_files_seen *files = NULL;
     if (!pdi_include_files_find_entry(text)) return PD_OK;
-    PDI_TRY(PDI_NEW(ctx, "include", 1, files));
+    PD_TRY(PD_NEW(ctx, "include", 1, files));
     pd_status status = pdi_include_files_read_list(ctx, text, text, 1, files);
-    PDI_DELETE(ctx, 1, files);
+    PD_DELETE(ctx, 1, files);
     return status;
 }

@@ -1,7 +1,9 @@
-/* input_files: paths of input files that a scene names (tables, masks, surfaces), and errors while reading them. */
+/* input_files: paths of input files that a scene names (tables, masks, surfaces), errors while reading them, and the
+ * output folder. */
 #ifndef PD_INPUT_FILES_H
 #define PD_INPUT_FILES_H
 #include "scene/text.h"
+#include "setup/setup.h"
 
 #ifdef PDI_INTERNAL
 /* Path of the input file under `key` into path[PD_PATH_SIZE]: absolute, or relative to `folder`, the folder of the
@@ -11,6 +13,12 @@ PDI_FN pd_status pdi_input_files_get_path(pd_ctx *ctx, pd_text *text, int sectio
 /* Prefix the message of a failed call with "file:line: key", since the value of that key caused it. Returns
  * PD_ERR_ARGUMENT, or the status of the call when it was out of memory. */
 PDI_FN pd_status pdi_input_files_fail(pd_ctx *ctx, const pd_text *text, int section, const char *key);
+/* Read the output folder from a key; it must lie below the current folder. PD_ERR_ARGUMENT with file:line. */
+PDI_FN pd_status pdi_input_files_read_output_folder(pd_ctx *ctx, pd_text *text, int section, const char *key,
+                                                    pd_setup *setup);
+/* Split a path: file name without ending into name[PD_SETUP_NAME], and its folder, when `folder` is not NULL, into
+ * folder[PD_PATH_SIZE]. */
+PDI_FN void pdi_input_files_split_path(const char *path, char *name, char *folder);
 #endif
 
 #endif

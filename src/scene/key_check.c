@@ -4,7 +4,7 @@
 #include <string.h>
 
 /* Add the words of a comma-separated list to the spelling suggestion near_word and to the message text all[size]. */
-static void pdi_key_check_add_candidates(const char *list, pdi_units_suggestion *near_word, char *all, size_t size)
+static void pdi_key_check_add_candidates(const char *list, pd_units_suggestion *near_word, char *all, size_t size)
 {
     while (*list) {
         char item[PD_TEXT_WORD];
@@ -12,7 +12,7 @@ static void pdi_key_check_add_candidates(const char *list, pdi_units_suggestion 
         PD_ASSERT(length < sizeof item);
         memcpy(item, list, length);
         item[length] = '\0';
-        pdi_units_try_candidate(near_word, item);
+        pd_units_try_candidate(near_word, item);
         snprintf(all + used, size - used, "%s%s", used ? ", " : "", item);
         list += length;
         list += strspn(list, ", ");
@@ -26,13 +26,13 @@ static pd_status pdi_key_check_section(pd_ctx *ctx, const pd_text *text, int sec
     char hint[PD_UNITS_TEXT], list[256] = "";
     int count;
     const pd_key_section *table = pd_key_sections(&count);
-    pdi_units_suggestion near_word;
+    pd_units_suggestion near_word;
     if (pdi_keys_find_known_section(ctx, name)) return PD_OK;
-    pdi_units_init_suggestion(&near_word, name, strlen(name));
+    pd_units_init_suggestion(&near_word, name, strlen(name));
     for (int k = 0; k < count; k++) pdi_key_check_add_candidates(table[k].name, &near_word, list, sizeof list);
     for (int k = 0; k < ctx->physics_count; k++)
         pdi_key_check_add_candidates(ctx->physics[k]->section.name, &near_word, list, sizeof list);
-    pdi_units_format_suggestion(&near_word, hint);
+    pd_units_format_suggestion(&near_word, hint);
     return pdi_text_fail_key(ctx, text, section, "scene", "found the section [%.40s], expected one of %s%s", name, list,
                              hint);
 }
@@ -43,22 +43,22 @@ static pd_status pdi_key_check_key(pd_ctx *ctx, const pd_text *text, const pd_te
     const pd_section *s = &text->section[e->section];
     const pd_key_section *table = pdi_keys_find_known_section(ctx, s->name);
     char hint[PD_UNITS_TEXT], list[512] = "", where[320] = "command line";
-    pdi_units_suggestion near_word;
+    pd_units_suggestion near_word;
     if (pdi_keys_find_key(table, e->key)) return PD_OK;
     if (strcmp(s->name, "side") == 0 && pdi_keys_is_field(ctx, e->key)) return PD_OK;
-    pdi_units_init_suggestion(&near_word, e->key, strlen(e->key));
+    pd_units_init_suggestion(&near_word, e->key, strlen(e->key));
     for (int k = 0; k < table->count; k++)
         pdi_key_check_add_candidates(table->key[k].keys, &near_word, list, sizeof list);
-    pdi_units_format_suggestion(&near_word, hint);
+    pd_units_format_suggestion(&near_word, hint);
     if (e->line > 0) snprintf(where, sizeof where, "%.280s:%d", e->file, e->line);
-    return pdi_fail(ctx, PD_ERR_PARSE, where, "found the unknown key '%.40s' in [%.40s%s%.40s], expected one of %s%s",
+    return pd_fail(ctx, PD_ERR_PARSE, where, "found the unknown key '%.40s' in [%.40s%s%.40s], expected one of %s%s",
                     e->key, s->name, s->label[0] ? " " : "", s->label, list, hint);
 }
 
 PDI_FN pd_status pdi_key_check_all(pd_ctx *ctx, const pd_text *text)
 {
-    for (int k = 1; k < text->section_count; k++) PDI_TRY(pdi_key_check_section(ctx, text, k));
+    for (int k = 1; k < text->section_count; k++) PD_TRY(pdi_key_check_section(ctx, text, k));
     for (int k = 0; k < text->entry_count; k++) /* a pair before the first section: pdi_text_check_unused */
-        if (text->entry[k].section) PDI_TRY(pdi_key_check_key(ctx, text, &text->entry[k]));
+        if (text->entry[k].section) PD_TRY(pdi_key_check_key(ctx, text, &text->entry[k]));
     return PD_OK;
 }

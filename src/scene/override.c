@@ -9,13 +9,13 @@ static pd_status pdi_override_find_bare_key(pd_ctx *ctx, const pd_text *text, co
 {
     int count = 0;
     char list[PDI_TEXT_LIST_SIZE] = "", hint[PD_UNITS_TEXT];
-    pdi_units_suggestion near_word;
-    pdi_units_init_suggestion(&near_word, key, strlen(key));
+    pd_units_suggestion near_word;
+    pd_units_init_suggestion(&near_word, key, strlen(key));
     *section = 0;
     for (int k = 0; k < text->entry_count; k++) {
         const pd_text_entry *e = &text->entry[k];
         const pd_section *s = &text->section[e->section];
-        pdi_units_try_candidate(&near_word, e->key);
+        pd_units_try_candidate(&near_word, e->key);
         if (strcmp(e->key, key) != 0) continue;
         char path[3 * 64];
         snprintf(path, sizeof path, "%.60s%s%.60s%s%.60s", s->name, s->label[0] ? "." : "", s->label,
@@ -24,7 +24,7 @@ static pd_status pdi_override_find_bare_key(pd_ctx *ctx, const pd_text *text, co
         *section = e->section;
         count++;
     }
-    pdi_units_format_suggestion(&near_word, hint);
+    pd_units_format_suggestion(&near_word, hint);
     if (count > 1)
         return pdi_text_fail_line(ctx, text->name, 0, "found the key '%.40s', expected one of %s", key, list);
     if (count == 0 && !text->is_flat) {
@@ -89,8 +89,8 @@ PDI_FN pd_status pdi_override_apply(pd_ctx *ctx, pd_text *text, const char *argu
     char *part[3], *t;
     size_t at = 0, value = 0, end;
     int parts = 0, section = 0;
-    PDI_TRY(pdi_text_check_bytes(ctx, text, argument, strlen(argument)));
-    PDI_TRY(pdi_text_copy_string(ctx, text, argument, strlen(argument), &t));
+    PD_TRY(pdi_text_check_bytes(ctx, text, argument, strlen(argument)));
+    PD_TRY(pdi_text_copy_string(ctx, text, argument, strlen(argument), &t));
     for (int more = 1; more; parts++) {
         at = pdi_text_skip_blanks(t, at);
         pdi_text_charset kind = parts == 1 ? pdi_text_get_label_charset(part[0]) : PDI_TEXT_CHARSET_KEY;
@@ -104,7 +104,7 @@ PDI_FN pd_status pdi_override_apply(pd_ctx *ctx, pd_text *text, const char *argu
         t[next] = '\0';
         at = next + 1;
     }
-    for (end = strlen(t + value) + value; end > value && pdi_units_is_blank(t[end - 1]);) end--;
+    for (end = strlen(t + value) + value; end > value && pd_units_is_blank(t[end - 1]);) end--;
     t[end] = '\0';
     const char *key = part[parts - 1];
     if (end == value)
@@ -114,9 +114,9 @@ PDI_FN pd_status pdi_override_apply(pd_ctx *ctx, pd_text *text, const char *argu
                                   key);
     if (pdi_text_scan_word(key, PDI_TEXT_CHARSET_KEY) != strlen(key))
         return pdi_text_fail_line(ctx, text->name, 0, "found '%.40s', expected a key", key);
-    if (parts == 1) PDI_TRY(pdi_override_find_bare_key(ctx, text, key, &section));
-    else if (parts == 2) PDI_TRY(pdi_override_find_named_section(ctx, text, part[0], key, &section));
-    else PDI_TRY(pdi_override_find_labelled_section(ctx, text, part[0], part[1], &section));
+    if (parts == 1) PD_TRY(pdi_override_find_bare_key(ctx, text, key, &section));
+    else if (parts == 2) PD_TRY(pdi_override_find_named_section(ctx, text, part[0], key, &section));
+    else PD_TRY(pdi_override_find_labelled_section(ctx, text, part[0], part[1], &section));
     pd_text_entry *e = pdi_text_find_entry(text, section, key);
     if (!e) return pdi_text_add_entry(ctx, text, section, key, t + value, 0, (int)value + 1);
     e->value = t + value;

@@ -34,7 +34,7 @@ static int pdi_read_chemistry_has_mineral(pdi_reader *s, const char *name)
 static pd_status pdi_read_chemistry_nonnegative(pdi_reader *s, int section, const char *key, const char *unit,
                                                 const char *fallback, double end, double *value)
 {
-    PDI_TRY(pdi_text_get_number(s->ctx, s->text, section, key, unit, fallback, value));
+    PD_TRY(pdi_text_get_number(s->ctx, s->text, section, key, unit, fallback, value));
     if (*value >= 0.0 && *value < end) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, section, key, "found %.6g %s, expected a value of at least 0%s", *value,
                              unit, end > 1.0 ? "" : " and below 1");
@@ -46,12 +46,12 @@ static pd_status pdi_read_chemistry_mineral_rate(pdi_reader *s, int section, pd_
 {
     double rate = 0.0, area, surface;
     int given = pdi_text_has_key(s->ctx, s->text, section, "rate");
-    if (given) PDI_TRY(pdi_read_chemistry_nonnegative(s, section, "rate", "mol/m2/s", NULL, HUGE_VAL, &rate));
-    PDI_TRY(pdi_read_chemistry_nonnegative(s, section, "area", "1/m", "0", HUGE_VAL, &area));
-    PDI_TRY(pdi_read_chemistry_nonnegative(s, section, "surface", "m2/mol", "0", HUGE_VAL, &surface));
-    PDI_TRY(pdi_read_chemistry_nonnegative(s, section, "exponent", "", "1", HUGE_VAL, &m->exponent));
-    PDI_TRY(pdi_read_chemistry_nonnegative(s, section, "nucleation", "", "0", HUGE_VAL, &m->nucleation));
-    PDI_TRY(pdi_read_chemistry_nonnegative(s, section, "porosity", "", "0.1", 1.0, &m->min_porosity));
+    if (given) PD_TRY(pdi_read_chemistry_nonnegative(s, section, "rate", "mol/m2/s", NULL, HUGE_VAL, &rate));
+    PD_TRY(pdi_read_chemistry_nonnegative(s, section, "area", "1/m", "0", HUGE_VAL, &area));
+    PD_TRY(pdi_read_chemistry_nonnegative(s, section, "surface", "m2/mol", "0", HUGE_VAL, &surface));
+    PD_TRY(pdi_read_chemistry_nonnegative(s, section, "exponent", "", "1", HUGE_VAL, &m->exponent));
+    PD_TRY(pdi_read_chemistry_nonnegative(s, section, "nucleation", "", "0", HUGE_VAL, &m->nucleation));
+    PD_TRY(pdi_read_chemistry_nonnegative(s, section, "porosity", "", "0.1", 1.0, &m->min_porosity));
     m->rate = rate * area;
     m->surface_rate = rate * surface;
     if (given && !(m->rate + m->surface_rate > 0.0))
@@ -72,7 +72,7 @@ static pd_status pdi_read_chemistry_check_minerals(pdi_reader *s)
     for (int k = pdi_text_next_section(s->ctx, s->text, "mineral", -1); k >= 0;
          k = pdi_text_next_section(s->ctx, s->text, "mineral", k)) {
         const char *name = s->text->section[k].label;
-        int i = pdi_electrolyte_find_species(e, name);
+        int i = pd_electrolyte_find_species(e, name);
         if (i < 0 || e->species[i].phase != PD_PHASE_SOLID)
             return pdi_text_fail_key(s->ctx, s->text, k, "mineral",
                                      "found '%.40s', which %s, expected the name of a "
@@ -89,9 +89,9 @@ static pd_status pdi_read_chemistry_check_reactions(pdi_reader *s)
     pd_reactive_desc desc;
     pd_reactive r;
     char message[PD_MESSAGE_SIZE];
-    pdi_setup_get_reactive_desc(u, &desc);
+    pd_setup_get_reactive_desc(u, &desc);
     memset(&r, 0, sizeof r);
-    if (!u->minerals || pdi_reactive_system(s->ctx, &desc, &r) >= 0) return PD_OK;
+    if (!u->minerals || pd_reactive_system(s->ctx, &desc, &r) >= 0) return PD_OK;
     int section = pdi_text_next_section(s->ctx, s->text, "mineral", -1);
     const char *what = strstr(s->ctx->message, ": ");
     snprintf(message, sizeof message, "%s", what ? what + 2 : s->ctx->message);
@@ -106,10 +106,10 @@ static pd_status pdi_read_chemistry_minerals(pdi_reader *s)
     pd_electrolyte *e = &s->setup->electrolyte;
     pd_setup *u = s->setup;
     int left_out = 0, stays[PD_SPECIES_MAX] = {0};
-    PDI_TRY(pdi_read_chemistry_check_minerals(s));
-    PDI_TRY(pdi_read_chemistry_nonnegative(s, pdi_text_get_section(s->ctx, s->text, "chemistry", NULL), "tortuosity",
+    PD_TRY(pdi_read_chemistry_check_minerals(s));
+    PD_TRY(pdi_read_chemistry_nonnegative(s, pdi_text_get_section(s->ctx, s->text, "chemistry", NULL), "tortuosity",
                                            "", "1", HUGE_VAL, &u->tortuosity));
-    PDI_TRY(pdi_read_chemistry_nonnegative(s, pdi_text_get_section(s->ctx, s->text, "chemistry", NULL), "cover", "m",
+    PD_TRY(pdi_read_chemistry_nonnegative(s, pdi_text_get_section(s->ctx, s->text, "chemistry", NULL), "cover", "m",
                                            "0", HUGE_VAL, &u->shielding_thickness));
     for (int k = 0; k < e->count; k++) {
         const char *name = e->species[k].name;
@@ -144,12 +144,12 @@ static pd_status pdi_read_chemistry_minerals(pdi_reader *s)
                                      PD_MINERAL_MAX);
         stays[k] = 1;
         u->mineral[u->minerals].volume = e->volume[k];
-        PDI_TRY(pdi_read_chemistry_mineral_rate(s, law, &u->mineral[u->minerals++]));
+        PD_TRY(pdi_read_chemistry_mineral_rate(s, law, &u->mineral[u->minerals++]));
     }
     if (left_out)
-        pdi_setup_add_note(s->setup, "%d solids of the electrolyte are left out: they have no [mineral ...] section",
+        pd_setup_add_note(s->setup, "%d solids of the electrolyte are left out: they have no [mineral ...] section",
                            left_out);
-    pdi_electrolyte_remove_undissolved(e, stays);
+    pd_electrolyte_remove_undissolved(e, stays);
     for (int k = 0, next = 0; k < e->count; k++)
         if (e->species[k].phase == PD_PHASE_SOLID) u->mineral[next++].species = k;
     return pdi_read_chemistry_check_reactions(s);
@@ -162,7 +162,7 @@ PDI_FN pd_status pdi_read_chemistry_read(pdi_reader *s)
     int section = pdi_text_get_section(s->ctx, s->text, "chemistry", NULL);
     if (!pdi_read_electrolyte_has_sections(s->ctx, s->text)) return PD_OK;
     u->has_chemistry = 1;
-    PDI_TRY(pdi_read_electrolyte_sections(s->ctx, s->text, &s->constants, &u->electrolyte));
+    PD_TRY(pdi_read_electrolyte_sections(s->ctx, s->text, &s->constants, &u->electrolyte));
     if (!pdi_text_has_key(s->ctx, s->text, pdi_text_get_section(s->ctx, s->text, "grid", NULL), NULL))
         return pdi_text_fail_key(s->ctx, s->text, pdi_read_chemistry_find_section(s, ""), "chemistry",
                                  "found species without a [grid], expected one for a run, or --speciate for their "
@@ -170,13 +170,13 @@ PDI_FN pd_status pdi_read_chemistry_read(pdi_reader *s)
     if (u->has_gas)
         return pdi_text_fail_key(s->ctx, s->text, pdi_read_chemistry_find_section(s, ""), "chemistry",
                                  "found beside [gas], expected [flow] or fluid at rest");
-    PDI_TRY(pdi_read_chemistry_minerals(s));
+    PD_TRY(pdi_read_chemistry_minerals(s));
     for (int k = 0; k < u->electrolyte.count; k++) {
         u->species_label[k][0] = '\0';
-        pdi_append(u->species_label[k], sizeof u->species_label[k], "%s [mol/m3]", u->electrolyte.species[k].name);
+        pd_append(u->species_label[k], sizeof u->species_label[k], "%s [mol/m3]", u->electrolyte.species[k].name);
     }
-    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "time", times, "implicit", &u->steady_transport));
-    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "migration", answers, "no", &u->has_migration));
+    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "time", times, "implicit", &u->steady_transport));
+    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "migration", answers, "no", &u->has_migration));
     if (!u->steady_transport || !u->has_dissolve) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, section, "time",
                              "found 'steady' beside metal that dissolves, expected implicit");
@@ -207,7 +207,7 @@ static pd_status pdi_read_chemistry_add_species(pdi_reader *s, int section, cons
         int *place;
         memset(&desc, 0, sizeof desc);
         desc.name = word;
-        if (strchr("+=0123456789.", word[0]) || pdi_electrolyte_find_species(e, word) >= 0) continue;
+        if (strchr("+=0123456789.", word[0]) || pd_electrolyte_find_species(e, word) >= 0) continue;
         if (pd_species_read(s->ctx, &desc, &found) < 0) continue; /* the reaction names it */
         place = found.phase == PD_PHASE_GAS ? gas : found.phase == PD_PHASE_ELECTRON ? electron : metal;
         if (place == metal && (found.elements != 1 || found.count[0] != 1 || found.charge)) continue;
@@ -229,8 +229,8 @@ static pd_status pdi_read_chemistry_reaction(pdi_reader *s, int section, pd_elec
     pd_reaction_desc desc;
     char message[PD_MESSAGE_SIZE];
     memset(&desc, 0, sizeof desc);
-    PDI_TRY(pdi_text_get_string(s->ctx, s->text, section, "reaction", NULL, &desc.text));
-    PDI_TRY(pdi_read_chemistry_add_species(s, section, desc.text, all, metal, gas, electron));
+    PD_TRY(pdi_text_get_string(s->ctx, s->text, section, "reaction", NULL, &desc.text));
+    PD_TRY(pdi_read_chemistry_add_species(s, section, desc.text, all, metal, gas, electron));
     desc.name = "surface";
     desc.k_unit = "log10"; /* unread: its speed is that of the law */
     if (pd_reaction_read(s->ctx, &desc, all->species, all->count, reaction) >= 0) return PD_OK;
@@ -256,7 +256,7 @@ PDI_FN pd_status pdi_read_chemistry_electrode_reaction(pdi_reader *s, int sectio
         return pdi_text_fail_key(s->ctx, s->text, section, "reaction",
                                  "found beside time = steady in [chemistry], "
                                  "expected implicit");
-    PDI_TRY(pdi_read_chemistry_reaction(s, section, &all, &metal, &gas, &electron, &reaction));
+    PD_TRY(pdi_read_chemistry_reaction(s, section, &all, &metal, &gas, &electron, &reaction));
     double electrons = electron >= 0 ? reaction.nu[electron] : 0.0;
     if (!(fabs(electrons) > 0.0))
         return pdi_text_fail_key(s->ctx, s->text, section, "reaction",
@@ -282,7 +282,7 @@ static pd_status pdi_read_chemistry_check_electrons(pdi_reader *s, int section, 
             "found e- where nothing carries the current, "
             "expected migration = yes in [chemistry], [potential] with electrodes, or what takes up "
             "the electrons, as in Mg + 2 H2O = Mg2+ + 2 OH- + H2(g)");
-    if (pdi_setup_has_ion_electrodes(u) && !pdi_setup_has_species_rate(&u->metal[m]))
+    if (pd_setup_has_ion_electrodes(u) && !pd_setup_has_species_rate(&u->metal[m]))
         return pdi_text_fail_key(
             s->ctx, s->text, section, "reaction",
             "found e- beside electrodes among ions that "
@@ -318,7 +318,7 @@ static pd_status pdi_read_chemistry_metal_reaction(pdi_reader *s, int section, i
     pd_reaction reaction;
     int metal, gas, electron;
     all = u->electrolyte;
-    PDI_TRY(pdi_read_chemistry_reaction(s, section, &all, &metal, &gas, &electron, &reaction));
+    PD_TRY(pdi_read_chemistry_reaction(s, section, &all, &metal, &gas, &electron, &reaction));
     if (metal < 0)
         return pdi_text_fail_key(s->ctx, s->text, section, "reaction",
                                  "found no metal, expected the symbol of one that "
@@ -329,9 +329,9 @@ static pd_status pdi_read_chemistry_metal_reaction(pdi_reader *s, int section, i
                                  "found '%s' on the wrong side, expected the metal "
                                  "on the left, and a gas on the right",
                                  all.species[one > 0.0 ? gas : metal].name);
-    if (electron >= 0) PDI_TRY(pdi_read_chemistry_check_electrons(s, section, m, reaction.nu[electron] / one));
+    if (electron >= 0) PD_TRY(pdi_read_chemistry_check_electrons(s, section, m, reaction.nu[electron] / one));
     for (int k = 0; k < u->electrolyte.count; k++) u->metal[m].species_released[k] = reaction.nu[k] / one;
-    if (gas >= 0) PDI_TRY(pdi_read_chemistry_set_gas(s, section, all.species[gas].name));
+    if (gas >= 0) PD_TRY(pdi_read_chemistry_set_gas(s, section, all.species[gas].name));
     if (gas >= 0) u->metal[m].gas_released = reaction.nu[gas] / one;
     u->has_surface_reaction = 1;
     return PD_OK;
@@ -340,14 +340,14 @@ static pd_status pdi_read_chemistry_metal_reaction(pdi_reader *s, int section, i
 /* 1: metal m releases species by a reaction: the only metal, or each one whose rate law depends on species or E. */
 static int pdi_read_chemistry_is_releasing(const pd_setup *u, int m)
 {
-    return pdi_setup_find_species_rate_metal(u) < 0 ? m == 0 : pdi_setup_has_species_rate(&u->metal[m]);
+    return pd_setup_find_species_rate_metal(u) < 0 ? m == 0 : pd_setup_has_species_rate(&u->metal[m]);
 }
 
 /* Read the dissolution reactions of all metals that release species; check that these and no others have one. */
 static pd_status pdi_read_chemistry_metal_reactions(pdi_reader *s, int section)
 {
     pd_setup *u = s->setup;
-    int several = u->metals > 1 && !(pdi_setup_has_ion_electrodes(u) && pdi_setup_find_species_rate_metal(u) >= 0);
+    int several = u->metals > 1 && !(pd_setup_has_ion_electrodes(u) && pd_setup_find_species_rate_metal(u) >= 0);
     int shared = pdi_text_get_section(s->ctx, s->text, u->has_corrode ? "corrode" : "dissolve", NULL);
     if (several || u->activation)
         return pdi_text_fail_key(s->ctx, s->text, section, "reaction",
@@ -367,7 +367,7 @@ static pd_status pdi_read_chemistry_metal_reactions(pdi_reader *s, int section)
             return pdi_text_fail_key(s->ctx, s->text, own, "reaction",
                                      "found of metal that stays, expected a law in E "
                                      "beside it");
-        if (pdi_read_chemistry_is_releasing(u, m)) PDI_TRY(pdi_read_chemistry_metal_reaction(s, own, m));
+        if (pdi_read_chemistry_is_releasing(u, m)) PD_TRY(pdi_read_chemistry_metal_reaction(s, own, m));
     }
     return PD_OK;
 }

@@ -76,20 +76,20 @@ PDI_FN pd_status pdi_read_dissolution_constants(pdi_reader *s)
     pdi_read_constants_add_builtin(s->text, &s->constants, "rho_m", "kg/m3", u->metal[0].material.density);
     pdi_read_constants_add_builtin(s->text, &s->constants, "M_m", "kg/mol", u->metal[0].material.molar_mass);
     pdi_read_constants_add_builtin(s->text, &s->constants, "z_m", "", u->metal[0].material.charge);
-    if (u->has_dissolve) PDI_TRY(pdi_read_dissolution_check_labels(s));
+    if (u->has_dissolve) PD_TRY(pdi_read_dissolution_check_labels(s));
     for (int m = 0; m < u->metals && u->has_dissolve; m++) {
         pd_setup_metal *metal = &u->metal[m];
         int section = pdi_read_dissolution_find_section(s, m, NULL);
         if (pdi_text_has_key(s->ctx, s->text, section, "charge"))
-            PDI_TRY(pdi_reader_get_bounded(s, section, "charge", "", NULL, 0.0, 10.0, 1, &metal->material.charge));
+            PD_TRY(pdi_reader_get_bounded(s, section, "charge", "", NULL, 0.0, 10.0, 1, &metal->material.charge));
         pdi_read_dissolution_set_constants(s, metal);
         if (pdi_text_has_key(s->ctx, s->text, section, "Cs"))
-            PDI_TRY(pdi_reader_get_positive(s, section, "Cs", "mol/m3", NULL, &metal->solid_c));
+            PD_TRY(pdi_reader_get_positive(s, section, "Cs", "mol/m3", NULL, &metal->solid_c));
     }
     pdi_read_dissolution_set_constants(s, &u->metal[0]);
     pdi_read_constants_add_builtin(s->text, &s->constants, "Cs", "mol/m3", u->metal[0].solid_c);
     if (!u->has_dissolve || !pdi_text_has_key(s->ctx, s->text, all, "Csat")) return PD_OK;
-    PDI_TRY(pdi_reader_get_positive(s, all, "Csat", "mol/m3", NULL, &u->saturation));
+    PD_TRY(pdi_reader_get_positive(s, all, "Csat", "mol/m3", NULL, &u->saturation));
     pdi_read_constants_add_builtin(s->text, &s->constants, "Csat", "mol/m3", u->saturation);
     return PD_OK;
 }
@@ -100,17 +100,17 @@ PDI_FN pd_status pdi_read_dissolution_constants(pdi_reader *s)
 static pd_status pdi_read_dissolution_check_rate(pdi_reader *s, int section, const char *key,
                                                  const pd_setup_metal *metal)
 {
-    double v = pdi_setup_compute_rate_at_zero(metal);
+    double v = pd_setup_compute_rate_at_zero(metal);
     char slow[PD_UNITS_TEXT];
-    if ((metal->rate.variables_used >> PDI_SETUP_RATE_GRAIN & 1u) && !s->setup->has_grains)
+    if ((metal->rate.variables_used >> PD_SETUP_RATE_GRAIN & 1u) && !s->setup->has_grains)
         return pdi_text_fail_key(s->ctx, s->text, section, key,
                                  "found the variable grain, expected grains = SIZE in a solid [shape ...]");
     if (metal->rate.variables_used <= 1 && (!(v >= 0.0) || v > 1.0))
         return pdi_text_fail_key(s->ctx, s->text, section, key,
                                  "found a recession speed of %.6g m/s at C = 0, expected 0 to 1 m/s", v);
     if (strcmp(key, "law") != 0) return PD_OK;
-    pdi_setup_format_value(s->setup->h[0], "m", slow);
-    pdi_setup_add_note(s->setup, "law: one layer of %s a unit of the rate: %.6g um/h = %.6g mm/year at C = 0", slow,
+    pd_setup_format_value(s->setup->h[0], "m", slow);
+    pd_setup_add_note(s->setup, "law: one layer of %s a unit of the rate: %.6g um/h = %.6g mm/year at C = 0", slow,
                        v * 1e6 * 3600.0, v * 1e3 * 31557600.0);
     return PD_OK;
 }
@@ -123,18 +123,18 @@ static pd_status pdi_read_dissolution_rate_symbols(pdi_reader *s, int section, c
                                                    char (*name)[PD_SPECIES_NAME + 2], int *count)
 {
     const char *at;
-    memcpy(vars, pdi_setup_get_rate_symbols(), PDI_SETUP_RATE_VARS * sizeof *vars);
+    memcpy(vars, pd_setup_get_rate_symbols(), PD_SETUP_RATE_VARS * sizeof *vars);
     pdi_read_physics_set_symbols(s->setup, vars, unit);
-    if (!s->setup->has_potential || s->setup->has_migration) vars[PDI_SETUP_RATE_CURRENT].name = "";
-    if (!s->setup->has_potential && !metal->has_potential) vars[PDI_SETUP_RATE_POTENTIAL].name = "";
-    memset(&vars[PDI_SETUP_RATE_PH], 0, sizeof *vars);
-    vars[PDI_SETUP_RATE_PH].name = "pH";
-    vars[PDI_SETUP_RATE_PH].unit = "";
-    *count = PDI_SETUP_RATE_PH + 1;
+    if (!s->setup->has_potential || s->setup->has_migration) vars[PD_SETUP_RATE_CURRENT].name = "";
+    if (!s->setup->has_potential && !metal->has_potential) vars[PD_SETUP_RATE_POTENTIAL].name = "";
+    memset(&vars[PD_SETUP_RATE_PH], 0, sizeof *vars);
+    vars[PD_SETUP_RATE_PH].name = "pH";
+    vars[PD_SETUP_RATE_PH].unit = "";
+    *count = PD_SETUP_RATE_PH + 1;
     metal->species_count = 0;
     if (!pdi_text_has_key(s->ctx, s->text, section, key)) return PD_OK;
     if (s->setup->has_potential && s->setup->has_migration) {
-        PDI_TRY(pdi_text_get_string(s->ctx, s->text, section, key, NULL, &at));
+        PD_TRY(pdi_text_get_string(s->ctx, s->text, section, key, NULL, &at));
         if (strcmp(at, "i") == 0)
             return pdi_text_fail_key(
                 s->ctx, s->text, section, key,
@@ -149,7 +149,7 @@ static pd_status pdi_read_dissolution_rate_symbols(pdi_reader *s, int section, c
 /* Read the prescribed electrode potential [V] of a metal in an electrolyte whose ions migrate, a function of t. */
 static pd_status pdi_read_dissolution_potential(pdi_reader *s, int section, pd_setup_metal *metal)
 {
-    if (pdi_setup_has_ion_electrodes(s->setup)) metal->has_potential = 1;
+    if (pd_setup_has_ion_electrodes(s->setup)) metal->has_potential = 1;
     if (!pdi_text_has_key(s->ctx, s->text, section, "potential")) return PD_OK;
     if (metal->has_potential)
         return pdi_text_fail_key(s->ctx, s->text, section, "potential",
@@ -165,8 +165,8 @@ static pd_status pdi_read_dissolution_potential(pdi_reader *s, int section, pd_s
             return pdi_text_fail_key(s->ctx, s->text, pdi_text_get_section(s->ctx, s->text, "constants", NULL), "E",
                                      "found the name 'E' beside potential of [dissolve], where it is a variable, "
                                      "expected another one");
-    PDI_TRY(pdi_text_get_expr(s->ctx, s->text, section, "potential", "V", pdi_setup_get_position_symbols(),
-                              PDI_SETUP_POSITION_VARS, NULL, &metal->potential));
+    PD_TRY(pdi_text_get_expr(s->ctx, s->text, section, "potential", "V", pd_setup_get_position_symbols(),
+                              PD_SETUP_POSITION_VARS, NULL, &metal->potential));
     metal->has_potential = 1;
     if (!(metal->potential.variables_used & ~((uint32_t)1 << PD_DIM))) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, section, "potential",
@@ -179,13 +179,13 @@ static pd_status pdi_read_dissolution_check_species_rate(pdi_reader *s, int sect
                                                          const pd_setup_metal *metal)
 {
     const pd_setup *u = s->setup;
-    if (pdi_setup_reads_registered_field(metal) && pdi_setup_has_ion_electrodes(u))
+    if (pd_setup_reads_registered_field(metal) && pd_setup_has_ion_electrodes(u))
         return pdi_text_fail_key(s->ctx, s->text, section, key,
                                  "found a field of a physics of the program, expected none beside electrodes among "
                                  "ions that migrate");
-    if (!pdi_setup_has_species_rate(metal)) return PD_OK;
-    int acid = u->has_chemistry && pdi_electrolyte_find_species(&u->electrolyte, "H+") >= 0;
-    if ((metal->rate.variables_used >> PDI_SETUP_RATE_PH & 1u) && !acid)
+    if (!pd_setup_has_species_rate(metal)) return PD_OK;
+    int acid = u->has_chemistry && pd_electrolyte_find_species(&u->electrolyte, "H+") >= 0;
+    if ((metal->rate.variables_used >> PD_SETUP_RATE_PH & 1u) && !acid)
         return pdi_text_fail_key(s->ctx, s->text, section, key,
                                  "found pH without the species H+, expected [species H+] "
                                  "and others, or include = electrolytes/hbss.electrolyte in [chemistry]");
@@ -193,11 +193,11 @@ static pd_status pdi_read_dissolution_check_species_rate(pdi_reader *s, int sect
         return pdi_text_fail_key(s->ctx, s->text, section, key,
                                  "found C beside pH, species or E, expected the species "
                                  "of the dissolved metal, such as [Mg2+]");
-    if (pdi_setup_has_ion_electrodes(u) && u->has_corrode)
+    if (pd_setup_has_ion_electrodes(u) && u->has_corrode)
         return pdi_text_fail_key(s->ctx, s->text, section, key,
                                  "found E of electrodes among ions that migrate, expected "
                                  "[dissolve] there");
-    if (pdi_setup_has_ion_electrodes(u) && u->metals > 1) return PD_OK; /* see pdi_read_dissolution_check_several */
+    if (pd_setup_has_ion_electrodes(u) && u->metals > 1) return PD_OK; /* see pdi_read_dissolution_check_several */
     if (u->metals > 1 || u->activation || u->drive == PD_DRIVE_DIFFERENCE)
         return pdi_text_fail_key(s->ctx, s->text, section, key, "found pH, species or E %s",
                                  u->metals > 1   ? "with several metals, expected one"
@@ -217,11 +217,11 @@ static pd_status pdi_read_dissolution_rate(pdi_reader *s, int section, const cha
     int count;
     if (pdi_text_has_key(s->ctx, s->text, section, other) && strcmp(key, other) != 0)
         return pdi_text_fail_key(s->ctx, s->text, section, key, "found beside '%s', expected one of them", other);
-    if (!s->setup->has_corrode) PDI_TRY(pdi_read_dissolution_potential(s, section, metal));
-    PDI_TRY(pdi_read_dissolution_rate_symbols(s, section, key, metal, vars, units, name, &count));
-    PDI_TRY(pdi_text_get_expr(s->ctx, s->text, section, key, unit, vars, count, NULL, &metal->rate));
-    PDI_TRY(pdi_read_dissolution_check_species_rate(s, section, key, metal));
-    PDI_TRY(pdi_reader_get_bounded(s, section, "rate_scale", "", "1", 0.0, 1e6, 0, &factor));
+    if (!s->setup->has_corrode) PD_TRY(pdi_read_dissolution_potential(s, section, metal));
+    PD_TRY(pdi_read_dissolution_rate_symbols(s, section, key, metal, vars, units, name, &count));
+    PD_TRY(pdi_text_get_expr(s->ctx, s->text, section, key, unit, vars, count, NULL, &metal->rate));
+    PD_TRY(pdi_read_dissolution_check_species_rate(s, section, key, metal));
+    PD_TRY(pdi_reader_get_bounded(s, section, "rate_scale", "", "1", 0.0, 1e6, 0, &factor));
     metal->rate_scale *= factor;
     return pdi_read_dissolution_check_rate(s, section, key, metal);
 }
@@ -255,11 +255,11 @@ static pd_status pdi_read_dissolution_dissolve_rate(pdi_reader *s, int section, 
 static pd_status pdi_read_dissolution_check_several(pdi_reader *s)
 {
     const pd_setup *u = s->setup;
-    if (!pdi_setup_has_ion_electrodes(u) || u->metals == 1 || pdi_setup_find_species_rate_metal(u) < 0) return PD_OK;
+    if (!pd_setup_has_ion_electrodes(u) || u->metals == 1 || pd_setup_find_species_rate_metal(u) < 0) return PD_OK;
     for (int m = 0; m < u->metals; m++) {
         const pd_setup_metal *metal = &u->metal[m];
-        if (pdi_setup_has_species_rate(metal) ||
-            (!metal->rate.variables_used && !(fabs(pdi_setup_compute_rate_at_zero(metal)) > 0.0)))
+        if (pd_setup_has_species_rate(metal) ||
+            (!metal->rate.variables_used && !(fabs(pd_setup_compute_rate_at_zero(metal)) > 0.0)))
             continue;
         return pdi_text_fail_key(
             s->ctx, s->text, pdi_read_dissolution_find_section(s, m, NULL), "rate",
@@ -268,7 +268,7 @@ static pd_status pdi_read_dissolution_check_several(pdi_reader *s)
             "law in E, or rate = 0 in [dissolve %s]",
             metal->material.name);
     }
-    if (pdi_setup_count_species_rate_metals(u) == 1 || !(u->shielding_thickness > 0.0) || !u->minerals) return PD_OK;
+    if (pd_setup_count_species_rate_metals(u) == 1 || !(u->shielding_thickness > 0.0) || !u->minerals) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, pdi_text_get_section(s->ctx, s->text, "chemistry", NULL), "cover",
                              "found "
                              "with several metals that dissolve among ions that migrate, expected one, or none");
@@ -298,7 +298,7 @@ PDI_FN pd_status pdi_read_dissolution_rates(pdi_reader *s)
 static pd_status pdi_read_dissolution_gb_factor(pdi_reader *s, int section)
 {
     pd_setup *u = s->setup;
-    PDI_TRY(pdi_reader_get_bounded(s, section, "gb_factor", "", "1", 0.0, 1e6, 0, &u->gb_factor));
+    PD_TRY(pdi_reader_get_bounded(s, section, "gb_factor", "", "1", 0.0, 1e6, 0, &u->gb_factor));
     if (!(fabs(u->gb_factor - 1.0) > 0.0) || u->has_grains) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, section, "gb_factor",
                              "found %.6g without grains, expected grains = SIZE in a solid [shape ...]", u->gb_factor);
@@ -316,7 +316,7 @@ PDI_FN pd_status pdi_read_dissolution_dissolve(pdi_reader *s)
         return pdi_text_fail_key(s->ctx, s->text, section, "dissolve",
                                  "found no solid, expected a [shape ...] with kind"
                                  " = solid");
-    PDI_TRY(pdi_read_dissolution_gb_factor(s, section));
+    PD_TRY(pdi_read_dissolution_gb_factor(s, section));
     return pdi_reader_get_bounded(s, section, "threshold", "", "0", 0.0, 0.99, 0, &u->threshold);
 }
 
@@ -340,10 +340,10 @@ PDI_FN pd_status pdi_read_dissolution_horizons(pdi_reader *s, int grid)
     int given = pdi_text_has_key(s->ctx, s->text, grid, "m");
     int own = u->has_dissolve && pdi_text_has_key(s->ctx, s->text, metal, "m");
     u->fluid_m = u->has_corrode ? PDI_READ_DISSOLUTION_ISOTROPIC_M : 1.0;
-    if (given) PDI_TRY(pdi_reader_get_bounded(s, grid, "m", "", NULL, 1.0, 6.0, 0, &u->fluid_m));
+    if (given) PD_TRY(pdi_reader_get_bounded(s, grid, "m", "", NULL, 1.0, 6.0, 0, &u->fluid_m));
     u->metal_m = u->has_corrode ? u->fluid_m : pdi_max(PDI_READ_DISSOLUTION_ISOTROPIC_M, u->fluid_m);
     if (!own) return PD_OK;
-    PDI_TRY(pdi_reader_get_bounded(s, metal, "m", "", NULL, 1.0, 6.0, 0, &u->metal_m));
+    PD_TRY(pdi_reader_get_bounded(s, metal, "m", "", NULL, 1.0, 6.0, 0, &u->metal_m));
     if (u->has_corrode && !given) u->fluid_m = u->metal_m;
     if (u->has_corrode || u->metal_m >= u->fluid_m) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, metal, "m",
@@ -361,10 +361,10 @@ static pd_status pdi_read_dissolution_corrode_variant(pdi_reader *s, int section
     static const char *const breakings[] = {"deterministic", "stochastic", NULL};
     pd_setup *u = s->setup;
     int drive, kernel, printed;
-    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "control", controls, "diffusion", &u->activation));
-    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "drive", drives, "constant", &drive));
-    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "kernel", kernels, "area", &kernel));
-    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "weights", weights, "calibrated", &printed));
+    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "control", controls, "diffusion", &u->activation));
+    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "drive", drives, "constant", &drive));
+    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "kernel", kernels, "area", &kernel));
+    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "weights", weights, "calibrated", &printed));
     u->drive = (pd_drive)drive;
     u->kernel = (pd_kernel)kernel;
     u->weights = printed ? PD_WEIGHTS_PUBLISHED : PD_WEIGHTS_CALIBRATED;
@@ -375,7 +375,7 @@ static pd_status pdi_read_dissolution_corrode_variant(pdi_reader *s, int section
     if (printed && u->has_flow)
         return pdi_text_fail_key(s->ctx, s->text, section, "weights",
                                  "found 'printed' beside [flow], expected calibrated: no flow is exact with others");
-    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "breaking", breakings, "deterministic", &u->stochastic));
+    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "breaking", breakings, "deterministic", &u->stochastic));
     if (u->stochastic) return pdi_text_get_integer(s->ctx, s->text, section, "seed", 0, 2147483647, "1", &u->seed);
     if (!pdi_text_has_key(s->ctx, s->text, section, "seed")) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, section, "seed", "found without breaking = stochastic, expected both");
@@ -392,11 +392,11 @@ static pd_status pdi_read_dissolution_corrode_fluid(pdi_reader *s, int section)
             return pdi_text_fail_key(s->ctx, s->text, section, keys[k],
                                      "found beside a [transport] section, expected it there");
     if (!transport) {
-        PDI_TRY(pdi_reader_get_nonnegative(s, section, "D", "m2/s", u->activation ? "0" : NULL, &u->diffusivity));
-        PDI_TRY(pdi_reader_read_initial(s, section));
+        PD_TRY(pdi_reader_get_nonnegative(s, section, "D", "m2/s", u->activation ? "0" : NULL, &u->diffusivity));
+        PD_TRY(pdi_reader_read_initial(s, section));
     }
     if (u->activation && (u->diffusivity > 0.0 || pdi_text_has_key(s->ctx, s->text, section, "initial")))
-        pdi_setup_add_note(u, "D and initial belong to control = diffusion; with activation all fluid holds bulk");
+        pd_setup_add_note(u, "D and initial belong to control = diffusion; with activation all fluid holds bulk");
     return pdi_reader_get_bounded(s, section, "bulk", "mol/m3", "0", 0.0, u->saturation, 0, &u->bulk_c);
 }
 
@@ -410,12 +410,12 @@ PDI_FN pd_status pdi_read_dissolution_corrode(pdi_reader *s)
     if (u->solid < 0)
         return pdi_text_fail_key(s->ctx, s->text, section, "corrode",
                                  "found no solid, expected a [shape ...] with kind = solid");
-    PDI_TRY(pdi_read_dissolution_corrode_variant(s, section));
-    PDI_TRY(pdi_reader_get_bounded(s, section, "Csat", "mol/m3", NULL, 0.0, u->metal[0].solid_c, 1, &saturation));
-    PDI_TRY(pdi_read_dissolution_gb_factor(s, section));
-    PDI_TRY(pdi_read_dissolution_corrode_fluid(s, section));
+    PD_TRY(pdi_read_dissolution_corrode_variant(s, section));
+    PD_TRY(pdi_reader_get_bounded(s, section, "Csat", "mol/m3", NULL, 0.0, u->metal[0].solid_c, 1, &saturation));
+    PD_TRY(pdi_read_dissolution_gb_factor(s, section));
+    PD_TRY(pdi_read_dissolution_corrode_fluid(s, section));
     if (pdi_text_has_key(s->ctx, s->text, section, "repassivation"))
-        PDI_TRY(pdi_reader_get_bounded(s, section, "repassivation", "mol/m3", NULL, 0.0, u->saturation, 1,
+        PD_TRY(pdi_reader_get_bounded(s, section, "repassivation", "mol/m3", NULL, 0.0, u->saturation, 1,
                                        &u->repassivation));
     if (u->activation && u->repassivation > 0.0)
         return pdi_text_fail_key(s->ctx, s->text, section, "repassivation",

@@ -30,7 +30,7 @@ static pd_status pdi_read_electrolyte_fail(const pdi_read_electrolyte_state *s, 
 {
     char message[PD_MESSAGE_SIZE];
     pd_status status = s->ctx->status;
-    if (pdi_is_fatal(status)) return status;
+    if (pd_is_fatal(status)) return status;
     const char *what = strstr(s->ctx->message, ": ");
     snprintf(message, sizeof message, "%s", what ? what + 2 : s->ctx->message);
     return pdi_text_fail_key(s->ctx, s->text, section, key, "%.500s", message);
@@ -44,7 +44,7 @@ static pd_status pdi_read_electrolyte_temperature(pdi_read_electrolyte_state *s,
 {
     static const char *const ways[] = {"given", "viscosity", NULL};
     double *t = &s->electrolyte->temperature;
-    PDI_TRY(pdi_text_get_number(s->ctx, s->text, s->chemistry, "temperature", "K", "298.15 K", t));
+    PD_TRY(pdi_text_get_number(s->ctx, s->text, s->chemistry, "temperature", "K", "298.15 K", t));
     if (!(*t >= PDI_READ_ELECTROLYTE_MIN_T && *t <= PDI_READ_ELECTROLYTE_MAX_T))
         return pdi_text_fail_key(s->ctx, s->text, s->chemistry, "temperature",
                                  "found %g K, expected water from 273 to "
@@ -62,7 +62,7 @@ static pd_status pdi_read_electrolyte_temperature(pdi_read_electrolyte_state *s,
  * [J/mol]. */
 static double pdi_read_electrolyte_arrhenius_factor(const pdi_read_electrolyte_state *s, double energy)
 {
-    return exp(energy / PDI_GAS_CONSTANT *
+    return exp(energy / PD_GAS_CONSTANT *
                (1.0 / PDI_READ_ELECTROLYTE_REFERENCE_T - 1.0 / s->electrolyte->temperature));
 }
 
@@ -87,9 +87,9 @@ static pd_status pdi_read_electrolyte_diffusivity(pdi_read_electrolyte_state *s,
 {
     double energy;
     int own = pdi_text_has_key(s->ctx, s->text, section, "activation");
-    PDI_TRY(pdi_text_get_number(s->ctx, s->text, section, "D", "m2/s", NULL, diffusivity));
+    PD_TRY(pdi_text_get_number(s->ctx, s->text, section, "D", "m2/s", NULL, diffusivity));
     if (own) {
-        PDI_TRY(pdi_text_get_number(s->ctx, s->text, section, "activation", "J/mol", NULL, &energy));
+        PD_TRY(pdi_text_get_number(s->ctx, s->text, section, "activation", "J/mol", NULL, &energy));
         *diffusivity *= pdi_read_electrolyte_arrhenius_factor(s, energy);
     } else if (s->diffusion_by_viscosity) {
         *diffusivity *= pdi_read_electrolyte_stokes_einstein_factor(s);
@@ -103,7 +103,7 @@ static pd_status pdi_read_electrolyte_diffusivity(pdi_read_electrolyte_state *s,
 static pd_status pdi_read_electrolyte_concentration(pdi_read_electrolyte_state *s, int section, const char *key,
                                                     const char *fallback, double *value)
 {
-    PDI_TRY(pdi_text_get_number(s->ctx, s->text, section, key, "mol/m3", fallback, value));
+    PD_TRY(pdi_text_get_number(s->ctx, s->text, section, key, "mol/m3", fallback, value));
     if (*value >= 0.0 && *value < HUGE_VAL) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, section, key, "found %.6g mol/m3, expected a value of at least 0",
                              *value);
@@ -140,18 +140,18 @@ static pd_status pdi_read_electrolyte_one_species(pdi_read_electrolyte_state *s,
         return pdi_text_fail_key(s->ctx, s->text, section, "species", "found more than %d species, expected fewer",
                                  PD_SPECIES_MAX);
     if (pdi_text_has_key(s->ctx, s->text, section, "formula"))
-        PDI_TRY(pdi_text_get_string(s->ctx, s->text, section, "formula", NULL, &desc.formula));
+        PD_TRY(pdi_text_get_string(s->ctx, s->text, section, "formula", NULL, &desc.formula));
     desc.has_charge = pdi_text_has_key(s->ctx, s->text, section, "charge");
-    if (desc.has_charge) PDI_TRY(pdi_text_get_integer(s->ctx, s->text, section, "charge", -20, 20, NULL, &desc.charge));
+    if (desc.has_charge) PD_TRY(pdi_text_get_integer(s->ctx, s->text, section, "charge", -20, 20, NULL, &desc.charge));
     if (pdi_text_has_key(s->ctx, s->text, section, "D"))
-        PDI_TRY(pdi_read_electrolyte_diffusivity(s, section, &desc.diffusivity));
+        PD_TRY(pdi_read_electrolyte_diffusivity(s, section, &desc.diffusivity));
     else if (pdi_text_has_key(s->ctx, s->text, section, "activation"))
         return pdi_text_fail_key(s->ctx, s->text, section, "activation", "found without D, expected that of 25 C");
     if (pd_species_read(s->ctx, &desc, &e->species[k]) < 0) return pdi_read_electrolyte_fail(s, section, "species");
-    PDI_TRY(pdi_read_electrolyte_concentration(s, section, "initial", "0", &e->initial[k]));
-    PDI_TRY(pdi_read_electrolyte_other_concentration(s, section, "inlet", &e->inlet[k]));
-    PDI_TRY(pdi_read_electrolyte_other_concentration(s, section, "inside", &e->shape_initial[k]));
-    PDI_TRY(pdi_text_get_number(s->ctx, s->text, section, "volume", "m3/mol", "0", &e->volume[k]));
+    PD_TRY(pdi_read_electrolyte_concentration(s, section, "initial", "0", &e->initial[k]));
+    PD_TRY(pdi_read_electrolyte_other_concentration(s, section, "inlet", &e->inlet[k]));
+    PD_TRY(pdi_read_electrolyte_other_concentration(s, section, "inside", &e->shape_initial[k]));
+    PD_TRY(pdi_text_get_number(s->ctx, s->text, section, "volume", "m3/mol", "0", &e->volume[k]));
     if (!(e->volume[k] >= 0.0) || (e->volume[k] > 0.0 && e->species[k].phase != PD_PHASE_SOLID))
         return pdi_text_fail_key(s->ctx, s->text, section, "volume",
                                  "found %g m3/mol of %s, expected a positive value "
@@ -169,16 +169,16 @@ static pd_status pdi_read_electrolyte_species(pdi_read_electrolyte_state *s)
     pd_species_desc water;
     for (int k = pdi_text_next_section(s->ctx, s->text, "species", -1); k >= 0;
          k = pdi_text_next_section(s->ctx, s->text, "species", k))
-        PDI_TRY(pdi_read_electrolyte_one_species(s, k));
+        PD_TRY(pdi_read_electrolyte_one_species(s, k));
     if (!e->count)
         return pdi_text_fail_key(s->ctx, s->text, s->chemistry, "chemistry",
                                  "found no species, expected [species Na+] "
                                  "and others");
-    int solvent = pdi_electrolyte_find_species(e, "H2O");
+    int solvent = pd_electrolyte_find_species(e, "H2O");
     if (solvent < 0 && e->count < PD_SPECIES_MAX) {
         memset(&water, 0, sizeof water);
         water.name = "H2O";
-        PDI_TRY(pd_species_read(s->ctx, &water, &e->species[e->count]));
+        PD_TRY(pd_species_read(s->ctx, &water, &e->species[e->count]));
         s->section[e->count] = s->chemistry;
         solvent = e->count++;
     }
@@ -200,14 +200,14 @@ static pd_status pdi_read_electrolyte_constant(pdi_read_electrolyte_state *s, in
 {
     static const char *const names[] = {"mol", "L", "s"};
     pd_expr expr;
-    PDI_TRY(pdi_text_get_expr(s->ctx, s->text, section, key, NULL, NULL, 0, NULL, &expr));
+    PD_TRY(pdi_text_get_expr(s->ctx, s->text, section, key, NULL, NULL, 0, NULL, &expr));
     pd_dims dims = expr.dims;
-    *value = pdi_expr_eval(&expr, NULL);
-    pdi_expr_free(s->ctx, &expr);
+    *value = pd_expr_eval(&expr, NULL);
+    pd_expr_free(s->ctx, &expr);
     double power[3] = {dims.exponent[4], dims.exponent[0] / 3.0, dims.exponent[2]};
     if (dims.exponent[1] != 0.0 || dims.exponent[3] != 0.0 || dims.exponent[5] != 0.0) {
         char found[PD_UNITS_TEXT];
-        pdi_units_describe(&dims, found);
+        pd_units_describe(&dims, found);
         return pdi_text_fail_key(s->ctx, s->text, section, key, "found %s, expected a unit of mol, L and s", found);
     }
     *value *= pow(PDI_READ_ELECTROLYTE_LITRES_PER_M3, power[1]);
@@ -217,8 +217,8 @@ static pd_status pdi_read_electrolyte_constant(pdi_read_electrolyte_state *s, in
             double n = sign * power[k];
             if (!(n > 0.0)) continue;
             const char *before = sign < 0 ? unit[0] ? "/" : "1/" : unit[0] ? " " : "";
-            if (n > 1.0 || n < 1.0) pdi_append(unit, PD_UNITS_TEXT, "%s%s%.4g", before, names[k], n);
-            else pdi_append(unit, PD_UNITS_TEXT, "%s%s", before, names[k]);
+            if (n > 1.0 || n < 1.0) pd_append(unit, PD_UNITS_TEXT, "%s%s%.4g", before, names[k], n);
+            else pd_append(unit, PD_UNITS_TEXT, "%s%s", before, names[k]);
         }
     return PD_OK;
 }
@@ -234,8 +234,8 @@ static pd_status pdi_read_electrolyte_vant_hoff(pdi_read_electrolyte_state *s, i
     if (isnan(desc->k))
         return pdi_text_fail_key(s->ctx, s->text, section, "enthalpy",
                                  "found without a constant, expected K or log10_K");
-    PDI_TRY(pdi_text_get_number(s->ctx, s->text, section, "enthalpy", "J/mol", NULL, enthalpy));
-    double more = *enthalpy / PDI_GAS_CONSTANT * (1.0 / PDI_READ_ELECTROLYTE_REFERENCE_T - 1.0 / e->temperature);
+    PD_TRY(pdi_text_get_number(s->ctx, s->text, section, "enthalpy", "J/mol", NULL, enthalpy));
+    double more = *enthalpy / PD_GAS_CONSTANT * (1.0 / PDI_READ_ELECTROLYTE_REFERENCE_T - 1.0 / e->temperature);
     if (strcmp(desc->k_unit, "log10") == 0) desc->k += more / log(10.0);
     else desc->k *= exp(more);
     return PD_OK;
@@ -252,7 +252,7 @@ static pd_status pdi_read_electrolyte_rate_temperature(pdi_read_electrolyte_stat
         return pdi_text_fail_key(s->ctx, s->text, section, "activation",
                                  "found without a rate, expected forward or "
                                  "backward");
-    PDI_TRY(pdi_text_get_number(s->ctx, s->text, section, "activation", "J/mol", NULL, &energy));
+    PD_TRY(pdi_text_get_number(s->ctx, s->text, section, "activation", "J/mol", NULL, &energy));
     desc->forward *= pdi_read_electrolyte_arrhenius_factor(s, energy);
     desc->backward *= pdi_read_electrolyte_arrhenius_factor(s, isnan(enthalpy) ? energy : energy - enthalpy);
     return PD_OK;
@@ -280,7 +280,7 @@ static pd_status pdi_read_electrolyte_reaction(pdi_read_electrolyte_state *s, in
     if (e->reactions == PD_REACTION_MAX)
         return pdi_text_fail_key(s->ctx, s->text, section, "reaction", "found more than %d reactions, expected fewer",
                                  PD_REACTION_MAX);
-    PDI_TRY(pdi_text_get_string(s->ctx, s->text, section, "equation", NULL, &desc.text));
+    PD_TRY(pdi_text_get_string(s->ctx, s->text, section, "equation", NULL, &desc.text));
     const char *first = strchr(desc.text, '=');
     if (first && strchr(first + 1, '='))
         return pdi_text_fail_key(s->ctx, s->text, section, "equation",
@@ -290,20 +290,20 @@ static pd_status pdi_read_electrolyte_reaction(pdi_read_electrolyte_state *s, in
     if (pdi_text_has_key(s->ctx, s->text, section, "log10_K")) {
         if (pdi_text_has_key(s->ctx, s->text, section, "K"))
             return pdi_text_fail_key(s->ctx, s->text, section, "log10_K", "found beside 'K', expected one of them");
-        PDI_TRY(pdi_text_get_number(s->ctx, s->text, section, "log10_K", "", NULL, &desc.k));
+        PD_TRY(pdi_text_get_number(s->ctx, s->text, section, "log10_K", "", NULL, &desc.k));
         desc.k_unit = "log10";
     } else if (pdi_text_has_key(s->ctx, s->text, section, "K")) {
-        PDI_TRY(pdi_read_electrolyte_constant(s, section, "K", &desc.k, unit[0]));
+        PD_TRY(pdi_read_electrolyte_constant(s, section, "K", &desc.k, unit[0]));
     }
-    PDI_TRY(pdi_read_electrolyte_vant_hoff(s, section, &desc));
+    PD_TRY(pdi_read_electrolyte_vant_hoff(s, section, &desc));
     for (int k = 0; k < 2; k++) {
         if (!pdi_text_has_key(s->ctx, s->text, section, rates[k])) continue;
-        PDI_TRY(pdi_read_electrolyte_constant(s, section, rates[k], rate[k], unit[1 + k]));
+        PD_TRY(pdi_read_electrolyte_constant(s, section, rates[k], rate[k], unit[1 + k]));
         if (!(*rate[k] > 0.0))
             return pdi_text_fail_key(s->ctx, s->text, section, rates[k], "found %g, expected a positive value",
                                      *rate[k]);
     }
-    PDI_TRY(pdi_read_electrolyte_rate_temperature(s, section, &desc));
+    PD_TRY(pdi_read_electrolyte_rate_temperature(s, section, &desc));
     if (pd_reaction_read(s->ctx, &desc, e->species, e->count, &e->reaction[e->reactions]) < 0)
         return pdi_read_electrolyte_fail(s, section, "equation");
     e->reactions++;
@@ -318,8 +318,8 @@ static pd_status pdi_read_electrolyte_ion(pdi_read_electrolyte_state *s, const c
     const char *name;
     *ion = -1;
     if (!pdi_text_has_key(s->ctx, s->text, s->chemistry, key)) return PD_OK;
-    PDI_TRY(pdi_text_get_string(s->ctx, s->text, s->chemistry, key, NULL, &name));
-    *ion = pdi_electrolyte_find_species(s->electrolyte, name);
+    PD_TRY(pdi_text_get_string(s->ctx, s->text, s->chemistry, key, NULL, &name));
+    *ion = pd_electrolyte_find_species(s->electrolyte, name);
     if (*ion < 0)
         return pdi_text_fail_key(s->ctx, s->text, s->chemistry, key,
                                  "found '%.40s', which no section defines, expected "
@@ -336,7 +336,7 @@ static pd_status pdi_read_electrolyte_ion(pdi_read_electrolyte_state *s, const c
 static pd_status pdi_read_electrolyte_ph(pdi_read_electrolyte_state *s, const char *key, double *ph)
 {
     if (!pdi_text_has_key(s->ctx, s->text, s->chemistry, key)) return PD_OK;
-    PDI_TRY(pdi_text_get_number(s->ctx, s->text, s->chemistry, key, "", NULL, ph));
+    PD_TRY(pdi_text_get_number(s->ctx, s->text, s->chemistry, key, "", NULL, ph));
     if (*ph >= -2.0 && *ph <= 16.0) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, s->chemistry, key, "found %g, expected a pH from -2 to 16", *ph);
 }
@@ -349,12 +349,12 @@ static pd_status pdi_read_electrolyte_chemistry(pdi_read_electrolyte_state *s)
     const char *files; /* they are in the text */
     int activity, at = s->chemistry;
     if (pdi_text_has_key(s->ctx, s->text, at, "include"))
-        PDI_TRY(pdi_text_get_string(s->ctx, s->text, at, "include", NULL, &files));
-    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, at, "activity", activities, "davies", &activity));
+        PD_TRY(pdi_text_get_string(s->ctx, s->text, at, "include", NULL, &files));
+    PD_TRY(pdi_text_get_choice(s->ctx, s->text, at, "activity", activities, "davies", &activity));
     e->activity = (pd_activity)activity;
-    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, at, "minerals", minerals, "given", &e->all_minerals_form));
-    PDI_TRY(pdi_read_electrolyte_ion(s, "balance", &e->balance_ion));
-    PDI_TRY(pdi_read_electrolyte_ion(s, "counter", &e->counter_ion));
+    PD_TRY(pdi_text_get_choice(s->ctx, s->text, at, "minerals", minerals, "given", &e->all_minerals_form));
+    PD_TRY(pdi_read_electrolyte_ion(s, "balance", &e->balance_ion));
+    PD_TRY(pdi_read_electrolyte_ion(s, "counter", &e->counter_ion));
     if (e->counter_ion < 0) e->counter_ion = e->balance_ion;
     if (e->counter_ion >= 0 &&
         (strcmp(e->species[e->counter_ion].name, "H+") == 0 || strcmp(e->species[e->counter_ion].name, "OH-") == 0) &&
@@ -363,9 +363,9 @@ static pd_status pdi_read_electrolyte_chemistry(pdi_read_electrolyte_state *s)
                                  "found beside balance or counter = %s, expected another ion, "
                                  "that of a salt",
                                  e->species[e->counter_ion].name);
-    PDI_TRY(pdi_read_electrolyte_ph(s, "pH", &e->ph));
+    PD_TRY(pdi_read_electrolyte_ph(s, "pH", &e->ph));
     e->inlet_ph = e->shape_ph = e->ph;
-    PDI_TRY(pdi_read_electrolyte_ph(s, "inlet_pH", &e->inlet_ph));
+    PD_TRY(pdi_read_electrolyte_ph(s, "inlet_pH", &e->inlet_ph));
     return pdi_read_electrolyte_ph(s, "inside_pH", &e->shape_ph);
 }
 
@@ -388,14 +388,14 @@ static pd_status pdi_read_electrolyte_close_solutions(pdi_read_electrolyte_state
 {
     pd_electrolyte *e = s->electrolyte;
     pd_speciation system;
-    if (pdi_electrolyte_build_speciation(s->ctx, e, NULL, &system) < 0)
+    if (pd_electrolyte_build_speciation(s->ctx, e, NULL, &system) < 0)
         return pdi_read_electrolyte_fail(s, s->chemistry, "chemistry");
     memcpy(e->recipe, e->initial, sizeof e->recipe);
     if (pd_electrolyte_neutralise(s->ctx, e, NAN, e->initial) < 0)
         return pdi_read_electrolyte_fail(s, s->chemistry, "chemistry");
     if (pd_electrolyte_neutralise(s->ctx, e, e->ph, e->initial) < 0)
         return pdi_read_electrolyte_fail(s, s->chemistry, "pH");
-    PDI_TRY(pdi_read_electrolyte_close_solution(s, "inlet", "inlet_pH", e->inlet_ph, e->inlet));
+    PD_TRY(pdi_read_electrolyte_close_solution(s, "inlet", "inlet_pH", e->inlet_ph, e->inlet));
     return pdi_read_electrolyte_close_solution(s, "inside", "inside_pH", e->shape_ph, e->shape_initial);
 }
 
@@ -419,12 +419,12 @@ PDI_FN pd_status pdi_read_electrolyte_sections(pd_ctx *ctx, pd_text *text, pdi_r
     s.electrolyte = e;
     e->ph = e->inlet_ph = e->shape_ph = NAN;
     s.chemistry = pdi_text_get_section(ctx, text, "chemistry", NULL);
-    PDI_TRY(pdi_read_electrolyte_temperature(&s, named));
-    PDI_TRY(pdi_read_electrolyte_species(&s));
-    PDI_TRY(pdi_read_electrolyte_chemistry(&s));
+    PD_TRY(pdi_read_electrolyte_temperature(&s, named));
+    PD_TRY(pdi_read_electrolyte_species(&s));
+    PD_TRY(pdi_read_electrolyte_chemistry(&s));
     for (int k = pdi_text_next_section(ctx, text, "reaction", -1); k >= 0;
          k = pdi_text_next_section(ctx, text, "reaction", k))
-        PDI_TRY(pdi_read_electrolyte_reaction(&s, k));
+        PD_TRY(pdi_read_electrolyte_reaction(&s, k));
     return pdi_read_electrolyte_close_solutions(&s);
 }
 
@@ -434,8 +434,8 @@ PDI_FN pd_status pdi_read_electrolyte_prepare(pd_ctx *ctx, pd_text *text, const 
     for (int turn = 0; turn < 2; turn++) {
         for (int k = 0; k < count; k++)
             if ((strncmp(overrides[k], first, sizeof first - 1) == 0) == !turn)
-                PDI_TRY(pdi_override_apply(ctx, text, overrides[k]));
-        if (!turn) PDI_TRY(pdi_include_files_read(ctx, text));
+                PD_TRY(pdi_override_apply(ctx, text, overrides[k]));
+        if (!turn) PD_TRY(pdi_include_files_read(ctx, text));
     }
     return PD_OK;
 }
@@ -448,13 +448,13 @@ static pd_status pdi_read_electrolyte_text(pd_ctx *ctx, pd_text *text, const cha
 {
     pdi_read_constants_table named;
     text->check_keys = 1;
-    PDI_TRY(pdi_read_electrolyte_prepare(ctx, text, overrides, count));
-    PDI_TRY(pdi_key_check_all(ctx, text));
+    PD_TRY(pdi_read_electrolyte_prepare(ctx, text, overrides, count));
+    PD_TRY(pdi_key_check_all(ctx, text));
     if (!pdi_read_electrolyte_has_sections(ctx, text))
         return pdi_text_fail_key(ctx, text, 0, "chemistry",
                                  "found no species, expected sections such as [species Na+]");
     memset(&named, 0, sizeof named);
-    PDI_TRY(pdi_read_constants_read(ctx, text, &named));
+    PD_TRY(pdi_read_constants_read(ctx, text, &named));
     pd_status status = pdi_read_electrolyte_sections(ctx, text, &named, e);
     text->consts = NULL;
     text->const_count = 0;
@@ -475,7 +475,7 @@ pd_status pd_electrolyte_read(pd_ctx *ctx, const char *path, const char *const *
 {
     pd_text text;
     memset(e, 0, sizeof *e);
-    PDI_TRY(pdi_text_read(ctx, path, &text));
+    PD_TRY(pdi_text_read(ctx, path, &text));
     return pdi_read_electrolyte_text_and_free(ctx, &text, overrides, count, e);
 }
 
@@ -484,6 +484,6 @@ pd_status pd_electrolyte_parse(pd_ctx *ctx, const char *path, const char *text, 
 {
     pd_text own;
     memset(e, 0, sizeof *e);
-    PDI_TRY(pdi_text_build(ctx, path, text, strlen(text), &own));
+    PD_TRY(pdi_text_build(ctx, path, text, strlen(text), &own));
     return pdi_read_electrolyte_text_and_free(ctx, &own, overrides, count, e);
 }

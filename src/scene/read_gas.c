@@ -6,7 +6,7 @@ PDI_FN pd_status pdi_read_gas_side(pd_ctx *ctx, pd_text *text, int section, pd_s
 {
     static const char *const flows[] = {"slip", "inlet", "outlet", "periodic", "mirror", NULL};
     int flow;
-    PDI_TRY(pdi_text_get_choice(ctx, text, section, "flow", flows, "slip", &flow));
+    PD_TRY(pdi_text_get_choice(ctx, text, section, "flow", flows, "slip", &flow));
     side->kind = (pd_side)flow;
     return PD_OK;
 }
@@ -27,9 +27,9 @@ PDI_FN pd_status pdi_read_gas_check_alone(pd_ctx *ctx, pd_text *text, const pd_s
 static pd_status pdi_read_gas_positive_expr(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
                                             pd_expr *expr)
 {
-    PDI_TRY(pdi_text_get_expr(ctx, text, section, key, unit, pdi_setup_get_position_symbols(), PD_DIM, NULL, expr));
-    if (!pdi_expr_is_constant(expr)) return PD_OK;
-    double value = pdi_expr_eval(expr, NULL);
+    PD_TRY(pdi_text_get_expr(ctx, text, section, key, unit, pd_setup_get_position_symbols(), PD_DIM, NULL, expr));
+    if (!pd_expr_is_constant(expr)) return PD_OK;
+    double value = pd_expr_eval(expr, NULL);
     if (value > 0.0 && value < 1e100) return PD_OK;
     return pdi_text_fail_key(ctx, text, section, key, "found %.6g %s, expected a positive value", value, unit);
 }
@@ -38,7 +38,7 @@ static pd_status pdi_read_gas_positive_expr(pd_ctx *ctx, pd_text *text, int sect
 static pd_status pdi_read_gas_bounded(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
                                       double low, double high, double *value)
 {
-    PDI_TRY(pdi_text_get_number(ctx, text, section, key, "", fallback, value));
+    PD_TRY(pdi_text_get_number(ctx, text, section, key, "", fallback, value));
     if (*value > low && *value <= high) return PD_OK;
     return pdi_text_fail_key(ctx, text, section, key, "found %.6g, expected a value above %g and at most %g", *value,
                              low, high);
@@ -56,13 +56,13 @@ PDI_FN pd_status pdi_read_gas_read(pd_ctx *ctx, pd_text *text, pd_setup *u)
     if (u->axisymmetric)
         return pdi_text_fail_key(ctx, text, section, "gas",
                                  "found in a box with geometry = axisymmetric, expected planar");
-    PDI_TRY(pdi_read_gas_bounded(ctx, text, section, "gamma", "1.4", 1.0, 10.0, &u->gas_gamma));
-    PDI_TRY(pdi_read_gas_positive_expr(ctx, text, section, "rho", "kg/m3", &u->gas_rho));
-    PDI_TRY(pdi_read_gas_positive_expr(ctx, text, section, "p", "Pa", &u->gas_p));
+    PD_TRY(pdi_read_gas_bounded(ctx, text, section, "gamma", "1.4", 1.0, 10.0, &u->gas_gamma));
+    PD_TRY(pdi_read_gas_positive_expr(ctx, text, section, "rho", "kg/m3", &u->gas_rho));
+    PD_TRY(pdi_read_gas_positive_expr(ctx, text, section, "p", "Pa", &u->gas_p));
     for (int d = 0; d < PD_DIM; d++)
-        PDI_TRY(pdi_text_get_expr(ctx, text, section, keys[d], "m/s", pdi_setup_get_position_symbols(), PD_DIM, "0",
+        PD_TRY(pdi_text_get_expr(ctx, text, section, keys[d], "m/s", pd_setup_get_position_symbols(), PD_DIM, "0",
                                   &u->initial_velocity[d]));
-    PDI_TRY(pdi_text_get_choice(ctx, text, section, "order", orders, "second", &order));
+    PD_TRY(pdi_text_get_choice(ctx, text, section, "order", orders, "second", &order));
     u->gas_order = (pd_gas_order)order;
     return pdi_read_gas_bounded(ctx, text, section, "cfl", "0.8", 0.0, 1.0, &u->gas_cfl);
 }

@@ -1,7 +1,7 @@
 /* read_gas: the section [gas] of a scene, and what sides mean for a gas. */
 #ifndef PD_READ_GAS_H
 #define PD_READ_GAS_H
-#include "scene/setup.h"
+#include "setup/setup.h"
 
 #ifdef PDI_INTERNAL
 /* Read the section [gas] (Euler equations), if setup->has_gas, after the sides. PD_ERR_ARGUMENT, PD_ERR_PARSE with

@@ -1,6 +1,6 @@
 /* read_image_options: see read_image_options.h */
 #include "scene/read_image_options.h"
-#include "scene/fields.h"
+#include "setup/fields.h"
 #include "io/field_plot.h"
 #include "scene/input_files.h"
 #include <math.h>
@@ -41,7 +41,7 @@ static pd_status pdi_read_image_options_find_field(pdi_read_image_options_state 
                                                    int *field)
 {
     for (*field = 0; *field < PD_FIELD_COUNT; ++*field)
-        if ((r->drawn_fields >> *field & 1u) && strcmp(name, pdi_fields_get_name(r->setup, (pd_field)*field)) == 0)
+        if ((r->drawn_fields >> *field & 1u) && strcmp(name, pd_fields_get_name(r->setup, (pd_field)*field)) == 0)
             return PD_OK;
     return pdi_text_fail_key(r->ctx, r->text, r->section, key, "found '%.40s', expected one of the fields of 'images'",
                              name);
@@ -55,7 +55,7 @@ static pd_status pdi_read_image_options_eval_value(pdi_read_image_options_state 
     pd_expr_desc desc;
     char where[PD_UNITS_TEXT];
     size_t end = strlen(from);
-    while (end > 0 && pdi_units_is_blank(from[end - 1])) end--;
+    while (end > 0 && pd_units_is_blank(from[end - 1])) end--;
     snprintf(where, sizeof where, "%.*s", (int)(end < sizeof where ? end : sizeof where - 1), from);
     memset(&desc, 0, sizeof desc);
     desc.text = from;
@@ -65,9 +65,9 @@ static pd_status pdi_read_image_options_eval_value(pdi_read_image_options_state 
     desc.table_count = r->text->table_count;
     desc.unit = unit;
     desc.location = where;
-    if (pdi_expr_build(r->ctx, &desc, &expr) < 0) return pdi_input_files_fail(r->ctx, r->text, r->section, key);
-    *value = pdi_expr_eval(&expr, NULL);
-    pdi_expr_free(r->ctx, &expr);
+    if (pd_expr_build(r->ctx, &desc, &expr) < 0) return pdi_input_files_fail(r->ctx, r->text, r->section, key);
+    *value = pd_expr_eval(&expr, NULL);
+    pd_expr_free(r->ctx, &expr);
     return PD_OK;
 }
 
@@ -79,9 +79,9 @@ static pd_status pdi_read_image_options_range(pdi_read_image_options_state *r, c
     size_t word = strcspn(item, " \t");
     char *from = item + word + (item[word] != '\0'), *dots = strstr(from, "..");
     item[word] = '\0';
-    PDI_TRY(pdi_read_image_options_find_field(r, "range", item, &field));
-    pdi_fields_get_unit(r->setup, (pd_field)field, unit);
-    if (pdi_fields_is_categorical((pd_field)field))
+    PD_TRY(pdi_read_image_options_find_field(r, "range", item, &field));
+    pd_fields_get_unit(r->setup, (pd_field)field, unit);
+    if (pd_fields_is_categorical((pd_field)field))
         return pdi_text_fail_key(r->ctx, r->text, r->section, "range", "found '%s', whose values have a colour each",
                                  item);
     if (!dots)
@@ -90,8 +90,8 @@ static pd_status pdi_read_image_options_range(pdi_read_image_options_state *r, c
     *dots = '\0';
     double *range = r->setup->drawing.range[field];
     if (range[0] < range[1]) return pdi_text_fail_key(r->ctx, r->text, r->section, "range", "found '%s' twice", item);
-    PDI_TRY(pdi_read_image_options_eval_value(r, "range", from, unit, &range[0]));
-    PDI_TRY(pdi_read_image_options_eval_value(r, "range", dots + 2, unit, &range[1]));
+    PD_TRY(pdi_read_image_options_eval_value(r, "range", from, unit, &range[0]));
+    PD_TRY(pdi_read_image_options_eval_value(r, "range", dots + 2, unit, &range[1]));
     if (!(range[0] < range[1]) || !(range[1] - range[0] < HUGE_VAL))
         return pdi_text_fail_key(r->ctx, r->text, r->section, "range",
                                  "found %.6g .. %.6g of '%s', expected the smaller "
@@ -110,8 +110,8 @@ static pd_status pdi_read_image_options_ranges(pdi_read_image_options_state *r)
     const char *list;
     char item[PDI_READ_IMAGE_OPTIONS_ITEM_SIZE];
     if (!pdi_text_has_key(r->ctx, r->text, r->section, "range")) return PD_OK;
-    PDI_TRY(pdi_text_get_string(r->ctx, r->text, r->section, "range", NULL, &list));
-    while (pdi_read_image_options_next_item(&list, item)) PDI_TRY(pdi_read_image_options_range(r, item));
+    PD_TRY(pdi_text_get_string(r->ctx, r->text, r->section, "range", NULL, &list));
+    while (pdi_read_image_options_next_item(&list, item)) PD_TRY(pdi_read_image_options_range(r, item));
     return PD_OK;
 }
 
@@ -124,7 +124,7 @@ static pd_status pdi_read_image_options_maps(pdi_read_image_options_state *r)
     const char *list;
     char item[PDI_READ_IMAGE_OPTIONS_ITEM_SIZE];
     if (!pdi_text_has_key(r->ctx, r->text, r->section, "map")) return PD_OK;
-    PDI_TRY(pdi_text_get_string(r->ctx, r->text, r->section, "map", NULL, &list));
+    PD_TRY(pdi_text_get_string(r->ctx, r->text, r->section, "map", NULL, &list));
     while (pdi_read_image_options_next_item(&list, item)) {
         size_t word = strcspn(item, " \t");
         int field = -1, map = 0;
@@ -132,7 +132,7 @@ static pd_status pdi_read_image_options_maps(pdi_read_image_options_state *r)
         if (item[word]) {
             item[word] = '\0';
             name = item + word + 1 + strspn(item + word + 1, " \t");
-            PDI_TRY(pdi_read_image_options_find_field(r, "map", item, &field));
+            PD_TRY(pdi_read_image_options_find_field(r, "map", item, &field));
         }
         while (map < 4 && strcmp(name, names[map]) != 0) map++;
         if (map == 4)
@@ -150,13 +150,13 @@ static pd_status pdi_read_image_options_maps(pdi_read_image_options_state *r)
 static pd_status pdi_read_image_options_log(pdi_read_image_options_state *r)
 {
     pd_setup_image_options *drawing = &r->setup->drawing;
-    PDI_TRY(pdi_read_monitors_fields(r->ctx, r->text, r->setup, r->section, "log", "none", &drawing->log));
+    PD_TRY(pdi_read_monitors_fields(r->ctx, r->text, r->setup, r->section, "log", "none", &drawing->log));
     for (int k = 0; k < PD_FIELD_COUNT; k++) {
-        const char *name = pdi_fields_get_name(r->setup, (pd_field)k);
+        const char *name = pd_fields_get_name(r->setup, (pd_field)k);
         int field;
         if (!(drawing->log >> k & 1u)) continue;
-        PDI_TRY(pdi_read_image_options_find_field(r, "log", name, &field));
-        if (pdi_fields_is_categorical((pd_field)k))
+        PD_TRY(pdi_read_image_options_find_field(r, "log", name, &field));
+        if (pd_fields_is_categorical((pd_field)k))
             return pdi_text_fail_key(r->ctx, r->text, r->section, "log", "found '%s', whose values have a colour each",
                                      name);
     }
@@ -195,8 +195,8 @@ static pd_status pdi_read_image_options_contour_values(pdi_read_image_options_st
 {
     pd_setup_image_options *drawing = &r->setup->drawing;
     char unit[PD_UNITS_TEXT], one[2 * PDI_READ_IMAGE_OPTIONS_ITEM_SIZE];
-    const char *behind = from, *name = pdi_fields_get_name(r->setup, (pd_field)field);
-    pdi_fields_get_unit(r->setup, (pd_field)field, unit);
+    const char *behind = from, *name = pd_fields_get_name(r->setup, (pd_field)field);
+    pd_fields_get_unit(r->setup, (pd_field)field, unit);
     while (behind += strspn(behind, " \t"), pdi_read_image_options_is_number(behind)) behind += strcspn(behind, " \t");
     for (const char *at = from; at < behind; at += strspn(at, " \t")) {
         size_t length = strcspn(at, " \t");
@@ -204,7 +204,7 @@ static pd_status pdi_read_image_options_contour_values(pdi_read_image_options_st
             return pdi_text_fail_key(r->ctx, r->text, r->section, "contours", "found more than %d values of '%s'",
                                      PD_SETUP_CONTOURS, name);
         snprintf(one, sizeof one, "%.*s %s", (int)length, at, behind);
-        PDI_TRY(pdi_read_image_options_eval_value(r, "contours", one, unit,
+        PD_TRY(pdi_read_image_options_eval_value(r, "contours", one, unit,
                                                   &drawing->contour_value[field][drawing->contours[field]++]));
         at += length;
     }
@@ -218,8 +218,8 @@ static pd_status pdi_read_image_options_contour_values(pdi_read_image_options_st
 /* Check that lines can be drawn over the image of a field: not if it is drawn in the deformed configuration. */
 static pd_status pdi_read_image_options_check_undeformed(pdi_read_image_options_state *r, const char *key, int field)
 {
-    const char *name = pdi_fields_get_name(r->setup, (pd_field)field);
-    if (!pdi_fields_is_in_metal(r->setup, (pd_field)field) || !(r->setup->displacement_scale > 0.0)) return PD_OK;
+    const char *name = pd_fields_get_name(r->setup, (pd_field)field);
+    if (!pd_fields_is_in_metal(r->setup, (pd_field)field) || !(r->setup->displacement_scale > 0.0)) return PD_OK;
     return pdi_text_fail_key(r->ctx, r->text, r->section, key,
                              "found '%s', which 'deformed' draws where the metal has "
                              "moved to, expected a field of the fluid",
@@ -233,9 +233,9 @@ static pd_status pdi_read_image_options_contour(pdi_read_image_options_state *r,
     char unit[PD_UNITS_TEXT];
     int field;
     char *from = pdi_read_image_options_split_word(item);
-    PDI_TRY(pdi_read_image_options_find_field(r, "contours", item, &field));
-    PDI_TRY(pdi_read_image_options_check_undeformed(r, "contours", field));
-    if (pdi_fields_is_categorical((pd_field)field))
+    PD_TRY(pdi_read_image_options_find_field(r, "contours", item, &field));
+    PD_TRY(pdi_read_image_options_check_undeformed(r, "contours", field));
+    if (pd_fields_is_categorical((pd_field)field))
         return pdi_text_fail_key(r->ctx, r->text, r->section, "contours", "found '%s', whose values have a colour each",
                                  item);
     if (drawing->contours[field])
@@ -246,7 +246,7 @@ static pd_status pdi_read_image_options_contour(pdi_read_image_options_state *r,
     }
     drawing->contours[field] = pdi_read_image_options_parse_count(from, 1, PD_SETUP_CONTOURS);
     if (drawing->contours[field]) return PD_OK;
-    pdi_fields_get_unit(r->setup, (pd_field)field, unit);
+    pd_fields_get_unit(r->setup, (pd_field)field, unit);
     return pdi_text_fail_key(r->ctx, r->text, r->section, "contours",
                              "found '%.60s' behind '%s', expected a number of "
                              "lines from 1 to %d, or values: %s at 1 2 %s",
@@ -259,8 +259,8 @@ static pd_status pdi_read_image_options_contours(pdi_read_image_options_state *r
     const char *list;
     char item[PDI_READ_IMAGE_OPTIONS_ITEM_SIZE];
     if (!pdi_text_has_key(r->ctx, r->text, r->section, "contours")) return PD_OK;
-    PDI_TRY(pdi_text_get_string(r->ctx, r->text, r->section, "contours", NULL, &list));
-    while (pdi_read_image_options_next_item(&list, item)) PDI_TRY(pdi_read_image_options_contour(r, item));
+    PD_TRY(pdi_text_get_string(r->ctx, r->text, r->section, "contours", NULL, &list));
+    while (pdi_read_image_options_next_item(&list, item)) PD_TRY(pdi_read_image_options_contour(r, item));
     return PD_OK;
 }
 
@@ -273,14 +273,14 @@ static pd_status pdi_read_image_options_flow_lines(pdi_read_image_options_state 
     char item[PDI_READ_IMAGE_OPTIONS_ITEM_SIZE];
     int field;
     if (!pdi_text_has_key(r->ctx, r->text, r->section, key)) return PD_OK;
-    if (pdi_fields_lacks(r->setup, PD_FIELD_V))
+    if (pd_fields_lacks(r->setup, PD_FIELD_V))
         return pdi_text_fail_key(r->ctx, r->text, r->section, key, "found without %s",
-                                 pdi_fields_lacks(r->setup, PD_FIELD_V));
-    PDI_TRY(pdi_text_get_string(r->ctx, r->text, r->section, key, NULL, &list));
+                                 pd_fields_lacks(r->setup, PD_FIELD_V));
+    PD_TRY(pdi_text_get_string(r->ctx, r->text, r->section, key, NULL, &list));
     while (pdi_read_image_options_next_item(&list, item)) {
         const char *from = pdi_read_image_options_split_word(item);
-        PDI_TRY(pdi_read_image_options_find_field(r, key, item, &field));
-        PDI_TRY(pdi_read_image_options_check_undeformed(r, key, field));
+        PD_TRY(pdi_read_image_options_find_field(r, key, item, &field));
+        PD_TRY(pdi_read_image_options_check_undeformed(r, key, field));
         if (across[field]) return pdi_text_fail_key(r->ctx, r->text, r->section, key, "found '%s' twice", item);
         across[field] =
             *from ? pdi_read_image_options_parse_count(from, PD_FIELD_PLOT_MIN_DENSITY, PD_FIELD_PLOT_MAX_DENSITY)
@@ -302,8 +302,8 @@ static pd_status pdi_read_image_options_surface(pdi_read_image_options_state *r)
     pd_setup_image_options *drawing = &r->setup->drawing;
     const char *word;
     int count = 3, k = 0;
-    PDI_TRY(pdi_text_get_string(r->ctx, r->text, r->section, "surface", "no", &word));
-    PDI_TRY(
+    PD_TRY(pdi_text_get_string(r->ctx, r->text, r->section, "surface", "no", &word));
+    PD_TRY(
         pdi_text_get_numbers(r->ctx, r->text, r->section, "view", "", "1, -1, 1", 3, drawing->view_direction, &count));
     if (count != 3 ||
         !(fabs(drawing->view_direction[0]) + fabs(drawing->view_direction[1]) + fabs(drawing->view_direction[2]) > 0.0))
@@ -319,17 +319,17 @@ static pd_status pdi_read_image_options_surface(pdi_read_image_options_state *r)
         return pdi_text_fail_key(r->ctx, r->text, r->section, "surface", "found without a [shape] of kind = solid");
     drawing->surface = 1;
     if (strcmp(word, "yes") == 0) return PD_OK;
-    while (k < PD_FIELD_COUNT && strcmp(word, pdi_fields_get_name(r->setup, (pd_field)k)) != 0) k++;
+    while (k < PD_FIELD_COUNT && strcmp(word, pd_fields_get_name(r->setup, (pd_field)k)) != 0) k++;
     if (k == PD_FIELD_COUNT || k == PD_FIELD_KIND || k == PD_FIELD_PHASE)
         return pdi_text_fail_key(r->ctx, r->text, r->section, "surface",
                                  "found '%.40s', expected yes, no or a field "
                                  "with values on the surface of the metal",
                                  word);
-    if (pdi_fields_lacks(r->setup, (pd_field)k))
+    if (pd_fields_lacks(r->setup, (pd_field)k))
         return pdi_text_fail_key(r->ctx, r->text, r->section, "surface", "found '%s', which needs %s", word,
-                                 pdi_fields_lacks(r->setup, (pd_field)k));
+                                 pd_fields_lacks(r->setup, (pd_field)k));
     drawing->surface = 2 + k;
-    r->drawn_fields |= pdi_fields_bit(k);
+    r->drawn_fields |= pd_fields_bit(k);
     return PD_OK;
 }
 
@@ -338,7 +338,7 @@ static pd_status pdi_read_image_options_formats(pdi_read_image_options_state *r)
 {
     static const char *const names[] = {"png", "svg"};
     pd_word_list list;
-    PDI_TRY(pdi_text_get_words(r->ctx, r->text, r->section, "format", "png", &list));
+    PD_TRY(pdi_text_get_words(r->ctx, r->text, r->section, "format", "png", &list));
     for (int w = 0; w < list.count; w++) {
         unsigned k = 0;
         while (k < 2 && strcmp(list.word[w], names[k]) != 0) k++;
@@ -361,13 +361,13 @@ static pd_status pdi_read_image_options_plane_images(pdi_read_image_options_stat
             return pdi_text_fail_key(r->ctx, r->text, r->section, keys[k],
                                      "found in 1D, where images are curves, expected it in 2D and 3D");
     if (PD_DIM == 1) return PD_OK;
-    PDI_TRY(pdi_read_image_options_maps(r));
+    PD_TRY(pdi_read_image_options_maps(r));
     r->drawn_fields = r->setup->images;
-    PDI_TRY(pdi_read_image_options_contours(r));
-    PDI_TRY(pdi_read_image_options_flow_lines(r, "streamlines", PDI_READ_IMAGE_OPTIONS_DEFAULT_STREAMLINES,
+    PD_TRY(pdi_read_image_options_contours(r));
+    PD_TRY(pdi_read_image_options_flow_lines(r, "streamlines", PDI_READ_IMAGE_OPTIONS_DEFAULT_STREAMLINES,
                                               drawing->streamlines));
-    PDI_TRY(pdi_read_image_options_flow_lines(r, "vectors", PDI_READ_IMAGE_OPTIONS_DEFAULT_VECTORS, drawing->vectors));
-    PDI_TRY(pdi_text_get_choice(r->ctx, r->text, r->section, "cells", cells, "blocky", &drawing->smooth));
+    PD_TRY(pdi_read_image_options_flow_lines(r, "vectors", PDI_READ_IMAGE_OPTIONS_DEFAULT_VECTORS, drawing->vectors));
+    PD_TRY(pdi_text_get_choice(r->ctx, r->text, r->section, "cells", cells, "blocky", &drawing->smooth));
     return pdi_text_get_integer(r->ctx, r->text, r->section, "width", PD_FIELD_PLOT_MIN_WIDTH, PD_FIELD_PLOT_MAX_WIDTH,
                                 "1000", &drawing->width);
 }
@@ -383,7 +383,7 @@ static pd_status pdi_read_image_options_check_unused(pdi_read_image_options_stat
         if (!pdi_text_has_key(r->ctx, r->text, r->section, "images"))
             return pdi_text_fail_key(r->ctx, r->text, r->section, keys[k],
                                      "found without 'images', the fields that are drawn");
-        PDI_TRY(pdi_text_get_string(r->ctx, r->text, r->section, keys[k], NULL, &value));
+        PD_TRY(pdi_text_get_string(r->ctx, r->text, r->section, keys[k], NULL, &value));
     }
     return PD_OK;
 }
@@ -396,15 +396,15 @@ PDI_FN pd_status pdi_read_image_options_read(pd_ctx *ctx, pd_text *text, int sec
     r.setup = setup;
     r.section = section;
     r.drawn_fields = setup->images;
-    PDI_TRY(pdi_read_image_options_formats(&r));
-    PDI_TRY(pdi_read_image_options_surface(&r));
+    PD_TRY(pdi_read_image_options_formats(&r));
+    PD_TRY(pdi_read_image_options_surface(&r));
     if (!setup->images && pdi_text_has_key(ctx, text, section, "images")) setup->drawing.surface = 0;
     if (!setup->images && !setup->drawing.surface) return pdi_read_image_options_check_unused(&r);
-    PDI_TRY(pdi_read_image_options_log(&r));
-    PDI_TRY(pdi_read_image_options_ranges(&r));
-    PDI_TRY(pdi_read_image_options_plane_images(&r));
-    PDI_TRY(pdi_text_get_bool(ctx, text, section, "animate", "no", &setup->drawing.animate));
-    PDI_TRY(pdi_text_get_number(ctx, text, section, "percentile", "", "100 %", &setup->drawing.percentile));
+    PD_TRY(pdi_read_image_options_log(&r));
+    PD_TRY(pdi_read_image_options_ranges(&r));
+    PD_TRY(pdi_read_image_options_plane_images(&r));
+    PD_TRY(pdi_text_get_bool(ctx, text, section, "animate", "no", &setup->drawing.animate));
+    PD_TRY(pdi_text_get_number(ctx, text, section, "percentile", "", "100 %", &setup->drawing.percentile));
     if (setup->drawing.percentile > 0.0 && setup->drawing.percentile <= 1.0) return PD_OK;
     return pdi_text_fail_key(ctx, text, section, "percentile",
                              "found %.6g %%, expected a share above 0 and up to 100 %%",

@@ -22,9 +22,9 @@ static pd_status pdi_read_measured_check_dims(const pdi_read_tables_state *s, co
                                               const pd_dims *wanted)
 {
     char is[PD_UNITS_TEXT], expected[PD_UNITS_TEXT];
-    if (pdi_units_is_same(found, wanted)) return PD_OK;
-    pdi_units_describe(found, is);
-    pdi_units_describe(wanted, expected);
+    if (pd_units_is_same(found, wanted)) return PD_OK;
+    pd_units_describe(found, is);
+    pd_units_describe(wanted, expected);
     return pdi_text_fail_key(s->ctx, s->text, s->section, key,
                              "found %s, expected %s: write the unit behind 'in', such "
                              "as 'time_h in h'",
@@ -45,10 +45,10 @@ static pd_status pdi_read_measured_times(const pdi_read_tables_state *s, double 
     char unit[PD_UNITS_TEXT];
     double scale, start;
     pd_dims dims, wanted;
-    PDI_TRY(pdi_read_tables_column(s, "time", "1", 1, time, unit, &scale, &dims));
+    PD_TRY(pdi_read_tables_column(s, "time", "1", 1, time, unit, &scale, &dims));
     pd_units_parse(s->ctx, "s", NULL, &wanted);
-    PDI_TRY(pdi_read_measured_check_dims(s, "time", &dims, &wanted));
-    PDI_TRY(pdi_text_get_number(s->ctx, s->text, s->section, "start", "s", "0", &start));
+    PD_TRY(pdi_read_measured_check_dims(s, "time", &dims, &wanted));
+    PD_TRY(pdi_text_get_number(s->ctx, s->text, s->section, "start", "s", "0", &start));
     for (int k = 0; k < s->table.rows; k++) {
         if (!(fabs(time[k]) < HUGE_VAL)) return pdi_read_measured_fail_row(s, k, "time", time[k], "a finite time");
         if (k && time[k] < time[k - 1])
@@ -66,16 +66,16 @@ static pd_status pdi_read_measured_values(const pdi_read_tables_state *s, pd_set
     const char *spread = pdi_read_measured_find_spread(s);
     double scale;
     pd_dims dims;
-    PDI_TRY(pdi_read_tables_column(s, "value", "2", 1, r->value, r->unit, &r->scale, &r->dims));
+    PD_TRY(pdi_read_tables_column(s, "value", "2", 1, r->value, r->unit, &r->scale, &r->dims));
     for (int k = 0; k < r->points; k++) {
         if (!(fabs(r->value[k]) < HUGE_VAL))
             return pdi_read_measured_fail_row(s, k, "value", r->value[k], "a finite value");
         r->value[k] *= r->scale;
     }
     if (!spread && !pdi_text_has_key(s->ctx, s->text, s->section, "spread")) return PD_OK;
-    PDI_TRY(PDI_NEW(s->ctx, "record", r->points, r->spread));
-    PDI_TRY(pdi_read_tables_column(s, "spread", spread, 1, r->spread, unit, &scale, &dims));
-    PDI_TRY(pdi_read_measured_check_dims(s, "spread", &dims, &r->dims));
+    PD_TRY(PD_NEW(s->ctx, "record", r->points, r->spread));
+    PD_TRY(pdi_read_tables_column(s, "spread", spread, 1, r->spread, unit, &scale, &dims));
+    PD_TRY(pdi_read_measured_check_dims(s, "spread", &dims, &r->dims));
     for (int k = 0; k < r->points; k++) {
         if (!(r->spread[k] >= 0.0) || !(r->spread[k] < HUGE_VAL))
             return pdi_read_measured_fail_row(s, k, "spread", r->spread[k], "a finite spread of at least 0");
@@ -88,7 +88,7 @@ static pd_status pdi_read_measured_values(const pdi_read_tables_state *s, pd_set
 static pd_status pdi_read_measured_output_name(const pdi_read_tables_state *s, pd_setup_measured *r)
 {
     const char *of;
-    PDI_TRY(pdi_text_get_string(s->ctx, s->text, s->section, "of", "volume_loss", &of));
+    PD_TRY(pdi_text_get_string(s->ctx, s->text, s->section, "of", "volume_loss", &of));
     const char *first = strchr(of, '.'), *last = strrchr(of, '.');
     if (strlen(of) >= sizeof r->output_name || (strcmp(of, "volume_loss") != 0 && first == last))
         return pdi_text_fail_key(s->ctx, s->text, s->section, "of",
@@ -111,7 +111,7 @@ static pd_status pdi_read_measured_check_times(const pdi_read_tables_state *s, c
     char until[PD_UNITS_TEXT];
     for (int k = 0; k < r->points; k++)
         if (pdi_read_measured_is_in_run(r, k, u->end_time)) return PD_OK;
-    pdi_setup_format_value(u->end_time, "s", until);
+    pd_setup_format_value(u->end_time, "s", until);
     return pdi_text_fail_key(s->ctx, s->text, s->section, "file",
                              "%.200s: found no point behind the start of the run and"
                              " before its end at t = %s; 'start' is the time of the file at which the run begins",
@@ -131,7 +131,7 @@ static pd_status pdi_read_measured_section(pdi_read_tables_state *s, pd_setup *u
     pd_setup_measured *r = &u->measured[u->measured_count++];
     memcpy(r->name, label, strlen(label) + 1);
     r->line = s->text->section[s->section].line;
-    PDI_TRY(pdi_input_files_get_path(s->ctx, s->text, s->section, "file", s->folder, path));
+    PD_TRY(pdi_input_files_get_path(s->ctx, s->text, s->section, "file", s->folder, path));
     if (pdi_table_read(s->ctx, path, &s->table) < 0) return pdi_input_files_fail(s->ctx, s->text, s->section, "file");
     if (s->table.columns < 2 || s->table.rows < 1)
         return pdi_text_fail_key(s->ctx, s->text, s->section, "file",
@@ -139,11 +139,11 @@ static pd_status pdi_read_measured_section(pdi_read_tables_state *s, pd_setup *u
                                  " time and a value in each row",
                                  path, s->table.columns, s->table.rows);
     r->points = s->table.rows;
-    PDI_TRY(PDI_NEW(s->ctx, "record", r->points, r->time));
-    PDI_TRY(PDI_NEW(s->ctx, "record", r->points, r->value));
-    PDI_TRY(pdi_read_measured_times(s, r->time));
-    PDI_TRY(pdi_read_measured_values(s, r));
-    PDI_TRY(pdi_read_measured_output_name(s, r));
+    PD_TRY(PD_NEW(s->ctx, "record", r->points, r->time));
+    PD_TRY(PD_NEW(s->ctx, "record", r->points, r->value));
+    PD_TRY(pdi_read_measured_times(s, r->time));
+    PD_TRY(pdi_read_measured_values(s, r));
+    PD_TRY(pdi_read_measured_output_name(s, r));
     return pdi_read_measured_check_times(s, u, r);
 }
 
@@ -158,7 +158,7 @@ PDI_FN pd_status pdi_read_measured_read(pd_ctx *ctx, pd_text *text, const char *
          s.section = pdi_text_next_section(ctx, text, "measured", s.section)) {
         pd_status status = pdi_read_measured_section(&s, setup);
         pdi_table_free(ctx, &s.table);
-        PDI_TRY(status);
+        PD_TRY(status);
     }
     return PD_OK;
 }
@@ -168,10 +168,10 @@ PDI_FN pd_status pdi_read_measured_replace(pd_ctx *ctx, const char *where, const
     char line[PD_EXPR_LENGTH];
     pd_text scene;
     if (strlen(text) + 32 > sizeof line || strchr(text, '\n'))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, where, "found more than a line of %d bytes", PD_EXPR_LENGTH - 32);
+        return pd_fail(ctx, PD_ERR_ARGUMENT, where, "found more than a line of %d bytes", PD_EXPR_LENGTH - 32);
     snprintf(line, sizeof line, "[measured data] file = %.4000s\n", text);
-    pdi_setup_free_measured(ctx, setup);
-    PDI_TRY(pdi_text_build(ctx, where, line, strlen(line), &scene));
+    pd_setup_free_measured(ctx, setup);
+    PD_TRY(pdi_text_build(ctx, where, line, strlen(line), &scene));
     pd_status status = pdi_read_measured_read(ctx, &scene, "", setup);
     if (status == PD_OK) status = pdi_text_check_unused(ctx, &scene);
     pdi_text_free(ctx, &scene);

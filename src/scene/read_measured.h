@@ -11,7 +11,7 @@
 #define PD_READ_MEASURED_H
 #include "io/plot.h"
 #include "scene/text.h"
-#include "scene/setup.h"
+#include "setup/setup.h"
 
 #ifdef PDI_INTERNAL
 /* Read all [measured NAME] sections, after the end time of the run is known, into setup->record. folder: of the scene.

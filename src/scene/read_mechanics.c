@@ -26,8 +26,8 @@ static pd_status pdi_read_mechanics_displacements(pd_ctx *ctx, pd_text *text, in
 {
     for (int d = 0; d < PD_DIM; d++) {
         if (!pdi_text_has_key(ctx, text, section, pdi_read_mechanics_displacement_keys[d])) continue;
-        PDI_TRY(pdi_text_get_expr(ctx, text, section, pdi_read_mechanics_displacement_keys[d], "m",
-                                  pdi_setup_get_position_symbols(), PDI_SETUP_POSITION_VARS, NULL,
+        PD_TRY(pdi_text_get_expr(ctx, text, section, pdi_read_mechanics_displacement_keys[d], "m",
+                                  pd_setup_get_position_symbols(), PD_SETUP_POSITION_VARS, NULL,
                                   &grip->displacement[d]));
         grip->has_displacement[d] = 1;
     }
@@ -39,9 +39,9 @@ PDI_FN pd_status pdi_read_mechanics_shape_bc(pd_ctx *ctx, pd_text *text, int sec
     pd_setup_mechanical_bc *grip = NULL;
     int moves = 0;
     if (!u->has_solid) return pdi_text_fail_key(ctx, text, section, "kind", "found 'grip' without a [solid] section");
-    PDI_TRY(pdi_read_mechanics_add_bc(ctx, text, section, u, &grip));
+    PD_TRY(pdi_read_mechanics_add_bc(ctx, text, section, u, &grip));
     grip->shape = shape;
-    PDI_TRY(pdi_read_mechanics_displacements(ctx, text, section, grip));
+    PD_TRY(pdi_read_mechanics_displacements(ctx, text, section, grip));
     for (int d = 0; d < PD_DIM; d++) moves = moves || grip->has_displacement[d];
     if (moves) return PD_OK;
     return pdi_text_fail_key(ctx, text, section, "kind",
@@ -53,8 +53,8 @@ PDI_FN pd_status pdi_read_mechanics_shape_bc(pd_ctx *ctx, pd_text *text, int sec
 static pd_status pdi_read_mechanics_vector(pdi_reader *s, int section, const char *key, const char *unit, pd_expr *expr)
 {
     int count;
-    PDI_TRY(pdi_text_get_exprs(s->ctx, s->text, section, key, unit, pdi_setup_get_position_symbols(),
-                               PDI_SETUP_POSITION_VARS, NULL, PD_DIM, expr, &count));
+    PD_TRY(pdi_text_get_exprs(s->ctx, s->text, section, key, unit, pd_setup_get_position_symbols(),
+                               PD_SETUP_POSITION_VARS, NULL, PD_DIM, expr, &count));
     if (count == PD_DIM) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, section, key, "found %d components, expected %d", count, PD_DIM);
 }
@@ -63,22 +63,22 @@ static pd_status pdi_read_mechanics_vector(pdi_reader *s, int section, const cha
 static pd_status pdi_read_mechanics_side_bc(pdi_reader *s, int side)
 {
     static const char *const loads[] = {"traction", "pressure"};
-    int section = pdi_text_get_section(s->ctx, s->text, "side", pdi_setup_side_name(side)), any = 0;
+    int section = pdi_text_get_section(s->ctx, s->text, "side", pd_setup_side_name(side)), any = 0;
     pd_setup_mechanical_bc *grip = NULL;
     if (section < 0) return PD_OK;
     for (int d = 0; d < PD_DIM; d++)
         any = any || pdi_text_has_key(s->ctx, s->text, section, pdi_read_mechanics_displacement_keys[d]);
     for (int k = 0; k < 2; k++) any = any || pdi_text_has_key(s->ctx, s->text, section, loads[k]);
     if (!any) return PD_OK;
-    PDI_TRY(pdi_read_mechanics_add_bc(s->ctx, s->text, section, s->setup, &grip));
+    PD_TRY(pdi_read_mechanics_add_bc(s->ctx, s->text, section, s->setup, &grip));
     grip->side = side;
-    PDI_TRY(pdi_read_mechanics_displacements(s->ctx, s->text, section, grip));
+    PD_TRY(pdi_read_mechanics_displacements(s->ctx, s->text, section, grip));
     grip->has_traction = pdi_text_has_key(s->ctx, s->text, section, "traction");
     grip->has_pressure = pdi_text_has_key(s->ctx, s->text, section, "pressure");
-    if (grip->has_traction) PDI_TRY(pdi_read_mechanics_vector(s, section, "traction", "Pa", grip->traction));
+    if (grip->has_traction) PD_TRY(pdi_read_mechanics_vector(s, section, "traction", "Pa", grip->traction));
     if (!grip->has_pressure) return PD_OK;
-    return pdi_text_get_expr(s->ctx, s->text, section, "pressure", "Pa", pdi_setup_get_position_symbols(),
-                             PDI_SETUP_POSITION_VARS, NULL, &grip->pressure);
+    return pdi_text_get_expr(s->ctx, s->text, section, "pressure", "Pa", pd_setup_get_position_symbols(),
+                             PD_SETUP_POSITION_VARS, NULL, &grip->pressure);
 }
 
 /* Read the mechanical boundary conditions of all sides; check that something loads the metal and that no side is
@@ -86,7 +86,7 @@ static pd_status pdi_read_mechanics_side_bc(pdi_reader *s, int side)
 static pd_status pdi_read_mechanics_sides(pdi_reader *s, int section)
 {
     const pd_setup *u = s->setup;
-    for (int k = 0; k < 2 * PD_DIM; k++) PDI_TRY(pdi_read_mechanics_side_bc(s, k));
+    for (int k = 0; k < 2 * PD_DIM; k++) PD_TRY(pdi_read_mechanics_side_bc(s, k));
     for (int k = 0; k < 2 * PD_DIM; k++)
         if (u->side[k].kind == PD_SIDE_PERIODIC)
             return pdi_text_fail_key(s->ctx, s->text, section, "solid",
@@ -121,7 +121,7 @@ static pd_status pdi_read_mechanics_add_monitors(pdi_reader *s, int section)
     const pd_setup_mechanics *b = &s->setup->metal_body;
     for (int k = 0; k < b->mechanical_bcs; k++) {
         const char *name = s->text->section[b->mechanical_bc[k].section].label;
-        PDI_TRY(pdi_read_mechanics_add_monitor(s, b->mechanical_bc[k].section, PD_MONITOR_MECHANICAL_BC, k, name));
+        PD_TRY(pdi_read_mechanics_add_monitor(s, b->mechanical_bc[k].section, PD_MONITOR_MECHANICAL_BC, k, name));
     }
     return pdi_read_mechanics_add_monitor(s, section, PD_MONITOR_SOLID, 0, "metal");
 }
@@ -152,7 +152,7 @@ static pd_status pdi_read_mechanics_poisson(pdi_reader *s, int section)
         b->poisson = own;
         return PD_OK;
     }
-    PDI_TRY(pdi_reader_get_bounded(s, section, "nu", "", NULL, rubber && b->plane == PD_PLANE_STRESS ? 0.0 : -0.999,
+    PD_TRY(pdi_reader_get_bounded(s, section, "nu", "", NULL, rubber && b->plane == PD_PLANE_STRESS ? 0.0 : -0.999,
                                    0.499, 0, &b->poisson));
     if (!pdi_read_mechanics_is_bond_based(b) || fabs(b->poisson - own) < 1e-3) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, section, "nu",
@@ -165,7 +165,7 @@ static pd_status pdi_read_mechanics_poisson(pdi_reader *s, int section)
 static pd_status pdi_read_mechanics_plasticity(pdi_reader *s, int section)
 {
     pd_setup_mechanics *b = &s->setup->metal_body;
-    PDI_TRY(pdi_reader_get_nonnegative(s, section, "yield", "Pa", "0", &b->yield));
+    PD_TRY(pdi_reader_get_nonnegative(s, section, "yield", "Pa", "0", &b->yield));
     if (pdi_text_has_key(s->ctx, s->text, section, "hardening") && !(b->yield > 0.0))
         return pdi_text_fail_key(s->ctx, s->text, section, "hardening", "found without a yield stress, expected both");
     if (!(b->yield > 0.0)) return PD_OK;
@@ -179,7 +179,7 @@ static pd_status pdi_read_mechanics_plasticity(pdi_reader *s, int section)
                                  "found %g Pa, expected 0 or at least 1000 rtol E = "
                                  "%g Pa: balances are no finer",
                                  b->yield, 1e3 * b->rtol * b->young);
-    PDI_TRY(pdi_reader_get_nonnegative(s, section, "hardening", "Pa", "0", &b->hardening));
+    PD_TRY(pdi_reader_get_nonnegative(s, section, "hardening", "Pa", "0", &b->hardening));
     if (PD_DIM != 2 || b->plane == PD_PLANE_STRAIN || b->material == PD_SOLID_COUPLING_HENCKY) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, section, "yield",
                              "found with plane = stress, expected plane = strain or "
@@ -192,9 +192,9 @@ static pd_status pdi_read_mechanics_failure(pdi_reader *s, int section)
     static const char *const keys[] = {"stretch", "strength", "toughness"};
     pd_setup_mechanics *b = &s->setup->metal_body;
     const char *found = NULL;
-    PDI_TRY(pdi_reader_get_nonnegative(s, section, "stretch", "", "0", &b->stretch));
-    PDI_TRY(pdi_reader_get_nonnegative(s, section, "strength", "Pa", "0", &b->strength));
-    PDI_TRY(pdi_reader_get_nonnegative(s, section, "toughness", "J/m2", "0", &b->toughness));
+    PD_TRY(pdi_reader_get_nonnegative(s, section, "stretch", "", "0", &b->stretch));
+    PD_TRY(pdi_reader_get_nonnegative(s, section, "strength", "Pa", "0", &b->strength));
+    PD_TRY(pdi_reader_get_nonnegative(s, section, "toughness", "J/m2", "0", &b->toughness));
     for (int k = 0; k < 3; k++) {
         double value = k == 0 ? b->stretch : k == 1 ? b->strength : b->toughness;
         if (!(value > 0.0)) continue;
@@ -232,7 +232,7 @@ static pd_status pdi_read_mechanics_plasticity_failure(pdi_reader *s, int sectio
                                      "found with %s, expected another one of both: " PDI_READ_MECHANICS_SUPPORT_TEXT,
                                      springs ? "material = springs" : "motion = yes");
     if (springs) return pdi_reader_get_nonnegative(s, section, "toughness", "J/m2", "0", &b->toughness);
-    PDI_TRY(pdi_read_mechanics_plasticity(s, section));
+    PD_TRY(pdi_read_mechanics_plasticity(s, section));
     return pdi_read_mechanics_failure(s, section);
 }
 
@@ -242,7 +242,7 @@ static pd_status pdi_read_mechanics_dynamics(pdi_reader *s, int section)
     static const char *const answers[] = {"no", "yes", NULL};
     pd_setup_mechanics *b = &s->setup->metal_body;
     int moves;
-    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "motion", answers, "no", &moves));
+    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "motion", answers, "no", &moves));
     if (s->setup->has_dissolve && (moves || pdi_read_mechanics_is_bond_based(b)))
         return pdi_text_fail_key(s->ctx, s->text, section, moves ? "motion" : "material",
                                  "found beside metal that dissolves, expected %s",
@@ -259,21 +259,21 @@ static pd_status pdi_read_mechanics_material(pdi_reader *s, int section)
     static const char *const influences[] = {"constant", "inverse", "linear", NULL};
     pd_setup_mechanics *b = &s->setup->metal_body;
     int plane = 0, influence, material;
-    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "material", pdi_read_mechanics_material_names,
+    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "material", pdi_read_mechanics_material_names,
                                 "correspondence", &material));
     b->material = (pd_solid_coupling_material)material;
-    PDI_TRY(pdi_reader_get_positive(s, section, "E", "Pa", NULL, &b->young));
+    PD_TRY(pdi_reader_get_positive(s, section, "E", "Pa", NULL, &b->young));
     if (b->young < 1e-30)
         return pdi_text_fail_key(s->ctx, s->text, section, "E", "found %g Pa, expected at least 1e-30 Pa", b->young);
-    if (PD_DIM == 2) PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "plane", planes, "strain", &plane));
+    if (PD_DIM == 2) PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "plane", planes, "strain", &plane));
     b->plane = (pd_plane)plane;
-    PDI_TRY(pdi_read_mechanics_poisson(s, section));
-    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "influence", influences, "constant", &influence));
+    PD_TRY(pdi_read_mechanics_poisson(s, section));
+    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "influence", influences, "constant", &influence));
     b->influence = (pd_influence)influence;
-    PDI_TRY(pdi_reader_get_bounded(s, section, "m", "", pdi_read_mechanics_is_bond_based(b) ? "3" : "2", 1.0, 6.0, 0,
+    PD_TRY(pdi_reader_get_bounded(s, section, "m", "", pdi_read_mechanics_is_bond_based(b) ? "3" : "2", 1.0, 6.0, 0,
                                    &b->m));
-    PDI_TRY(pdi_reader_get_bounded(s, section, "rtol", "", "1e-8", 1e-13, 1e-3, 0, &b->rtol));
-    PDI_TRY(pdi_read_mechanics_dynamics(s, section));
+    PD_TRY(pdi_reader_get_bounded(s, section, "rtol", "", "1e-8", 1e-13, 1e-3, 0, &b->rtol));
+    PD_TRY(pdi_read_mechanics_dynamics(s, section));
     return pdi_read_mechanics_plasticity_failure(s, section);
 }
 
@@ -292,16 +292,16 @@ PDI_FN void pdi_read_mechanics_add_notes(pdi_reader *s)
     int families = b->material != PD_SOLID_COUPLING_BOND_BASED && b->material != PD_SOLID_COUPLING_ORDINARY_STATE;
     if (!u->has_solid) return;
     for (int k = 1; k < u->metals; k++)
-        pdi_setup_add_note(u,
+        pd_setup_add_note(u,
                            "solid: %.40s has the E and nu of %.40s, since [solid] has one of each; expected the metal "
                            "that bears the load alone with kind = solid, and a grip where the other one holds it",
                            u->metal[k].material.name, u->metal[0].material.name);
     if (b->toughness > 0.0 && !b->precracks)
-        pdi_setup_add_note(u, "solid: toughness without a [cut]: the load that begins a crack in smooth metal, or at a "
+        pd_setup_add_note(u, "solid: toughness without a [cut]: the load that begins a crack in smooth metal, or at a "
                               "notch, depends on h, about as 1/sqrt(h); expected a [cut ...], or strength = ...");
     if (PD_DIM > 1 && !stress && families &&
         b->poisson > (b->m > 1.0 ? PDI_READ_MECHANICS_NU_LOCKING : PDI_READ_MECHANICS_NU_LOCKING_M1))
-        pdi_setup_add_note(u,
+        pd_setup_add_note(u,
                            "solid: nu = %g with material = %s: metal that is bent over 16 cells is too stiff by more "
                            "than 5 %%, near 1/2 by half; expected nu up to %g, material = ordinary, or plane = stress",
                            b->poisson, pdi_read_mechanics_material_names[b->material], PDI_READ_MECHANICS_NU_LOCKING);
@@ -315,8 +315,8 @@ static pd_status pdi_read_mechanics_rate_factor(pdi_reader *s, int section)
     if (!s->setup->has_dissolve)
         return pdi_text_fail_key(s->ctx, s->text, section, "speed_factor",
                                  "found without metal that dissolves, expected a [dissolve] or [corrode] section");
-    PDI_TRY(pdi_text_get_expr(s->ctx, s->text, section, "speed_factor", "", pdi_setup_get_stress_symbols(),
-                              PDI_SETUP_STRESS_VARS, NULL, &b->rate_factor));
+    PD_TRY(pdi_text_get_expr(s->ctx, s->text, section, "speed_factor", "", pd_setup_get_stress_symbols(),
+                              PD_SETUP_STRESS_VARS, NULL, &b->rate_factor));
     b->has_rate_factor = 1;
     return PD_OK;
 }
@@ -328,12 +328,12 @@ static int pdi_read_mechanics_is_time_dependent(const pd_setup_mechanics *b)
     for (int k = 0; k < b->mechanical_bcs; k++) {
         const pd_setup_mechanical_bc *grip = &b->mechanical_bc[k];
         for (int d = 0; d < PD_DIM; d++) {
-            timed = timed || (grip->has_displacement[d] && pdi_setup_is_time_dependent(&grip->displacement[d]));
-            timed = timed || (grip->has_traction && pdi_setup_is_time_dependent(&grip->traction[d]));
+            timed = timed || (grip->has_displacement[d] && pd_setup_is_time_dependent(&grip->displacement[d]));
+            timed = timed || (grip->has_traction && pd_setup_is_time_dependent(&grip->traction[d]));
         }
-        timed = timed || (grip->has_pressure && pdi_setup_is_time_dependent(&grip->pressure));
+        timed = timed || (grip->has_pressure && pd_setup_is_time_dependent(&grip->pressure));
     }
-    for (int d = 0; d < PD_DIM; d++) timed = timed || (b->has_body_force && pdi_setup_is_time_dependent(&b->force[d]));
+    for (int d = 0; d < PD_DIM; d++) timed = timed || (b->has_body_force && pd_setup_is_time_dependent(&b->force[d]));
     return timed;
 }
 
@@ -353,13 +353,13 @@ PDI_FN pd_status pdi_read_mechanics_read(pdi_reader *s)
         if (fabs(u->h[d] - u->h[0]) > 1e-9 * u->h[0])
             return pdi_text_fail_key(s->ctx, s->text, section, "solid",
                                      "found different spacings of the axes, expected one h");
-    PDI_TRY(pdi_read_mechanics_material(s, section));
+    PD_TRY(pdi_read_mechanics_material(s, section));
     u->metal_body.has_body_force = pdi_text_has_key(s->ctx, s->text, section, "force");
     if (u->metal_body.has_body_force)
-        PDI_TRY(pdi_read_mechanics_vector(s, section, "force", "N/m3", u->metal_body.force));
-    PDI_TRY(pdi_read_mechanics_sides(s, section));
+        PD_TRY(pdi_read_mechanics_vector(s, section, "force", "N/m3", u->metal_body.force));
+    PD_TRY(pdi_read_mechanics_sides(s, section));
     u->metal_body.is_time_dependent = pdi_read_mechanics_is_time_dependent(&u->metal_body);
-    PDI_TRY(pdi_read_mechanics_add_monitors(s, section));
+    PD_TRY(pdi_read_mechanics_add_monitors(s, section));
     return pdi_read_mechanics_rate_factor(s, section);
 }
 

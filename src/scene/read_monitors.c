@@ -1,6 +1,6 @@
 /* read_monitors: see read_monitors.h */
 #include "scene/read_monitors.h"
-#include "scene/fields.h"
+#include "setup/fields.h"
 #include "scene/input_files.h"
 #include <math.h>
 #include <stdio.h>
@@ -22,20 +22,20 @@ PDI_FN pd_status pdi_read_monitors_fields(pd_ctx *ctx, pd_text *text, const pd_s
                                           const char *key, const char *fallback, pd_fields *bits)
 {
     pd_word_list list;
-    char names[PDI_FIELDS_NAMES_SIZE];
+    char names[PD_FIELDS_NAMES_SIZE];
     int given = pdi_text_has_key(ctx, text, section, key);
-    PDI_TRY(pdi_text_get_words(ctx, text, section, key, fallback, &list));
+    PD_TRY(pdi_text_get_words(ctx, text, section, key, fallback, &list));
     *bits = 0;
     if (list.count == 1 && strcmp(list.word[0], "none") == 0) return PD_OK;
     for (int w = 0; w < list.count; w++) {
-        int field = pdi_fields_find(setup, list.word[w]);
+        int field = pd_fields_find(setup, list.word[w]);
         if (field == PD_FIELD_COUNT)
             return pdi_text_fail_key(ctx, text, section, key, "found '%s', expected some of %s, or none", list.word[w],
-                                     pdi_fields_format_names(setup, names));
-        const char *needs = pdi_fields_lacks(setup, (pd_field)field);
+                                     pd_fields_format_names(setup, names));
+        const char *needs = pd_fields_lacks(setup, (pd_field)field);
         if (needs && given)
             return pdi_text_fail_key(ctx, text, section, key, "found '%s', which needs %s", list.word[w], needs);
-        if (!needs) *bits |= pdi_fields_bit(field);
+        if (!needs) *bits |= pd_fields_bit(field);
     }
     return PD_OK;
 }
@@ -46,7 +46,7 @@ PDI_FN pd_status pdi_read_monitors_plane_position(pd_ctx *ctx, pd_text *text, co
     const char *value;
     pd_expr expr;
     pd_expr_desc desc;
-    PDI_TRY(pdi_text_get_string(ctx, text, section, key, NULL, &value));
+    PD_TRY(pdi_text_get_string(ctx, text, section, key, NULL, &value));
     *axis = value[0] - 'x';
     if (*axis < 0 || *axis >= PD_DIM || value[1] != ' ')
         return pdi_text_fail_key(ctx, text, section, key, "found '%.40s', expected an axis and a place: %c 0 um", value,
@@ -60,9 +60,9 @@ PDI_FN pd_status pdi_read_monitors_plane_position(pd_ctx *ctx, pd_text *text, co
     desc.unit = "m";
     desc.location = key;
     desc.column = 3;
-    if (pdi_expr_build(ctx, &desc, &expr) < 0) return pdi_input_files_fail(ctx, text, section, key);
-    *at = pdi_expr_eval(&expr, NULL);
-    pdi_expr_free(ctx, &expr);
+    if (pd_expr_build(ctx, &desc, &expr) < 0) return pdi_input_files_fail(ctx, text, section, key);
+    *at = pd_expr_eval(&expr, NULL);
+    pd_expr_free(ctx, &expr);
     if (*at > setup->lo[*axis] && *at < setup->hi[*axis]) return PD_OK;
     return pdi_text_fail_key(ctx, text, section, key, "found %.6g m, expected a place inside the box", *at);
 }
@@ -72,7 +72,7 @@ static pd_status pdi_read_monitors_point(pdi_read_monitors_state *w, const char 
 {
     const pd_setup *u = w->setup;
     int count;
-    PDI_TRY(pdi_text_get_numbers(w->ctx, w->text, w->section, key, "m", NULL, PD_DIM, x, &count));
+    PD_TRY(pdi_text_get_numbers(w->ctx, w->text, w->section, key, "m", NULL, PD_DIM, x, &count));
     if (count != PD_DIM)
         return pdi_text_fail_key(w->ctx, w->text, w->section, key,
                                  "found %d number%s, expected %d, one for each axis:"
@@ -90,16 +90,16 @@ static pd_status pdi_read_monitors_positive(pdi_read_monitors_state *w, const ch
                                             const char *fallback, double *value)
 {
     char found[PD_UNITS_TEXT];
-    PDI_TRY(pdi_text_get_number(w->ctx, w->text, w->section, key, unit, fallback, value));
+    PD_TRY(pdi_text_get_number(w->ctx, w->text, w->section, key, unit, fallback, value));
     if (*value > 0.0) return PD_OK;
-    pdi_setup_format_value(*value, unit, found);
+    pd_setup_format_value(*value, unit, found);
     return pdi_text_fail_key(w->ctx, w->text, w->section, key, "found %s, expected a positive value", found);
 }
 
 /* Read a concentration [mol/m3] of at least 0. */
 static pd_status pdi_read_monitors_concentration(pdi_read_monitors_state *w, const char *key, double *value)
 {
-    PDI_TRY(pdi_text_get_number(w->ctx, w->text, w->section, key, "mol/m3", NULL, value));
+    PD_TRY(pdi_text_get_number(w->ctx, w->text, w->section, key, "mol/m3", NULL, value));
     if (*value >= 0.0) return PD_OK;
     return pdi_text_fail_key(w->ctx, w->text, w->section, key, "found %.6g mol/m3, expected at least 0", *value);
 }
@@ -111,7 +111,7 @@ static pd_status pdi_read_monitors_box(pdi_read_monitors_state *w, int optional,
     memcpy(m->lo, w->setup->lo, sizeof m->lo);
     memcpy(m->hi, w->setup->hi, sizeof m->hi);
     if (optional && !pdi_text_has_key(w->ctx, w->text, w->section, "box")) return PD_OK;
-    PDI_TRY(pdi_text_get_ranges(w->ctx, w->text, w->section, "box", "m", NULL, PD_DIM, m->lo, m->hi, &count));
+    PD_TRY(pdi_text_get_ranges(w->ctx, w->text, w->section, "box", "m", NULL, PD_DIM, m->lo, m->hi, &count));
     if (count == PD_DIM) return PD_OK;
     return pdi_text_fail_key(w->ctx, w->text, w->section, "box",
                              "found %d range%s, expected %d, one for each axis:"
@@ -133,16 +133,16 @@ static pd_status pdi_read_monitors_check_section(pdi_read_monitors_state *w, int
 static pd_status pdi_read_monitors_line(pdi_read_monitors_state *w, pd_setup_monitor *m)
 {
     double spacing, length = 0.0;
-    PDI_TRY(pdi_read_monitors_point(w, "from", m->lo));
-    PDI_TRY(pdi_read_monitors_point(w, "to", m->hi));
+    PD_TRY(pdi_read_monitors_point(w, "from", m->lo));
+    PD_TRY(pdi_read_monitors_point(w, "to", m->hi));
     for (int d = 0; d < PD_DIM; d++) length += (m->hi[d] - m->lo[d]) * (m->hi[d] - m->lo[d]);
     length = sqrt(length);
     if (!(length > 0.0))
         return pdi_text_fail_key(w->ctx, w->text, w->section, "to", "found the point of 'from', expected another one");
-    PDI_TRY(pdi_read_monitors_fields(w->ctx, w->text, w->setup, w->section, "fields", "C, v, p, pH", &m->fields));
+    PD_TRY(pdi_read_monitors_fields(w->ctx, w->text, w->setup, w->section, "fields", "C, v, p, pH", &m->fields));
     m->images = m->fields;
     if (pdi_text_has_key(w->ctx, w->text, w->section, "images"))
-        PDI_TRY(pdi_read_monitors_fields(w->ctx, w->text, w->setup, w->section, "images", NULL, &m->images));
+        PD_TRY(pdi_read_monitors_fields(w->ctx, w->text, w->setup, w->section, "images", NULL, &m->images));
     if (m->images & ~m->fields)
         return pdi_text_fail_key(w->ctx, w->text, w->section, "images", "found a field that is not among 'fields'");
     if (!pdi_text_has_key(w->ctx, w->text, w->section, "spacing"))
@@ -150,7 +150,7 @@ static pd_status pdi_read_monitors_line(pdi_read_monitors_state *w, pd_setup_mon
                                     &m->points);
     if (pdi_text_has_key(w->ctx, w->text, w->section, "points"))
         return pdi_text_fail_key(w->ctx, w->text, w->section, "spacing", "found beside 'points', expected one of them");
-    PDI_TRY(pdi_read_monitors_positive(w, "spacing", "m", NULL, &spacing));
+    PD_TRY(pdi_read_monitors_positive(w, "spacing", "m", NULL, &spacing));
     if (length / spacing > PDI_READ_MONITORS_MAX_POINTS - 1.0)
         return pdi_text_fail_key(w->ctx, w->text, w->section, "spacing",
                                  "found %.6g m, which makes more than %d points", spacing,
@@ -167,10 +167,10 @@ static pd_status pdi_read_monitors_plane(pdi_read_monitors_state *w, pd_setup_mo
     if (u->has_gas)
         return pdi_text_fail_key(w->ctx, w->text, w->section, "plane",
                                  "found beside [gas], expected [line] or [total]");
-    PDI_TRY(pdi_read_monitors_plane_position(w->ctx, w->text, u, w->section, "at", &m->axis, &at));
+    PD_TRY(pdi_read_monitors_plane_position(w->ctx, w->text, u, w->section, "at", &m->axis, &at));
     /* of two as near, the upper one */
-    index = floor((at - u->lo[m->axis]) / u->h[m->axis] + 0.5 + PDI_SHAPE_TOLERANCE);
-    if (!(index >= 1.0) || !(index <= pdi_setup_count_cells(u, m->axis) - 1.0))
+    index = floor((at - u->lo[m->axis]) / u->h[m->axis] + 0.5 + PD_SHAPE_TOLERANCE);
+    if (!(index >= 1.0) || !(index <= pd_setup_count_cells(u, m->axis) - 1.0))
         return pdi_text_fail_key(w->ctx, w->text, w->section, "at",
                                  "found %.6g m, expected a place at least half a cell inside of the box", at);
     m->index = (int)index;
@@ -182,7 +182,7 @@ static pd_status pdi_read_monitors_shape(pdi_read_monitors_state *w, pd_setup_mo
 {
     const char *name;
     int k = 0;
-    PDI_TRY(pdi_text_get_string(w->ctx, w->text, w->section, "shape", NULL, &name));
+    PD_TRY(pdi_text_get_string(w->ctx, w->text, w->section, "shape", NULL, &name));
     for (int s = -1; (s = pdi_text_next_section(w->ctx, w->text, "shape", s)) >= 0; k++) {
         if (strcmp(w->text->section[s].label, name) != 0) continue;
         m->shape = 1 + w->setup->section_shape[k];
@@ -199,14 +199,14 @@ static pd_status pdi_read_monitors_shape(pdi_read_monitors_state *w, pd_setup_mo
 static pd_status pdi_read_monitors_force(pdi_read_monitors_state *w, pd_setup_monitor *m)
 {
     const char *size = PD_DIM == 3 ? "area" : "length";
-    PDI_TRY(pdi_read_monitors_check_section(w, w->setup->has_flow, "flow"));
+    PD_TRY(pdi_read_monitors_check_section(w, w->setup->has_flow, "flow"));
     int named = pdi_text_has_key(w->ctx, w->text, w->section, "shape");
-    if (named) PDI_TRY(pdi_read_monitors_shape(w, m));
-    PDI_TRY(pdi_read_monitors_box(w, named, m));
-    PDI_TRY(pdi_text_get_bool(w->ctx, w->text, w->section, "balance", named ? "no" : "yes", &m->momentum_balance));
+    if (named) PD_TRY(pdi_read_monitors_shape(w, m));
+    PD_TRY(pdi_read_monitors_box(w, named, m));
+    PD_TRY(pdi_text_get_bool(w->ctx, w->text, w->section, "balance", named ? "no" : "yes", &m->momentum_balance));
     if (!pdi_text_has_key(w->ctx, w->text, w->section, "speed") && !pdi_text_has_key(w->ctx, w->text, w->section, size))
         return PD_OK;
-    PDI_TRY(pdi_read_monitors_positive(w, "speed", "m/s", NULL, &m->speed));
+    PD_TRY(pdi_read_monitors_positive(w, "speed", "m/s", NULL, &m->speed));
     m->area = 1.0;
     return PD_DIM == 1 ? PD_OK : pdi_read_monitors_positive(w, size, PD_DIM == 3 ? "m2" : "m", NULL, &m->area);
 }
@@ -217,7 +217,7 @@ static pd_status pdi_read_monitors_reference_fluid(pdi_read_monitors_state *w, p
     const pd_setup *u = w->setup;
     const char *value;
     int inlets = 0;
-    PDI_TRY(pdi_text_get_string(w->ctx, w->text, w->section, "fluid", NULL, &value));
+    PD_TRY(pdi_text_get_string(w->ctx, w->text, w->section, "fluid", NULL, &value));
     for (int side = 0; side < 2 * PD_DIM; side++)
         inlets += u->side[side].kind == PD_SIDE_INLET && !u->side[side].is_open;
     if (strcmp(value, "inlet") == 0) {
@@ -232,7 +232,7 @@ static pd_status pdi_read_monitors_reference_fluid(pdi_read_monitors_state *w, p
     }
     if (strcmp(value, "bulk") != 0) return pdi_read_monitors_concentration(w, "fluid", &m->fluid_c);
     m->reference = PD_REFERENCE_FLUID_BULK;
-    PDI_TRY(pdi_read_monitors_check_section(w, u->has_flow, "flow"));
+    PD_TRY(pdi_read_monitors_check_section(w, u->has_flow, "flow"));
     if (m->axis >= 0) return PD_OK;
     return pdi_text_fail_key(w->ctx, w->text, w->section, "fluid",
                              "found 'bulk' without the axis of the stream, expected along = %s",
@@ -249,17 +249,17 @@ static pd_status pdi_read_monitors_transfer(pdi_read_monitors_state *w, pd_setup
     char diffusivity[PD_UNITS_TEXT];
     for (int d = 0; d < PD_DIM; d++) names[d] = axes[d];
     names[PD_DIM] = NULL;
-    PDI_TRY(pdi_read_monitors_check_section(w, w->setup->has_transport, "transport"));
-    PDI_TRY(pdi_read_monitors_box(w, 1, m));
+    PD_TRY(pdi_read_monitors_check_section(w, w->setup->has_transport, "transport"));
+    PD_TRY(pdi_read_monitors_box(w, 1, m));
     m->axis = -1;
     if (pdi_text_has_key(w->ctx, w->text, w->section, "along"))
-        PDI_TRY(pdi_text_get_choice(w->ctx, w->text, w->section, "along", names, NULL, &m->axis));
+        PD_TRY(pdi_text_get_choice(w->ctx, w->text, w->section, "along", names, NULL, &m->axis));
     if (pdi_text_has_key(w->ctx, w->text, w->section, "area"))
-        PDI_TRY(pdi_read_monitors_positive(w, "area", unit, NULL, &m->area));
+        PD_TRY(pdi_read_monitors_positive(w, "area", unit, NULL, &m->area));
     if (!pdi_text_has_key(w->ctx, w->text, w->section, "length")) return PD_OK;
-    PDI_TRY(pdi_read_monitors_positive(w, "length", "m", NULL, &m->length));
-    PDI_TRY(pdi_read_monitors_concentration(w, "surface", &m->surface_c));
-    PDI_TRY(pdi_read_monitors_reference_fluid(w, m));
+    PD_TRY(pdi_read_monitors_positive(w, "length", "m", NULL, &m->length));
+    PD_TRY(pdi_read_monitors_concentration(w, "surface", &m->surface_c));
+    PD_TRY(pdi_read_monitors_reference_fluid(w, m));
     snprintf(diffusivity, sizeof diffusivity, "%.17g m2/s", w->setup->diffusivity);
     return pdi_read_monitors_positive(w, "D", "m2/s", diffusivity, &m->diffusivity);
 }
@@ -268,7 +268,7 @@ static pd_status pdi_read_monitors_transfer(pdi_read_monitors_state *w, pd_setup
 static pd_status pdi_read_monitors_section(pdi_read_monitors_state *w, pd_monitor_kind kind)
 {
     pd_setup *u = w->setup;
-    const char *label = w->text->section[w->section].label, *name = pdi_setup_monitor_section_name(kind);
+    const char *label = w->text->section[w->section].label, *name = pd_setup_monitor_section_name(kind);
     if (u->monitors >= PD_SETUP_MONITORS)
         return pdi_text_fail_key(w->ctx, w->text, w->section, name, "found more than %d sections of this sort",
                                  PD_SETUP_MONITORS);
@@ -305,7 +305,7 @@ static pd_status pdi_read_monitors_probe(pdi_read_monitors_state *w)
     pd_setup_probe *p = &u->probe[u->probes++];
     memcpy(p->name, label, strlen(label) + 1);
     p->line = w->text->section[w->section].line;
-    PDI_TRY(pdi_read_monitors_point(w, "at", p->position));
+    PD_TRY(pdi_read_monitors_point(w, "at", p->position));
     return pdi_read_monitors_fields(w->ctx, w->text, u, w->section, "fields",
                                     u->has_transport ? "C" : u->has_chemistry ? "pH" : u->has_potential ? "phi" : "v",
                                     &p->fields);
@@ -319,12 +319,12 @@ PDI_FN pd_status pdi_read_monitors_read(pd_ctx *ctx, pd_text *text, pd_setup *se
     w.setup = setup;
     for (w.section = pdi_text_next_section(ctx, text, "probe", -1); w.section >= 0;
          w.section = pdi_text_next_section(ctx, text, "probe", w.section))
-        PDI_TRY(pdi_read_monitors_probe(&w));
+        PD_TRY(pdi_read_monitors_probe(&w));
     for (int kind = PD_MONITOR_LINE; kind <= PD_MONITOR_TOTAL; kind++) {
-        const char *name = pdi_setup_monitor_section_name((pd_monitor_kind)kind);
+        const char *name = pd_setup_monitor_section_name((pd_monitor_kind)kind);
         for (w.section = pdi_text_next_section(ctx, text, name, -1); w.section >= 0;
              w.section = pdi_text_next_section(ctx, text, name, w.section))
-            PDI_TRY(pdi_read_monitors_section(&w, (pd_monitor_kind)kind));
+            PD_TRY(pdi_read_monitors_section(&w, (pd_monitor_kind)kind));
     }
     return PD_OK;
 }

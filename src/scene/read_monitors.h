@@ -3,7 +3,7 @@
 #ifndef PD_READ_MONITORS_H
 #define PD_READ_MONITORS_H
 #include "scene/text.h"
-#include "scene/setup.h"
+#include "setup/setup.h"
 
 #ifdef PDI_INTERNAL
 /* Read all of these sections, after physics, sides and box are known. PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line. */

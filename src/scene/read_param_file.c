@@ -1,6 +1,6 @@
 /* read_param_file: see read_param_file.h */
 #include "scene/read_param_file.h"
-#include "scene/fields.h"
+#include "setup/fields.h"
 #include "scene/override.h"
 #include "core/vec.h"
 #include <math.h>
@@ -81,7 +81,7 @@ static const char *const pdi_read_param_file_ignored_keys[][2] = {
 static pd_status pdi_read_param_file_number(pd_ctx *ctx, pd_text *text, const char *key, const char *fallback,
                                             double low, double high, int open, double *value)
 {
-    PDI_TRY(pdi_text_get_number(ctx, text, 0, key, "", fallback, value));
+    PD_TRY(pdi_text_get_number(ctx, text, 0, key, "", fallback, value));
     if ((open ? *value > low : *value >= low) && *value <= high) return PD_OK;
     return pdi_text_fail_key(ctx, text, 0, key, "found %.6g, expected a value %s %g and at most %g", *value,
                              open ? "above" : "from", low, high);
@@ -91,7 +91,7 @@ static pd_status pdi_read_param_file_number(pd_ctx *ctx, pd_text *text, const ch
 static pd_status pdi_read_param_file_numbers(pd_ctx *ctx, pd_text *text, pdi_read_param_file_values *f)
 {
 #define PDI_X(key, fallback, low, high, open) \
-    PDI_TRY(pdi_read_param_file_number(ctx, text, #key, fallback, low, high, open, &f->key));
+    PD_TRY(pdi_read_param_file_number(ctx, text, #key, fallback, low, high, open, &f->key));
     PDI_READ_PARAM_FILE_NUMBERS(PDI_X)
 #undef PDI_X
     return PD_OK;
@@ -103,14 +103,14 @@ static pd_status pdi_read_param_file_add_notes(pd_ctx *ctx, pd_text *text, const
 {
     double value;
     if (pdi_text_has_key(ctx, text, 0, "D_grain") && !f->by_diffusion)
-        pdi_setup_add_note(setup, "D_grain = %g is ignored: k_corr gives the rate", f->D_grain);
+        pd_setup_add_note(setup, "D_grain = %g is ignored: k_corr gives the rate", f->D_grain);
     if (pdi_text_has_key(ctx, text, 0, "D_gb") && !f->by_diffusion)
-        pdi_setup_add_note(setup, "D_gb = %g is ignored: gb_corr_factor gives that of the boundaries", f->D_gb);
+        pd_setup_add_note(setup, "D_gb = %g is ignored: gb_corr_factor gives that of the boundaries", f->D_gb);
     for (size_t k = 0; k < sizeof pdi_read_param_file_ignored_keys / sizeof pdi_read_param_file_ignored_keys[0]; k++) {
         const char *key = pdi_read_param_file_ignored_keys[k][0];
         if (!pdi_text_has_key(ctx, text, 0, key)) continue;
-        PDI_TRY(pdi_text_get_number(ctx, text, 0, key, "", NULL, &value));
-        pdi_setup_add_note(setup, "%s = %g is ignored: %s", key, value, pdi_read_param_file_ignored_keys[k][1]);
+        PD_TRY(pdi_text_get_number(ctx, text, 0, key, "", NULL, &value));
+        pd_setup_add_note(setup, "%s = %g is ignored: %s", key, value, pdi_read_param_file_ignored_keys[k][1]);
     }
     return PD_OK;
 }
@@ -163,8 +163,8 @@ static pd_status pdi_read_param_file_shapes(pd_ctx *ctx, const pd_text *text, co
     pd_shape shape;
     if (PD_DIM == 3) {
         pdi_read_param_file_init_cylinder(f->R_tube, &shape);
-        PDI_TRY(pdi_setup_add_shape(ctx, setup, &shape, &setup->wall));
-        PDI_TRY(pdi_setup_add_complement(ctx, setup, &setup->wall));
+        PD_TRY(pd_setup_add_shape(ctx, setup, &shape, &setup->wall));
+        PD_TRY(pd_setup_add_complement(ctx, setup, &setup->wall));
     }
     if (!(f->R_wire > 0.0) || !(f->L_wire > 0.0)) return PD_OK;
     if (f->R_wire >= f->R_tube)
@@ -176,17 +176,17 @@ static pd_status pdi_read_param_file_shapes(pd_ctx *ctx, const pd_text *text, co
         shape.a[d] = d == 0 ? 0.0 : -f->R_wire;
         shape.b[d] = d == 0 ? f->L_wire : f->R_wire;
     }
-    PDI_TRY(pdi_setup_add_shape(ctx, setup, &shape, &setup->solid));
+    PD_TRY(pd_setup_add_shape(ctx, setup, &shape, &setup->solid));
     if (PD_DIM < 3) return PD_OK;
     int piece = setup->solid, wire = -1;
     pdi_read_param_file_init_cylinder(f->R_wire, &shape);
-    PDI_TRY(pdi_setup_add_shape(ctx, setup, &shape, &wire));
+    PD_TRY(pd_setup_add_shape(ctx, setup, &shape, &wire));
     memset(&shape, 0, sizeof shape);
     shape.type = PD_SHAPE_INTERSECT;
     shape.child_count = 2;
     shape.child[0] = piece;
     shape.child[1] = wire;
-    return pdi_setup_add_shape(ctx, setup, &shape, &setup->solid);
+    return pd_setup_add_shape(ctx, setup, &shape, &setup->solid);
 }
 
 /* Set the flow: parabolic inlet of mean speed Q_flow/(pi R_tube^2), outlet, steady tolerance. */
@@ -199,9 +199,9 @@ static void pdi_read_param_file_flow(const pdi_read_param_file_values *f, pd_set
     setup->steady_tolerance = f->flow_conv_tol;
     setup->side[0].kind = PD_SIDE_INLET;
     setup->side[0].profile = PD_PROFILE_PARABOLA;
-    setup->side[0].mean_speed = f->Q_flow / (PDI_PI * f->R_tube * f->R_tube);
+    setup->side[0].mean_speed = f->Q_flow / (PD_PI * f->R_tube * f->R_tube);
     setup->side[1].kind = PD_SIDE_OUTLET;
-    pdi_setup_add_note(setup, "flow_conv_tol = %g is the tolerance of the residuals, not of the change per step",
+    pd_setup_add_note(setup, "flow_conv_tol = %g is the tolerance of the residuals, not of the change per step",
                        f->flow_conv_tol);
 }
 
@@ -221,7 +221,7 @@ static pd_status pdi_read_param_file_transport(pd_ctx *ctx, const pdi_read_param
     desc.text = text;
     desc.unit = "mol/m3";
     desc.allow_bare = 1;
-    return pdi_expr_build(ctx, &desc, &setup->initial_c);
+    return pd_expr_build(ctx, &desc, &setup->initial_c);
 }
 
 /* Sums over the bonds that a plane front along an axis opens. While the front passes a node, the node has been in all
@@ -230,7 +230,7 @@ static pd_status pdi_read_param_file_transport(pd_ctx *ctx, const pdi_read_param
 static void pdi_read_param_file_compute_front_sums(const pdi_read_param_file_values *f, double *exposure, double *bonds)
 {
     double delta = f->m_ratio, count = 0.0, opened = 0.0, sum = 0.0;
-    double constant = PD_DIM == 3 ? 9.0 / (2.0 * PDI_PI * delta * delta * delta) : 4.0 / (PDI_PI * delta * delta);
+    double constant = PD_DIM == 3 ? 9.0 / (2.0 * PD_PI * delta * delta * delta) : 4.0 / (PD_PI * delta * delta);
     int reach = (int)floor(delta + 0.5), across = PD_DIM > 1 ? reach : 0, deep = PD_DIM > 2 ? reach : 0;
     for (int i = -reach; i <= reach; i++)
         for (int j = -across; j <= across; j++)
@@ -260,7 +260,7 @@ static double pdi_read_param_file_speed_by_rate(const pdi_read_param_file_values
     pdi_read_param_file_compute_front_sums(f, &exposure, &bonds);
     double layer = (f->C_solid_init - f->C_thresh) / (f->k_corr * exposure), speed = f->dx_file / layer;
     setup->gb_factor = f->gb_corr_factor;
-    pdi_setup_add_note(setup,
+    pd_setup_add_note(setup,
                        "k_corr = %g 1/s: a layer of dx = %g m in %.4g min: recession at %.6g um/h = %.6g mm/year, "
                        "for every dx",
                        f->k_corr, f->dx_file, layer / 60.0, speed * 1e6 * 3600.0, speed * 1e3 * 31557600.0);
@@ -275,11 +275,11 @@ static double pdi_read_param_file_speed_by_diffusion(const pdi_read_param_file_v
     pdi_read_param_file_compute_front_sums(f, &exposure, &bonds);
     double layer = log(f->C_solid_init / f->C_thresh) / (grain * bonds), speed = f->dx_file / layer;
     setup->gb_factor = pdi_read_param_file_harmonic_mean(f->D_liquid, f->D_gb) / grain;
-    pdi_setup_add_note(setup,
+    pd_setup_add_note(setup,
                        "D_grain = %g, no k_corr: a layer of dx = %g m in %.4g min: recession at %.6g um/h = %.6g "
                        "mm/year, for every dx",
                        f->D_grain, f->dx_file, layer / 60.0, speed * 1e6 * 3600.0, speed * 1e3 * 31557600.0);
-    pdi_setup_add_note(setup, "D_gb = %g: %.6g times that speed in grain boundaries", f->D_gb, setup->gb_factor);
+    pd_setup_add_note(setup, "D_gb = %g: %.6g times that speed in grain boundaries", f->D_gb, setup->gb_factor);
     return speed;
 }
 
@@ -297,7 +297,7 @@ static pd_status pdi_read_param_file_rate_law(pd_ctx *ctx, double speed, pd_setu
     desc.unit = "m/s";
     desc.vars = concentration;
     desc.var_count = 1;
-    return pdi_expr_build(ctx, &desc, &setup->metal[0].rate);
+    return pd_expr_build(ctx, &desc, &setup->metal[0].rate);
 }
 
 /* Set up dissolution: threshold, saturation and rate law. */
@@ -317,7 +317,7 @@ static pd_status pdi_read_param_file_dissolve(pd_ctx *ctx, const pd_text *text, 
     setup->threshold = f->C_thresh / f->C_solid_init;
     setup->saturation = f->C_sat * intact;
     if (f->C_sat > 0.0)
-        pdi_setup_add_note(setup, "C_sat = %g: the rate falls as 1 - C/Csat, Csat = %.6g mol/m3; there it stops at it",
+        pd_setup_add_note(setup, "C_sat = %g: the rate falls as 1 - C/Csat, Csat = %.6g mol/m3; there it stops at it",
                            f->C_sat, setup->saturation);
     return pdi_read_param_file_rate_law(ctx,
                                         f->by_diffusion ? pdi_read_param_file_speed_by_diffusion(f, setup)
@@ -337,7 +337,7 @@ static void pdi_read_param_file_grains(const pdi_read_param_file_values *f, pd_s
     setup->grain.spread = f->grain_size_std;
     setup->grain.seed = 1;
     setup->grain.boundary_width = (1.0 + 2.0 * f->gb_width_cells) * f->dx_file;
-    pdi_setup_add_note(setup, "gb_width_cells = %g: grain boundaries are %.6g um wide, for every dx", f->gb_width_cells,
+    pd_setup_add_note(setup, "gb_width_cells = %g: grain boundaries are %.6g um wide, for every dx", f->gb_width_cells,
                        setup->grain.boundary_width * 1e6);
 }
 
@@ -345,14 +345,14 @@ static void pdi_read_param_file_grains(const pdi_read_param_file_values *f, pd_s
 static pd_status pdi_read_param_file_output(pd_ctx *ctx, pd_text *text, const pdi_read_param_file_values *f,
                                             pd_setup *setup)
 {
-    PDI_TRY(pdi_setup_read_folder(ctx, text, 0, "output_dir", setup));
+    PD_TRY(pdi_input_files_read_output_folder(ctx, text, 0, "output_dir", setup));
     setup->end_time = f->T_final;
     setup->output_interval = f->T_final / PDI_READ_PARAM_FILE_FRAMES;
     setup->max_node_fraction = 0.1;
     for (int k = 0; k < PD_FIELD_COUNT; k++)
-        if (!pdi_fields_lacks(setup, (pd_field)k)) setup->fields |= pdi_fields_bit(k);
-    setup->images = setup->fields & (pdi_fields_bit(PD_FIELD_C) | pdi_fields_bit(PD_FIELD_V) |
-                                     pdi_fields_bit(PD_FIELD_GRAIN));
+        if (!pd_fields_lacks(setup, (pd_field)k)) setup->fields |= pd_fields_bit(k);
+    setup->images = setup->fields & (pd_fields_bit(PD_FIELD_C) | pd_fields_bit(PD_FIELD_V) |
+                                     pd_fields_bit(PD_FIELD_GRAIN));
     return PD_OK;
 }
 
@@ -361,22 +361,22 @@ PDI_FN pd_status pdi_read_param_file_read(pd_ctx *ctx, pd_text *text, const char
 {
     pdi_read_param_file_values f;
     memset(&f, 0, sizeof f);
-    PDI_TRY(pdi_read_param_file_number(ctx, text, "dx", "5e-6", 0.0, 1.0, 1, &f.dx_file));
-    for (int k = 0; k < count; k++) PDI_TRY(pdi_override_apply(ctx, text, overrides[k]));
-    PDI_TRY(pdi_read_param_file_numbers(ctx, text, &f));
+    PD_TRY(pdi_read_param_file_number(ctx, text, "dx", "5e-6", 0.0, 1.0, 1, &f.dx_file));
+    for (int k = 0; k < count; k++) PD_TRY(pdi_override_apply(ctx, text, overrides[k]));
+    PD_TRY(pdi_read_param_file_numbers(ctx, text, &f));
     f.by_diffusion = !pdi_text_has_key(ctx, text, 0, "k_corr") &&
                      (pdi_text_has_key(ctx, text, 0, "D_grain") || pdi_text_has_key(ctx, text, 0, "D_gb"));
-    PDI_TRY(pdi_read_param_file_add_notes(ctx, text, &f, setup));
+    PD_TRY(pdi_read_param_file_add_notes(ctx, text, &f, setup));
     if (PD_DIM == 1)
         return pdi_text_fail_key(ctx, text, 0, "dx", "found a flat parameter file, which describes a pin in 2D or 3D");
-    PDI_TRY(pdi_read_param_file_box(ctx, text, &f, setup));
-    PDI_TRY(pdi_read_param_file_shapes(ctx, text, &f, setup));
+    PD_TRY(pdi_read_param_file_box(ctx, text, &f, setup));
+    PD_TRY(pdi_read_param_file_shapes(ctx, text, &f, setup));
     pdi_read_param_file_flow(&f, setup);
     if (pdi_text_has_key(ctx, text, 0, "flow_conv_tol")) setup->settings_given |= 1u << PD_SOLVER_SETTING_STEADY;
-    PDI_TRY(pdi_read_param_file_transport(ctx, &f, setup));
-    PDI_TRY(pdi_read_param_file_dissolve(ctx, text, &f, setup));
+    PD_TRY(pdi_read_param_file_transport(ctx, &f, setup));
+    PD_TRY(pdi_read_param_file_dissolve(ctx, text, &f, setup));
     pdi_read_param_file_grains(&f, setup);
-    PDI_TRY(pdi_read_param_file_output(ctx, text, &f, setup));
+    PD_TRY(pdi_read_param_file_output(ctx, text, &f, setup));
     return pdi_text_check_unused(ctx, text);
 }
 #undef PDI_READ_PARAM_FILE_FRAMES

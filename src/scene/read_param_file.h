@@ -15,7 +15,7 @@
 #ifndef PD_READ_PARAM_FILE_H
 #define PD_READ_PARAM_FILE_H
 #include "scene/text.h"
-#include "scene/setup.h"
+#include "setup/setup.h"
 
 #ifdef PDI_INTERNAL
 /* Fill the setup from a flat text. Overrides are applied here, because k_corr refers to dx as it stands in the file. A

@@ -1,6 +1,6 @@
 /* read_physics: see read_physics.h */
 #include "scene/read_physics.h"
-#include "scene/fields.h"
+#include "setup/fields.h"
 #include <stdio.h>
 #include <string.h>
 
@@ -13,8 +13,8 @@ static pd_status pdi_read_physics_keys(pdi_reader *s, int section, pd_setup_regi
         const char *unit = strcmp(key->unit, "-") == 0 ? "" : key->unit;
         const char *fallback = strcmp(key->default_text, "required") == 0 ? NULL : key->default_text;
         if (strcmp(key->default_text, "-") == 0 && !pdi_text_has_key(s->ctx, s->text, section, key->keys)) continue;
-        PDI_TRY(pdi_text_get_expr(s->ctx, s->text, section, key->keys, unit, pdi_setup_get_position_symbols(),
-                                  PDI_SETUP_POSITION_VARS, fallback, &own->value[k]));
+        PD_TRY(pdi_text_get_expr(s->ctx, s->text, section, key->keys, unit, pd_setup_get_position_symbols(),
+                                  PD_SETUP_POSITION_VARS, fallback, &own->value[k]));
         own->given |= (uint32_t)1 << k;
     }
     return PD_OK;
@@ -25,10 +25,10 @@ static pd_status pdi_read_physics_sides(pdi_reader *s, pd_setup_registered *own)
 {
     const pd_physics_field *field = &own->type->field[0];
     for (int side = 0; side < 2 * PD_DIM; side++) {
-        int section = pdi_text_get_section(s->ctx, s->text, "side", pdi_setup_side_name(side));
+        int section = pdi_text_get_section(s->ctx, s->text, "side", pd_setup_side_name(side));
         if (!pdi_text_has_key(s->ctx, s->text, section, field->name)) continue;
-        PDI_TRY(pdi_text_get_expr(s->ctx, s->text, section, field->name, field->unit, pdi_setup_get_position_symbols(),
-                                  PDI_SETUP_POSITION_VARS, NULL, &own->prescribed[side]));
+        PD_TRY(pdi_text_get_expr(s->ctx, s->text, section, field->name, field->unit, pd_setup_get_position_symbols(),
+                                  PD_SETUP_POSITION_VARS, NULL, &own->prescribed[side]));
         own->prescribed_sides |= (uint32_t)1 << side;
     }
     return PD_OK;
@@ -37,18 +37,18 @@ static pd_status pdi_read_physics_sides(pdi_reader *s, pd_setup_registered *own)
 /* Check that the names of the fields are free, and make their labels. */
 static pd_status pdi_read_physics_fields(pdi_reader *s, int section, pd_setup_registered *own)
 {
-    const pd_expr_symbol *variable = pdi_setup_get_rate_symbols();
+    const pd_expr_symbol *variable = pd_setup_get_rate_symbols();
     int all = own->type->fields;
     for (int k = 0; k < s->setup->registered_count; k++) all += s->setup->registered[k].type->fields;
-    if (all > PD_PHYSICS_TYPE_FIELDS || pdi_fields_first_registered(s->setup) + all > PD_FIELD_COUNT)
+    if (all > PD_PHYSICS_TYPE_FIELDS || pd_fields_first_registered(s->setup) + all > PD_FIELD_COUNT)
         return pdi_text_fail_key(s->ctx, s->text, section, own->type->section.name,
                                  "found %d fields of such sections, expected at most %d, and fewer beside %d species "
                                  "and states of surfaces",
                                  all, PD_PHYSICS_TYPE_FIELDS, s->setup->electrolyte.count + s->setup->states);
     for (int k = 0; k < own->type->fields; k++) {
         const pd_physics_field *field = &own->type->field[k];
-        int taken = pdi_fields_find(s->setup, field->name) < PD_FIELD_COUNT;
-        for (int v = 0; v < PDI_SETUP_RATE_VARS; v++) taken |= strcmp(variable[v].name, field->name) == 0;
+        int taken = pd_fields_find(s->setup, field->name) < PD_FIELD_COUNT;
+        for (int v = 0; v < PD_SETUP_RATE_VARS; v++) taken |= strcmp(variable[v].name, field->name) == 0;
         if (taken || !field->name[0] || strlen(field->name) >= PD_SETUP_NAME)
             return pdi_text_fail_key(s->ctx, s->text, section, own->type->section.name,
                                      "found a field with the name '%.40s', expected one that is free", field->name);
@@ -81,10 +81,10 @@ PDI_FN pd_status pdi_read_physics_read(pdi_reader *s)
 
 PDI_FN void pdi_read_physics_set_symbols(const pd_setup *setup, pd_expr_symbol *symbols, char (*unit)[PD_UNITS_TEXT])
 {
-    int first = pdi_fields_first_registered(setup), index;
-    for (int k = 0; k < PD_PHYSICS_TYPE_FIELDS && pdi_fields_find_registered(setup, first + k, &index) >= 0; k++) {
-        pdi_fields_get_unit(setup, (pd_field)(first + k), unit[k]);
-        symbols[PDI_SETUP_RATE_FIELD + k].name = pdi_fields_get_name(setup, (pd_field)(first + k));
-        symbols[PDI_SETUP_RATE_FIELD + k].unit = unit[k];
+    int first = pd_fields_first_registered(setup), index;
+    for (int k = 0; k < PD_PHYSICS_TYPE_FIELDS && pd_fields_find_registered(setup, first + k, &index) >= 0; k++) {
+        pd_fields_get_unit(setup, (pd_field)(first + k), unit[k]);
+        symbols[PD_SETUP_RATE_FIELD + k].name = pd_fields_get_name(setup, (pd_field)(first + k));
+        symbols[PD_SETUP_RATE_FIELD + k].unit = unit[k];
     }
 }

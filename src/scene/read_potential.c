@@ -50,7 +50,7 @@ static pd_status pdi_read_potential_shape(pdi_reader *s, int section, pd_setup_e
     const pd_setup *u = s->setup;
     const char *name;
     int k = 0;
-    PDI_TRY(pdi_text_get_string(s->ctx, s->text, section, "shape", NULL, &name));
+    PD_TRY(pdi_text_get_string(s->ctx, s->text, section, "shape", NULL, &name));
     for (int at = pdi_text_next_section(s->ctx, s->text, "shape", -1); at >= 0;
          at = pdi_text_next_section(s->ctx, s->text, "shape", at), k++) {
         int solid = 0;
@@ -83,7 +83,7 @@ static pd_status pdi_read_potential_location(pdi_reader *s, int section, pd_setu
                                  "material = NAME",
                                  shape ? "a shape and a material" : "neither a shape nor a material");
     if (shape) return pdi_read_potential_shape(s, section, e);
-    PDI_TRY(pdi_text_get_string(s->ctx, s->text, section, "material", NULL, &name));
+    PD_TRY(pdi_text_get_string(s->ctx, s->text, section, "material", NULL, &name));
     for (e->metal = 0; e->metal < u->metals; e->metal++)
         if (strcmp(u->metal[e->metal].material.name, name) == 0) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, section, "material",
@@ -102,13 +102,13 @@ static pd_status pdi_read_potential_tafel_slopes(pdi_reader *s, int section, int
     double *slope[] = {&t->anodic, &t->cathodic}, *limit[] = {&t->anodic_limit, &t->cathodic_limit};
     int given = 0;
     t->kind = PD_ELECTRODE_BUTLER_VOLMER;
-    PDI_TRY(pdi_reader_get_positive(s, section, "i0", "A/m2", NULL, &t->exchange));
+    PD_TRY(pdi_reader_get_positive(s, section, "i0", "A/m2", NULL, &t->exchange));
     for (int k = 0; k < 2; k++) {
         if (!pdi_text_has_key(s->ctx, s->text, section, keys[k])) continue;
-        PDI_TRY(
+        PD_TRY(
             pdi_reader_get_bounded(s, section, keys[k], "V", NULL, 0.0, PDI_READ_POTENTIAL_MAX_VOLTAGE, 1, slope[k]));
         *slope[k] /= log(10.0);
-        PDI_TRY(pdi_reader_get_nonnegative(s, section, limits[k], "A/m2", "0", limit[k]));
+        PD_TRY(pdi_reader_get_nonnegative(s, section, limits[k], "A/m2", "0", limit[k]));
         given++;
     }
     if (given == 1 + both) return PD_OK;
@@ -125,13 +125,13 @@ static pd_status pdi_read_potential_tabulate_curve(pdi_reader *s, int section, c
 {
     double low, high;
     int count;
-    PDI_TRY(pdi_text_get_ranges(s->ctx, s->text, section, "range", "V", NULL, 1, &low, &high, &count));
+    PD_TRY(pdi_text_get_ranges(s->ctx, s->text, section, "range", "V", NULL, 1, &low, &high, &count));
     e->points = PDI_READ_POTENTIAL_TABLE_POINTS;
-    PDI_TRY(PDI_NEW(s->ctx, "electrode", e->points, e->potential));
-    PDI_TRY(PDI_NEW(s->ctx, "electrode", e->points, e->current));
+    PD_TRY(PD_NEW(s->ctx, "electrode", e->points, e->potential));
+    PD_TRY(PD_NEW(s->ctx, "electrode", e->points, e->current));
     for (int k = 0; k < e->points; k++) {
         e->potential[k] = low + (high - low) * k / (e->points - 1);
-        e->current[k] = pdi_expr_eval(curve, &e->potential[k]);
+        e->current[k] = pd_expr_eval(curve, &e->potential[k]);
         if (!(fabs(e->current[k]) < PDI_READER_MAX_NUMBER))
             return pdi_text_fail_key(s->ctx, s->text, section, "i",
                                      "found %g A/m2 at E = %.6g V, expected a number, or "
@@ -162,7 +162,7 @@ static pd_status pdi_read_potential_check_rising(pdi_reader *s, int section, con
     vars[1] = 7.0;
     for (int k = 0; k <= PDI_READ_POTENTIAL_CHECK_POINTS; k++) {
         vars[0] = PDI_READ_POTENTIAL_CHECK_RANGE * (2.0 * k / PDI_READ_POTENTIAL_CHECK_POINTS - 1.0);
-        double i = pdi_expr_eval(&e->species_curve, vars);
+        double i = pd_expr_eval(&e->species_curve, vars);
         if (!(fabs(i) < PDI_READER_MAX_NUMBER)) continue;
         if (i < last - PDI_READ_POTENTIAL_CHECK_TOL * fabs(last))
             return pdi_text_fail_key(s->ctx, s->text, section, "i",
@@ -185,17 +185,17 @@ static pd_status pdi_read_potential_species_curve(pdi_reader *s, int section, pd
     const char *text;
     int count = 2;
     if (!s->setup->has_migration || !pdi_text_has_key(s->ctx, s->text, section, "i")) return PD_OK;
-    PDI_TRY(pdi_text_get_string(s->ctx, s->text, section, "i", NULL, &text));
+    PD_TRY(pdi_text_get_string(s->ctx, s->text, section, "i", NULL, &text));
     if (!strchr(text, '[') && !strstr(text, "pH")) return PD_OK;
     memset(vars, 0, sizeof vars);
     vars[0] = pdi_read_potential_curve_symbol[0];
     vars[1].name = "pH";
     vars[1].unit = "";
-    PDI_TRY(pdi_read_surface_states_species_symbols(s, section, "i", vars, name, &count, e->species_index,
+    PD_TRY(pdi_read_surface_states_species_symbols(s, section, "i", vars, name, &count, e->species_index,
                                                     &e->species_count));
-    PDI_TRY(pdi_text_get_expr(s->ctx, s->text, section, "i", "A/m2", vars, count, NULL, &e->species_curve));
+    PD_TRY(pdi_text_get_expr(s->ctx, s->text, section, "i", "A/m2", vars, count, NULL, &e->species_curve));
     e->has_species_curve = 1;
-    if ((e->species_curve.variables_used >> 1 & 1u) && pdi_electrolyte_find_species(&s->setup->electrolyte, "H+") < 0)
+    if ((e->species_curve.variables_used >> 1 & 1u) && pd_electrolyte_find_species(&s->setup->electrolyte, "H+") < 0)
         return pdi_text_fail_key(s->ctx, s->text, section, "i",
                                  "found pH without the species H+, expected [species H+] "
                                  "and others");
@@ -210,12 +210,12 @@ static pd_status pdi_read_potential_species_curve(pdi_reader *s, int section, pd
 static pd_status pdi_read_potential_expression_curve(pdi_reader *s, int section, pd_setup_electrode *e)
 {
     pd_expr curve;
-    PDI_TRY(pdi_read_potential_species_curve(s, section, e));
+    PD_TRY(pdi_read_potential_species_curve(s, section, e));
     if (e->has_species_curve) return PD_OK;
-    PDI_TRY(pdi_text_get_expr(s->ctx, s->text, section, "i", "A/m2", pdi_read_potential_curve_symbol, 1, NULL, &curve));
-    pdi_expr_get_table_range(&curve, 0, e->table_range);
+    PD_TRY(pdi_text_get_expr(s->ctx, s->text, section, "i", "A/m2", pdi_read_potential_curve_symbol, 1, NULL, &curve));
+    pd_expr_get_table_range(&curve, 0, e->table_range);
     pd_status status = pdi_read_potential_tabulate_curve(s, section, &curve, e);
-    pdi_expr_free(s->ctx, &curve);
+    pd_expr_free(s->ctx, &curve);
     return status;
 }
 
@@ -230,10 +230,10 @@ static pd_status pdi_read_potential_kinetics(pdi_reader *s, int section, pd_setu
         return pdi_text_fail_key(s->ctx, s->text, section, "curve",
                                  "found no polarisation curve, expected curve = "
                                  "butler_volmer, tafel, linear, expression or primary");
-    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "curve", curves, NULL, &curve));
-    PDI_TRY(pdi_reader_get_nonnegative(s, section, "film", "ohm m2", "0", &e->film_resistance));
+    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "curve", curves, NULL, &curve));
+    PD_TRY(pdi_reader_get_nonnegative(s, section, "film", "ohm m2", "0", &e->film_resistance));
     if (curve == PDI_READ_POTENTIAL_EXPRESSION) return pdi_read_potential_expression_curve(s, section, e);
-    PDI_TRY(pdi_reader_get_bounded(s, section, "E0", "V", "0", -PDI_READ_POTENTIAL_MAX_VOLTAGE,
+    PD_TRY(pdi_reader_get_bounded(s, section, "E0", "V", "0", -PDI_READ_POTENTIAL_MAX_VOLTAGE,
                                    PDI_READ_POTENTIAL_MAX_VOLTAGE, 0, &e->term.equilibrium));
     e->primary = curve == PDI_READ_POTENTIAL_PRIMARY;
     if (e->primary && s->setup->has_migration)
@@ -258,8 +258,8 @@ static pd_status pdi_read_potential_control(pdi_reader *s, int section, pd_setup
         return pdi_text_fail_key(s->ctx, s->text, section, "current", "found beside 'potential', expected one of them");
     if (!e->has_fixed_potential && !e->has_fixed_current) return PD_OK;
     const char *key = e->has_fixed_potential ? "potential" : "current";
-    PDI_TRY(pdi_text_get_expr(s->ctx, s->text, section, key, e->has_fixed_potential ? "V" : "A",
-                              pdi_setup_get_position_symbols(), PDI_SETUP_POSITION_VARS, NULL, &e->fixed_value));
+    PD_TRY(pdi_text_get_expr(s->ctx, s->text, section, key, e->has_fixed_potential ? "V" : "A",
+                              pd_setup_get_position_symbols(), PD_SETUP_POSITION_VARS, NULL, &e->fixed_value));
     if (!(e->fixed_value.variables_used & ~((uint32_t)1 << PD_DIM))) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, section, key, "found a function of the place, expected one of t alone");
 }
@@ -270,7 +270,7 @@ static pd_status pdi_read_potential_connections(pdi_reader *s, int section, int 
     pd_setup_potential *p = &s->setup->potential;
     pd_word_list list;
     if (!pdi_text_has_key(s->ctx, s->text, section, "connected")) return PD_OK;
-    PDI_TRY(pdi_text_get_words(s->ctx, s->text, section, "connected", NULL, &list));
+    PD_TRY(pdi_text_get_words(s->ctx, s->text, section, "connected", NULL, &list));
     for (int w = 0; w < list.count; w++) {
         int other = 0;
         while (other < p->electrodes && strcmp(p->electrode[other].name, list.word[w]) != 0) other++;
@@ -336,12 +336,12 @@ static pd_status pdi_read_potential_electrode(pdi_reader *s, int section)
     memcpy(e->name, label, strlen(label) + 1);
     e->line = s->text->section[section].line;
     e->circuit = p->electrodes++;
-    PDI_TRY(pdi_read_potential_location(s, section, e));
-    PDI_TRY(pdi_read_potential_kinetics(s, section, e));
-    PDI_TRY(pdi_read_surface_states_current_factor(s, section, e->circuit));
-    PDI_TRY(pdi_read_potential_control(s, section, e));
+    PD_TRY(pdi_read_potential_location(s, section, e));
+    PD_TRY(pdi_read_potential_kinetics(s, section, e));
+    PD_TRY(pdi_read_surface_states_current_factor(s, section, e->circuit));
+    PD_TRY(pdi_read_potential_control(s, section, e));
     e->has_reaction = pdi_text_has_key(s->ctx, s->text, section, "reaction");
-    if (e->has_reaction) PDI_TRY(pdi_read_chemistry_electrode_reaction(s, section, e->species_released));
+    if (e->has_reaction) PD_TRY(pdi_read_chemistry_electrode_reaction(s, section, e->species_released));
     if (s->setup->has_migration && !e->has_reaction && !e->has_no_curve)
         return pdi_text_fail_key(s->ctx, s->text, section, "reaction",
                                  "found none, expected the half-reaction by which "
@@ -355,13 +355,13 @@ static pd_status pdi_read_potential_sides(pdi_reader *s)
 {
     pd_setup *u = s->setup;
     for (int k = 0; k < 2 * PD_DIM; k++) {
-        int section = pdi_text_get_section(s->ctx, s->text, "side", pdi_setup_side_name(k));
+        int section = pdi_text_get_section(s->ctx, s->text, "side", pd_setup_side_name(k));
         if (!pdi_text_has_key(s->ctx, s->text, section, "potential")) continue;
         if (u->has_migration)
             return pdi_text_fail_key(s->ctx, s->text, section, "potential",
                                      "found beside migration = yes of [chemistry],"
                                      " expected species = inlet, which holds ions at the potential 0");
-        PDI_TRY(pdi_reader_get_bounded(s, section, "potential", "V", NULL, -PDI_READ_POTENTIAL_MAX_VOLTAGE,
+        PD_TRY(pdi_reader_get_bounded(s, section, "potential", "V", NULL, -PDI_READ_POTENTIAL_MAX_VOLTAGE,
                                        PDI_READ_POTENTIAL_MAX_VOLTAGE, 0, &u->potential.fixed_potential[k]));
         u->potential.has_fixed_potential[k] = 1;
         if (u->side[k].kind == PD_SIDE_WALL || u->side[k].kind == PD_SIDE_INLET) continue;
@@ -385,7 +385,7 @@ static pd_status pdi_read_potential_conductivity(pdi_reader *s, int section)
                                  "found none, expected [potential] "
                                  "conductivity = 1.5 S/m or another positive value");
     if (pdi_text_has_key(s->ctx, s->text, section, "conductivity"))
-        PDI_TRY(pdi_reader_get_positive(s, section, "conductivity", "S/m", NULL, &p->conductivity));
+        PD_TRY(pdi_reader_get_positive(s, section, "conductivity", "S/m", NULL, &p->conductivity));
     return pdi_reader_get_bounded(s, section, "tolerance", "", "1e-12", 0.0, 0.1, 1, &p->tolerance);
 }
 
@@ -410,12 +410,12 @@ PDI_FN pd_status pdi_read_potential_read(pdi_reader *s)
                                      "found the name '%s' beside [potential], where it is a "
                                      "variable, expected another one",
                                      s->text->consts[n].name);
-    PDI_TRY(pdi_read_potential_conductivity(s, section));
-    PDI_TRY(pdi_read_potential_sides(s));
+    PD_TRY(pdi_read_potential_conductivity(s, section));
+    PD_TRY(pdi_read_potential_sides(s));
     for (int at = first; at >= 0; at = pdi_text_next_section(s->ctx, s->text, "electrode", at))
-        PDI_TRY(pdi_read_potential_electrode(s, at));
+        PD_TRY(pdi_read_potential_electrode(s, at));
     for (int at = first; at >= 0; at = pdi_text_next_section(s->ctx, s->text, "electrode", at))
-        PDI_TRY(pdi_read_potential_connections(s, at, k++));
+        PD_TRY(pdi_read_potential_connections(s, at, k++));
     return pdi_read_potential_check_circuits(s);
 }
 

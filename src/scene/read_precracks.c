@@ -12,7 +12,7 @@ static pd_status pdi_read_precracks_corners(pdi_reader *s, int section, pd_setup
 {
     static const char *const what[] = {"one place", "2 or more corners of a line", "3 or more corners of a polygon"};
     int count;
-    PDI_TRY(pdi_text_get_numbers(s->ctx, s->text, section, "points", "m", NULL, PDI_READ_PRECRACKS_MAX_COORDINATES,
+    PD_TRY(pdi_text_get_numbers(s->ctx, s->text, section, "points", "m", NULL, PDI_READ_PRECRACKS_MAX_COORDINATES,
                                  cut->corner, &count));
     cut->corners = count / PD_DIM;
     if (count % PD_DIM || cut->corners < PDI_READ_PRECRACKS_MIN_CORNERS || (PD_DIM == 1 && count > 1))
@@ -42,7 +42,7 @@ static pd_status pdi_read_precracks_direction(pdi_reader *s, int section, pd_set
     cut->is_recorded = PD_DIM == 2;
     if (pdi_text_has_key(s->ctx, s->text, section, "way")) {
         cut->is_recorded = PD_DIM > 1;
-        PDI_TRY(pdi_text_get_numbers(s->ctx, s->text, section, "way", "", NULL, PD_DIM, cut->direction, &count));
+        PD_TRY(pdi_text_get_numbers(s->ctx, s->text, section, "way", "", NULL, PD_DIM, cut->direction, &count));
     } else if (cut->is_recorded)
         for (int d = 0; d < PD_DIM; d++)
             cut->direction[d] =
@@ -61,7 +61,7 @@ static pd_status pdi_read_precracks_j_contours(pdi_reader *s, int section, pd_se
     double least = b->m * s->setup->h[0];
     int count;
     if (!pdi_text_has_key(s->ctx, s->text, section, "contours")) return PD_OK;
-    PDI_TRY(pdi_text_get_numbers(s->ctx, s->text, section, "contours", "m", NULL, 3, cut->radius, &count));
+    PD_TRY(pdi_text_get_numbers(s->ctx, s->text, section, "contours", "m", NULL, 3, cut->radius, &count));
     if (b->material > PD_SOLID_COUPLING_ORDINARY_STATE || b->material == PD_SOLID_COUPLING_BOND_BASED ||
         b->density > 0.0 || b->yield > 0.0)
         return pdi_text_fail_key(s->ctx, s->text, section, "contours",
@@ -119,9 +119,9 @@ static pd_status pdi_read_precracks_section(pdi_reader *s, int section)
     pd_setup_precrack *cut = &b->precrack[b->precracks++];
     memcpy(cut->name, label, strlen(label) + 1);
     cut->line = s->text->section[section].line;
-    PDI_TRY(pdi_read_precracks_corners(s, section, cut));
-    PDI_TRY(pdi_read_precracks_direction(s, section, cut));
-    PDI_TRY(pdi_read_precracks_j_contours(s, section, cut));
+    PD_TRY(pdi_read_precracks_corners(s, section, cut));
+    PD_TRY(pdi_read_precracks_direction(s, section, cut));
+    PD_TRY(pdi_read_precracks_j_contours(s, section, cut));
     return pdi_read_precracks_add_monitor(s, cut);
 }
 
@@ -129,6 +129,6 @@ PDI_FN pd_status pdi_read_precracks_read(pdi_reader *s)
 {
     for (int k = pdi_text_next_section(s->ctx, s->text, "cut", -1); k >= 0;
          k = pdi_text_next_section(s->ctx, s->text, "cut", k))
-        PDI_TRY(pdi_read_precracks_section(s, k));
+        PD_TRY(pdi_read_precracks_section(s, k));
     return PD_OK;
 }

@@ -58,7 +58,7 @@ typedef enum pdi_read_shapes_form {
 static pd_status pdi_read_shapes_point(pdi_read_shapes_state *s, const char *key, const char *unit, double *x)
 {
     int count;
-    PDI_TRY(pdi_text_get_numbers(s->ctx, s->text, s->section, key, unit, NULL, PD_DIM, x, &count));
+    PD_TRY(pdi_text_get_numbers(s->ctx, s->text, s->section, key, unit, NULL, PD_DIM, x, &count));
     if (count == PD_DIM) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, s->section, key,
                              "found %d number%s, expected %d, one for each axis:"
@@ -69,7 +69,7 @@ static pd_status pdi_read_shapes_point(pdi_read_shapes_state *s, const char *key
 /* Read a positive length [m]. */
 static pd_status pdi_read_shapes_length(pdi_read_shapes_state *s, const char *key, const char *fallback, double *value)
 {
-    PDI_TRY(pdi_text_get_number(s->ctx, s->text, s->section, key, "m", fallback, value));
+    PD_TRY(pdi_text_get_number(s->ctx, s->text, s->section, key, "m", fallback, value));
     if (*value > 0.0) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, s->section, key, "found %.6g m, expected a positive length", *value);
 }
@@ -79,7 +79,7 @@ static pd_status pdi_read_shapes_box(pdi_read_shapes_state *s, pd_shape *shape)
 {
     int count;
     shape->type = PD_SHAPE_BOX;
-    PDI_TRY(pdi_text_get_ranges(s->ctx, s->text, s->section, "box", "m", NULL, PD_DIM, shape->a, shape->b, &count));
+    PD_TRY(pdi_text_get_ranges(s->ctx, s->text, s->section, "box", "m", NULL, PD_DIM, shape->a, shape->b, &count));
     if (count == PD_DIM) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, s->section, "box",
                              "found %d range%s, expected %d, one for each axis:"
@@ -92,9 +92,9 @@ static pd_status pdi_read_shapes_cylinder(pdi_read_shapes_state *s, pd_shape *sh
 {
     static const char *const axes[] = {"x", "y", "z", NULL};
     shape->type = PD_SHAPE_CYLINDER;
-    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, s->section, "cylinder", axes, NULL, &shape->axis));
+    PD_TRY(pdi_text_get_choice(s->ctx, s->text, s->section, "cylinder", axes, NULL, &shape->axis));
     if (pdi_text_has_key(s->ctx, s->text, s->section, "centre"))
-        PDI_TRY(pdi_read_shapes_point(s, "centre", "m", shape->a));
+        PD_TRY(pdi_read_shapes_point(s, "centre", "m", shape->a));
     return pdi_read_shapes_length(s, "radius", NULL, &shape->radius);
 }
 
@@ -104,10 +104,10 @@ static pd_status pdi_read_shapes_half_space(pdi_read_shapes_state *s, pd_shape *
     int yes;
     double size = 0.0;
     shape->type = PD_SHAPE_HALF_SPACE;
-    PDI_TRY(pdi_text_get_bool(s->ctx, s->text, s->section, "half_space", NULL, &yes));
+    PD_TRY(pdi_text_get_bool(s->ctx, s->text, s->section, "half_space", NULL, &yes));
     if (!yes) return pdi_text_fail_key(s->ctx, s->text, s->section, "half_space", "found 'no', expected 'yes'");
-    PDI_TRY(pdi_read_shapes_point(s, "point", "m", shape->a));
-    PDI_TRY(pdi_read_shapes_point(s, "normal", "", shape->b));
+    PD_TRY(pdi_read_shapes_point(s, "point", "m", shape->a));
+    PD_TRY(pdi_read_shapes_point(s, "normal", "", shape->b));
     for (int d = 0; d < PD_DIM; d++) size += fabs(shape->b[d]);
     if (size > 0.0) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, s->section, "normal", "found a zero vector, expected the outward normal");
@@ -141,9 +141,9 @@ static pd_status pdi_read_shapes_png(pdi_read_shapes_state *s, pd_shape *shape)
                                  "found a picture in %dD, expected raw = FILE with"
                                  " size = %s",
                                  PD_DIM, PD_DIM == 3 ? "NX, NY, NZ" : "NX");
-    PDI_TRY(pdi_input_files_get_path(s->ctx, s->text, s->section, "mask", s->folder, path));
+    PD_TRY(pdi_input_files_get_path(s->ctx, s->text, s->section, "mask", s->folder, path));
     if (pdi_png_read(s->ctx, path, &image) < 0) return pdi_input_files_fail(s->ctx, s->text, s->section, "mask");
-    pd_status status = pdi_setup_add_mask(s->ctx, s->setup, (size_t)image.width * (size_t)image.height, &mask);
+    pd_status status = pd_setup_add_mask(s->ctx, s->setup, (size_t)image.width * (size_t)image.height, &mask);
     int least = 0, most = 255;
     if (status == PD_OK) pdi_read_shapes_threshold_pixels(&image, mask, &least, &most);
     if (most < PDI_READ_SHAPES_INSIDE_GREY)
@@ -168,8 +168,8 @@ static pd_status pdi_read_shapes_raw(pdi_read_shapes_state *s, pd_shape *shape)
     double number[PD_DIM], voxels = 1.0;
     size_t size = 0;
     uint8_t *mask = NULL;
-    PDI_TRY(pdi_input_files_get_path(s->ctx, s->text, s->section, "raw", s->folder, path));
-    PDI_TRY(pdi_read_shapes_point(s, "size", "", number));
+    PD_TRY(pdi_input_files_get_path(s->ctx, s->text, s->section, "raw", s->folder, path));
+    PD_TRY(pdi_read_shapes_point(s, "size", "", number));
     for (int d = 0; d < PD_DIM; d++) {
         if (!(number[d] >= 1.0) || !(number[d] < 1e6) || number[d] > floor(number[d]))
             return pdi_text_fail_key(s->ctx, s->text, s->section, "size", "found %.6g, expected whole numbers from 1",
@@ -187,7 +187,7 @@ static pd_status pdi_read_shapes_raw(pdi_read_shapes_state *s, pd_shape *shape)
                                    "found a file of %.0f bytes, expected %.0f, one for each"
                                    " voxel",
                                    (double)size, voxels);
-    else status = pdi_setup_add_mask(s->ctx, s->setup, size, &mask);
+    else status = pd_setup_add_mask(s->ctx, s->setup, size, &mask);
     if (status == PD_OK && mask) {
         size_t zeros = 0;
         memcpy(mask, bytes, size);
@@ -198,7 +198,7 @@ static pd_status pdi_read_shapes_raw(pdi_read_shapes_state *s, pd_shape *shape)
                                        "found bytes that are all 0, expected others "
                                        "where the shape is");
     }
-    PDI_DELETE(s->ctx, size + 1, bytes);
+    PD_DELETE(s->ctx, size + 1, bytes);
     return status;
 }
 
@@ -207,8 +207,8 @@ static pd_status pdi_read_shapes_mask(pdi_read_shapes_state *s, pdi_read_shapes_
 {
     int count;
     shape->type = PD_SHAPE_VOXELS;
-    PDI_TRY(pdi_read_shapes_point(s, "corner", "m", shape->a));
-    PDI_TRY(pdi_text_get_numbers(s->ctx, s->text, s->section, "cell", "m", NULL, PD_DIM, shape->b, &count));
+    PD_TRY(pdi_read_shapes_point(s, "corner", "m", shape->a));
+    PD_TRY(pdi_text_get_numbers(s->ctx, s->text, s->section, "cell", "m", NULL, PD_DIM, shape->b, &count));
     for (int d = 0; d < PD_DIM; d++) {
         if (count == 1) shape->b[d] = shape->b[0];
         if ((count != 1 && count != PD_DIM) || !(shape->b[d] > 0.0))
@@ -227,18 +227,18 @@ static pd_status pdi_read_shapes_stl(pdi_read_shapes_state *s, pd_shape *shape)
     shape->type = PD_SHAPE_FACETS;
     if (PD_DIM != 3)
         return pdi_text_fail_key(s->ctx, s->text, s->section, "stl", "found a surface in %dD, expected 3D", PD_DIM);
-    PDI_TRY(pdi_input_files_get_path(s->ctx, s->text, s->section, "stl", s->folder, path));
-    PDI_TRY(pdi_read_shapes_length(s, "scale", NULL, &scale));
-    if (pdi_text_has_key(s->ctx, s->text, s->section, "shift")) PDI_TRY(pdi_read_shapes_point(s, "shift", "m", shift));
-    PDI_TRY(pdi_setup_add_facets(s->ctx, s->setup, &surface));
+    PD_TRY(pdi_input_files_get_path(s->ctx, s->text, s->section, "stl", s->folder, path));
+    PD_TRY(pdi_read_shapes_length(s, "scale", NULL, &scale));
+    if (pdi_text_has_key(s->ctx, s->text, s->section, "shift")) PD_TRY(pdi_read_shapes_point(s, "shift", "m", shift));
+    PD_TRY(pd_setup_add_facets(s->ctx, s->setup, &surface));
     shape->facets = surface;
     if (pd_facets_read(s->ctx, path, scale, shift, surface) < 0)
         return pdi_input_files_fail(s->ctx, s->text, s->section, "stl");
     if (surface->flipped)
-        pdi_setup_add_note(s->setup, "%.200s is inside out, its normals point inward: all its triangles are turned",
+        pd_setup_add_note(s->setup, "%.200s is inside out, its normals point inward: all its triangles are turned",
                            path);
     if (surface->merged)
-        pdi_setup_add_note(s->setup, "%.200s is closed where corners within 3e-6 of its extent are one: %d have moved",
+        pd_setup_add_note(s->setup, "%.200s is closed where corners within 3e-6 of its extent are one: %d have moved",
                            path, (int)surface->merged);
     return PD_OK;
 }
@@ -265,11 +265,11 @@ static pd_status pdi_read_shapes_set_operation(pdi_read_shapes_state *s, pdi_rea
     shape->type = form == PDI_READ_SHAPES_UNION       ? PD_SHAPE_UNION
                   : form == PDI_READ_SHAPES_INTERSECT ? PD_SHAPE_INTERSECT
                                                  : PD_SHAPE_DIFFERENCE;
-    PDI_TRY(pdi_text_get_words(s->ctx, s->text, s->section, key, NULL, &list));
+    PD_TRY(pdi_text_get_words(s->ctx, s->text, s->section, key, NULL, &list));
     if (list.count < 2 || list.count > room)
         return pdi_text_fail_key(s->ctx, s->text, s->section, key, "found %d name%s, expected 2 to %d", list.count,
                                  list.count > 1 ? "s" : "", room);
-    for (int k = 0; k < list.count; k++) PDI_TRY(pdi_read_shapes_find_shape(s, key, list.word[k], &shape->child[k]));
+    for (int k = 0; k < list.count; k++) PD_TRY(pdi_read_shapes_find_shape(s, key, list.word[k], &shape->child[k]));
     shape->child_count = list.count;
     return PD_OK;
 }
@@ -302,26 +302,26 @@ static pd_status pdi_read_shapes_geometry(pdi_read_shapes_state *s, int *index)
     pdi_read_shapes_form form = PDI_READ_SHAPES_BOX;
     int outside;
     memset(&shape, 0, sizeof shape);
-    PDI_TRY(pdi_read_shapes_find_form(s, &form));
+    PD_TRY(pdi_read_shapes_find_form(s, &form));
     switch (form) {
-    case PDI_READ_SHAPES_BOX: PDI_TRY(pdi_read_shapes_box(s, &shape)); break;
+    case PDI_READ_SHAPES_BOX: PD_TRY(pdi_read_shapes_box(s, &shape)); break;
     case PDI_READ_SHAPES_BALL:
         shape.type = PD_SHAPE_BALL;
-        PDI_TRY(pdi_read_shapes_point(s, "ball", "m", shape.a));
-        PDI_TRY(pdi_read_shapes_length(s, "radius", NULL, &shape.radius));
+        PD_TRY(pdi_read_shapes_point(s, "ball", "m", shape.a));
+        PD_TRY(pdi_read_shapes_length(s, "radius", NULL, &shape.radius));
         break;
-    case PDI_READ_SHAPES_CYLINDER: PDI_TRY(pdi_read_shapes_cylinder(s, &shape)); break;
-    case PDI_READ_SHAPES_HALF_SPACE: PDI_TRY(pdi_read_shapes_half_space(s, &shape)); break;
+    case PDI_READ_SHAPES_CYLINDER: PD_TRY(pdi_read_shapes_cylinder(s, &shape)); break;
+    case PDI_READ_SHAPES_HALF_SPACE: PD_TRY(pdi_read_shapes_half_space(s, &shape)); break;
     case PDI_READ_SHAPES_MASK:
-    case PDI_READ_SHAPES_RAW: PDI_TRY(pdi_read_shapes_mask(s, form, &shape)); break;
-    case PDI_READ_SHAPES_STL: PDI_TRY(pdi_read_shapes_stl(s, &shape)); break;
+    case PDI_READ_SHAPES_RAW: PD_TRY(pdi_read_shapes_mask(s, form, &shape)); break;
+    case PDI_READ_SHAPES_STL: PD_TRY(pdi_read_shapes_stl(s, &shape)); break;
     case PDI_READ_SHAPES_UNION:
     case PDI_READ_SHAPES_INTERSECT:
-    case PDI_READ_SHAPES_DIFFERENCE: PDI_TRY(pdi_read_shapes_set_operation(s, form, &shape)); break;
+    case PDI_READ_SHAPES_DIFFERENCE: PD_TRY(pdi_read_shapes_set_operation(s, form, &shape)); break;
     }
-    PDI_TRY(pdi_setup_add_shape(s->ctx, s->setup, &shape, index));
-    PDI_TRY(pdi_text_get_bool(s->ctx, s->text, s->section, "outside", "no", &outside));
-    return outside ? pdi_setup_add_complement(s->ctx, s->setup, index) : PD_OK;
+    PD_TRY(pd_setup_add_shape(s->ctx, s->setup, &shape, index));
+    PD_TRY(pdi_text_get_bool(s->ctx, s->text, s->section, "outside", "no", &outside));
+    return outside ? pd_setup_add_complement(s->ctx, s->setup, index) : PD_OK;
 }
 
 /* Read the material of a solid shape and add its metal to the setup. The first named material is also that of shapes
@@ -337,10 +337,10 @@ static pd_status pdi_read_shapes_material(pdi_read_shapes_state *s, int index)
     piece->shape = index;
     piece->metal = 0;
     if (!pdi_text_has_key(s->ctx, s->text, s->section, "material")) return PD_OK;
-    PDI_TRY(pdi_text_get_string(s->ctx, s->text, s->section, "material", NULL, &name));
+    PD_TRY(pdi_text_get_string(s->ctx, s->text, s->section, "material", NULL, &name));
     if (!pd_material_find(name, &material))
         return pdi_text_fail_key(s->ctx, s->text, s->section, "material", "found '%.40s', expected %s", name,
-                                 PDI_MATERIAL_NAMES);
+                                 PD_MATERIAL_NAMES);
     if (!s->materials++) u->metal[0].material = material;
     while (found < u->metals && strcmp(material.name, u->metal[found].material.name) != 0) found++;
     if (found == PD_SETUP_METALS)
@@ -354,7 +354,7 @@ static pd_status pdi_read_shapes_material(pdi_read_shapes_state *s, int index)
         u->metals++;
     }
     metal->solid_c = pd_material_concentration(&material);
-    return found ? pdi_setup_add_union(s->ctx, u, index, &metal->shape) : PD_OK;
+    return found ? pd_setup_add_union(s->ctx, u, index, &metal->shape) : PD_OK;
 }
 
 /* Read the grain structure of a solid: size, spread, seed, boundary width; one for all solids. */
@@ -364,10 +364,10 @@ static pd_status pdi_read_shapes_grains(pdi_read_shapes_state *s)
     int seed;
     memset(&grain, 0, sizeof grain);
     if (!pdi_text_has_key(s->ctx, s->text, s->section, "grains")) return PD_OK;
-    PDI_TRY(pdi_read_shapes_length(s, "grains", NULL, &grain.size));
-    PDI_TRY(pdi_text_get_number(s->ctx, s->text, s->section, "grain_spread", "m", "0", &grain.spread));
-    PDI_TRY(pdi_text_get_integer(s->ctx, s->text, s->section, "grain_seed", 0, 2147483647, "1", &seed));
-    PDI_TRY(pdi_text_get_number(s->ctx, s->text, s->section, "boundary_width", "m", "0.5 um", &grain.boundary_width));
+    PD_TRY(pdi_read_shapes_length(s, "grains", NULL, &grain.size));
+    PD_TRY(pdi_text_get_number(s->ctx, s->text, s->section, "grain_spread", "m", "0", &grain.spread));
+    PD_TRY(pdi_text_get_integer(s->ctx, s->text, s->section, "grain_seed", 0, 2147483647, "1", &seed));
+    PD_TRY(pdi_text_get_number(s->ctx, s->text, s->section, "boundary_width", "m", "0.5 um", &grain.boundary_width));
     if (grain.spread < 0.0)
         return pdi_text_fail_key(s->ctx, s->text, s->section, "grain_spread", "found %.6g m, expected at least 0",
                                  grain.spread);
@@ -398,14 +398,14 @@ static pd_status pdi_read_shapes_wall(pdi_read_shapes_state *s, int index)
     w->shape = index;
     w->section = s->section;
     if (u->has_transport && pdi_text_has_key(s->ctx, s->text, s->section, "C")) {
-        PDI_TRY(pdi_text_get_expr(s->ctx, s->text, s->section, "C", "mol/m3", pdi_setup_get_position_symbols(),
-                                  PDI_SETUP_POSITION_VARS, NULL, &w->fixed_c));
-        if (!w->fixed_c.variables_used && !(pdi_expr_eval(&w->fixed_c, NULL) >= 0.0))
+        PD_TRY(pdi_text_get_expr(s->ctx, s->text, s->section, "C", "mol/m3", pd_setup_get_position_symbols(),
+                                  PD_SETUP_POSITION_VARS, NULL, &w->fixed_c));
+        if (!w->fixed_c.variables_used && !(pd_expr_eval(&w->fixed_c, NULL) >= 0.0))
             return pdi_text_fail_key(s->ctx, s->text, s->section, "C", "found %.6g mol/m3, expected at least 0",
-                                     pdi_expr_eval(&w->fixed_c, NULL));
+                                     pd_expr_eval(&w->fixed_c, NULL));
         w->has_fixed_c = 1;
     }
-    return pdi_setup_add_union(s->ctx, u, index, &u->wall);
+    return pd_setup_add_union(s->ctx, u, index, &u->wall);
 }
 
 /* Add the shape to the medium, fluid with a diffusivity of its own; one for all such shapes. */
@@ -415,7 +415,7 @@ static pd_status pdi_read_shapes_medium(pdi_read_shapes_state *s, int index)
     double value;
     if (!u->has_transport)
         return pdi_text_fail_key(s->ctx, s->text, s->section, "kind", "found 'medium' without a [transport] section");
-    PDI_TRY(pdi_text_get_number(s->ctx, s->text, s->section, "D", "m2/s", NULL, &value));
+    PD_TRY(pdi_text_get_number(s->ctx, s->text, s->section, "D", "m2/s", NULL, &value));
     if (!(value >= 0.0))
         return pdi_text_fail_key(s->ctx, s->text, s->section, "D", "found %.6g m2/s, expected at least 0", value);
     if (u->medium >= 0 && !pdi_reader_is_equal(value, u->medium_diffusivity))
@@ -423,7 +423,7 @@ static pd_status pdi_read_shapes_medium(pdi_read_shapes_state *s, int index)
                                  "found another diffusivity than in a medium above,"
                                  " expected the same for all");
     u->medium_diffusivity = value;
-    return pdi_setup_add_union(s->ctx, u, index, &u->medium);
+    return pd_setup_add_union(s->ctx, u, index, &u->medium);
 }
 
 /* Add the shape to the region of passive film, where fluid does not dissolve metal. */
@@ -431,7 +431,7 @@ static pd_status pdi_read_shapes_passive(pdi_read_shapes_state *s, int index)
 {
     if (!s->setup->has_corrode)
         return pdi_text_fail_key(s->ctx, s->text, s->section, "kind", "found 'passive' without a [corrode] section");
-    return pdi_setup_add_union(s->ctx, s->setup, index, &s->setup->passive);
+    return pd_setup_add_union(s->ctx, s->setup, index, &s->setup->passive);
 }
 
 /* Add the shape to the region of fluid that starts with the composition `inside`. */
@@ -441,7 +441,7 @@ static pd_status pdi_read_shapes_solution(pdi_read_shapes_state *s, int index)
         return pdi_text_fail_key(s->ctx, s->text, s->section, "kind",
                                  "found 'solution' without species, expected "
                                  "[species Na+] and others");
-    return pdi_setup_add_union(s->ctx, s->setup, index, &s->setup->solution);
+    return pd_setup_add_union(s->ctx, s->setup, index, &s->setup->solution);
 }
 
 /* Read one [shape NAME] section: geometry, kind, and the keys of that kind. */
@@ -454,8 +454,8 @@ static pd_status pdi_read_shapes_section(pdi_read_shapes_state *s)
         return pdi_text_fail_key(s->ctx, s->text, s->section, "shape", "expected a name: [shape NAME]");
     if (s->count >= PD_SETUP_SHAPES)
         return pdi_text_fail_key(s->ctx, s->text, s->section, "shape", "more than %d shapes", PD_SETUP_SHAPES);
-    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, s->section, "kind", kinds, "part", &kind));
-    PDI_TRY(pdi_read_shapes_geometry(s, &index));
+    PD_TRY(pdi_text_get_choice(s->ctx, s->text, s->section, "kind", kinds, "part", &kind));
+    PD_TRY(pdi_read_shapes_geometry(s, &index));
     s->name[s->count] = label;
     s->index[s->count] = index;
     s->setup->section_shape[s->count] = kind == PDI_READ_SHAPES_SOLID || kind == PDI_READ_SHAPES_WALL ? index : -1;
@@ -468,9 +468,9 @@ static pd_status pdi_read_shapes_section(pdi_read_shapes_state *s)
     if (kind == PDI_READ_SHAPES_GRIP) return pdi_read_mechanics_shape_bc(s->ctx, s->text, s->section, index, s->setup);
     if (kind == PDI_READ_SHAPES_SOLUTION) return pdi_read_shapes_solution(s, index);
     if (kind != PDI_READ_SHAPES_SOLID) return PD_OK;
-    PDI_TRY(pdi_read_shapes_material(s, index));
-    PDI_TRY(pdi_read_shapes_grains(s));
-    return pdi_setup_add_union(s->ctx, s->setup, index, &s->setup->solid);
+    PD_TRY(pdi_read_shapes_material(s, index));
+    PD_TRY(pdi_read_shapes_grains(s));
+    return pd_setup_add_union(s->ctx, s->setup, index, &s->setup->solid);
 }
 
 PDI_FN pd_status pdi_read_shapes_read(pd_ctx *ctx, pd_text *text, const char *folder, pd_setup *setup)
@@ -483,7 +483,7 @@ PDI_FN pd_status pdi_read_shapes_read(pd_ctx *ctx, pd_text *text, const char *fo
     s.setup = setup;
     for (s.section = pdi_text_next_section(ctx, text, "shape", -1); s.section >= 0;
          s.section = pdi_text_next_section(ctx, text, "shape", s.section))
-        PDI_TRY(pdi_read_shapes_section(&s));
+        PD_TRY(pdi_read_shapes_section(&s));
     for (int k = 0; k < s.count; k++) {
         if (s.used[k]) continue;
         return pdi_text_fail_key(ctx, text, pdi_text_get_section(ctx, text, "shape", s.name[k]), "shape",
@@ -491,7 +491,7 @@ PDI_FN pd_status pdi_read_shapes_read(pd_ctx *ctx, pd_text *text, const char *fo
                                  " medium, passive, grip or solution",
                                  s.name[k]);
     }
-    return setup->shapes ? pdi_shape_validate(ctx, setup->shape, setup->shapes) : PD_OK;
+    return setup->shapes ? pd_shape_validate(ctx, setup->shape, setup->shapes) : PD_OK;
 }
 
 #undef PDI_READ_SHAPES_RAW_LIMIT

@@ -3,7 +3,7 @@
 #ifndef PD_READ_SHAPES_H
 #define PD_READ_SHAPES_H
 #include "scene/text.h"
-#include "scene/setup.h"
+#include "setup/setup.h"
 
 #ifdef PDI_INTERNAL
 /* Read all [shape ...] sections: geometry, solids, walls, materials and grains. folder: relative paths of masks and

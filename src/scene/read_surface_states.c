@@ -1,6 +1,6 @@
 /* read_surface_states: see read_surface_states.h */
 #include "scene/read_surface_states.h"
-#include "scene/fields.h"
+#include "setup/fields.h"
 #include <ctype.h>
 #include <math.h>
 #include <stdio.h>
@@ -34,10 +34,10 @@ static pd_status pdi_read_surface_states_check_name(pdi_reader *s, int section, 
                                  "found '%.40s', expected a short name of letters, "
                                  "digits and _: [surface theta]",
                                  name);
-    int field = pdi_fields_find(s->setup, name);
+    int field = pd_fields_find(s->setup, name);
     if (field < PD_FIELD_COUNT)
-        what = pdi_fields_species_index(s->setup, field) >= 0 ? "a species"
-               : pdi_fields_state_index(s->setup, field) >= 0 ? "another state"
+        what = pd_fields_species_index(s->setup, field) >= 0 ? "a species"
+               : pd_fields_state_index(s->setup, field) >= 0 ? "another state"
                                                                    : "a field";
     for (size_t k = 0; k < sizeof others / sizeof others[0]; k++)
         if (strcmp(others[k], name) == 0) what = "a variable";
@@ -56,8 +56,8 @@ static pd_status pdi_read_surface_states_check_name(pdi_reader *s, int section, 
 /* 1: the expression has this dimension, or is the constant 0. */
 static int pdi_read_surface_states_has_dims(const pd_expr *expr, const pd_dims *dims)
 {
-    double zero = pdi_expr_is_constant(expr) ? pdi_expr_eval(expr, NULL) : 1.0;
-    return pdi_units_is_same(&expr->dims, dims) || !(fabs(zero) > 0.0);
+    double zero = pd_expr_is_constant(expr) ? pd_expr_eval(expr, NULL) : 1.0;
+    return pd_units_is_same(&expr->dims, dims) || !(fabs(zero) > 0.0);
 }
 
 /* Read a bound of the state (key `min` or `max`), of its dimension, if it is given. */
@@ -67,12 +67,12 @@ static pd_status pdi_read_surface_states_bound(pdi_reader *s, int section, const
     pd_expr expr;
     char found[PD_UNITS_TEXT], wanted[PD_UNITS_TEXT];
     if (!pdi_text_has_key(s->ctx, s->text, section, key)) return PD_OK;
-    PDI_TRY(pdi_text_get_expr(s->ctx, s->text, section, key, NULL, NULL, 0, NULL, &expr));
+    PD_TRY(pdi_text_get_expr(s->ctx, s->text, section, key, NULL, NULL, 0, NULL, &expr));
     int fits = pdi_read_surface_states_has_dims(&expr, &state->initial.dims);
-    pdi_units_describe(&expr.dims, found);
-    pdi_units_describe(&state->initial.dims, wanted);
-    *value = pdi_expr_eval(&expr, NULL);
-    pdi_expr_free(s->ctx, &expr);
+    pd_units_describe(&expr.dims, found);
+    pd_units_describe(&state->initial.dims, wanted);
+    *value = pd_expr_eval(&expr, NULL);
+    pd_expr_free(s->ctx, &expr);
     if (fits) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, section, key, "found %s, expected %s as of 'initial'", found, wanted);
 }
@@ -93,14 +93,14 @@ static pd_status pdi_read_surface_states_state(pdi_reader *s, int section)
                                  "found more than %d species and states of "
                                  "surfaces, expected fewer",
                                  PD_SPECIES_MAX);
-    PDI_TRY(pdi_read_surface_states_check_name(s, section, name));
+    PD_TRY(pdi_read_surface_states_check_name(s, section, name));
     pd_setup_surface_state *state = &u->state[u->states];
     memset(state, 0, sizeof *state);
     memcpy(state->name, name, strlen(name) + 1);
     state->line = s->text->section[section].line;
     state->low = -HUGE_VAL;
     state->high = HUGE_VAL;
-    PDI_TRY(pdi_text_get_expr(s->ctx, s->text, section, "initial", NULL, pdi_setup_get_position_symbols(), PD_DIM, NULL,
+    PD_TRY(pdi_text_get_expr(s->ctx, s->text, section, "initial", NULL, pd_setup_get_position_symbols(), PD_DIM, NULL,
                               &state->initial));
     u->states++; /* from here on it is freed */
     if (!pdi_read_constants_format_unit(s->ctx, &state->initial.dims, state->unit))
@@ -108,16 +108,16 @@ static pd_status pdi_read_surface_states_state(pdi_reader *s, int section)
                                  "found a quantity with broken exponents, expected "
                                  "whole ones");
     memcpy(state->label, name, strlen(name) + 1);
-    if (state->unit[0]) pdi_append(state->label, sizeof state->label, " [%s]", state->unit);
-    PDI_TRY(pdi_read_surface_states_bound(s, section, "min", state, &state->low));
-    PDI_TRY(pdi_read_surface_states_bound(s, section, "max", state, &state->high));
+    if (state->unit[0]) pd_append(state->label, sizeof state->label, " [%s]", state->unit);
+    PD_TRY(pdi_read_surface_states_bound(s, section, "min", state, &state->low));
+    PD_TRY(pdi_read_surface_states_bound(s, section, "max", state, &state->high));
     if (!(state->low < state->high))
         return pdi_text_fail_key(s->ctx, s->text, section, "max", "found bounds from %g to %g, expected min below max",
                                  state->low, state->high);
-    if (!pdi_expr_is_constant(&state->initial)) return PD_OK;
-    double start = pdi_expr_eval(&state->initial, NULL);
+    if (!pd_expr_is_constant(&state->initial)) return PD_OK;
+    double start = pd_expr_eval(&state->initial, NULL);
     if (start >= state->low && start <= state->high) return PD_OK;
-    pdi_units_describe(&state->initial.dims, wanted);
+    pd_units_describe(&state->initial.dims, wanted);
     return pdi_text_fail_key(s->ctx, s->text, section, "initial",
                              "found %g in SI, expected %s within its bounds, from "
                              "%g to %g",
@@ -146,8 +146,8 @@ PDI_FN pd_status pdi_read_surface_states_read(pdi_reader *s)
 {
     for (int k = pdi_text_next_section(s->ctx, s->text, "surface", -1); k >= 0;
          k = pdi_text_next_section(s->ctx, s->text, "surface", k)) {
-        PDI_TRY(pdi_read_surface_states_check_physics(s, k));
-        PDI_TRY(pdi_read_surface_states_state(s, k));
+        PD_TRY(pdi_read_surface_states_check_physics(s, k));
+        PD_TRY(pdi_read_surface_states_state(s, k));
     }
     return PD_OK;
 }
@@ -163,7 +163,7 @@ PDI_FN pd_status pdi_read_surface_states_species_symbols(pdi_reader *s, int sect
     const char *at = "";
     *species = 0;
     if (pdi_text_has_key(s->ctx, s->text, section, key))
-        PDI_TRY(pdi_text_get_string(s->ctx, s->text, section, key, NULL, &at));
+        PD_TRY(pdi_text_get_string(s->ctx, s->text, section, key, NULL, &at));
     for (at = strchr(at, '['); at; at = strchr(at + 1, '[')) {
         int size = (int)strcspn(at, "]") + 1, known = 0;
         char word[PD_SPECIES_NAME + 2];
@@ -172,7 +172,7 @@ PDI_FN pd_status pdi_read_surface_states_species_symbols(pdi_reader *s, int sect
         for (int k = 0; k < *species; k++) known |= strcmp(name[k], name[*species]) == 0;
         if (known) continue;
         snprintf(word, sizeof word, "%.*s", size - 2, at + 1);
-        int found = u->has_chemistry ? pdi_electrolyte_find_species(e, word) : -1;
+        int found = u->has_chemistry ? pd_electrolyte_find_species(e, word) : -1;
         if (found < 0 || e->species[found].phase != PD_PHASE_SOLUTE)
             return pdi_text_fail_key(s->ctx, s->text, section, key,
                                      "found [%s], expected a solute of a [species ...], "
@@ -194,7 +194,7 @@ PDI_FN pd_status pdi_read_surface_states_symbols(pdi_reader *s, int section, con
                                                  int *species)
 {
     const pd_setup *u = s->setup;
-    PDI_TRY(pdi_read_surface_states_species_symbols(s, section, key, vars, name, count, species_index, species));
+    PD_TRY(pdi_read_surface_states_species_symbols(s, section, key, vars, name, count, species_index, species));
     for (int k = 0; k < u->states; k++) {
         vars[*count].name = u->state[k].name;
         vars[*count].unit = u->state[k].unit;
@@ -209,7 +209,7 @@ PDI_FN pd_status pdi_read_surface_states_current_factor(pdi_reader *s, int secti
     pd_setup_electrode *e = &u->potential.electrode[electrode];
     pd_expr_symbol vars[PD_EXPR_VARS];
     char name[PD_EXPR_VARS][PD_SPECIES_NAME + 2];
-    int count = PDI_SETUP_POSITION_VARS, species_index[PD_EXPR_VARS], species;
+    int count = PD_SETUP_POSITION_VARS, species_index[PD_EXPR_VARS], species;
     e->has_current_factor = pdi_text_has_key(s->ctx, s->text, section, "factor");
     if (!e->has_current_factor) return PD_OK;
     if (!u->states)
@@ -220,8 +220,8 @@ PDI_FN pd_status pdi_read_surface_states_current_factor(pdi_reader *s, int secti
         return pdi_text_fail_key(s->ctx, s->text, section, "factor",
                                  "found beside curve = primary, where current passes "
                                  "freely, expected another curve");
-    memcpy(vars, pdi_setup_get_position_symbols(), PDI_SETUP_POSITION_VARS * sizeof *vars);
-    PDI_TRY(pdi_read_surface_states_symbols(s, section, "factor", vars, name, &count, species_index, &species));
+    memcpy(vars, pd_setup_get_position_symbols(), PD_SETUP_POSITION_VARS * sizeof *vars);
+    PD_TRY(pdi_read_surface_states_symbols(s, section, "factor", vars, name, &count, species_index, &species));
     if (species)
         return pdi_text_fail_key(s->ctx, s->text, section, "factor",
                                  "found %s, expected states of surfaces, x, y, z and "
@@ -245,7 +245,7 @@ static pd_status pdi_read_surface_states_electrodes(pdi_reader *s, int section, 
         return pdi_text_fail_key(s->ctx, s->text, section, "of",
                                  "found without [potential], where all metal that "
                                  "dissolves carries the state, expected electrodes");
-    PDI_TRY(pdi_text_get_words(s->ctx, s->text, section, "of", NULL, &list));
+    PD_TRY(pdi_text_get_words(s->ctx, s->text, section, "of", NULL, &list));
     for (int w = 0; w < list.count; w++) {
         int k = 0;
         while (k < p->electrodes && strcmp(p->electrode[k].name, list.word[w]) != 0) k++;
@@ -265,24 +265,24 @@ static pd_status pdi_read_surface_states_rate(pdi_reader *s, int section, pd_set
     pd_setup *u = s->setup;
     pd_expr_symbol vars[PD_EXPR_VARS];
     char name[PD_EXPR_VARS][PD_SPECIES_NAME + 2], found[PD_UNITS_TEXT], wanted[PD_UNITS_TEXT];
-    int count = PDI_SETUP_RATE_PH + 1;
+    int count = PD_SETUP_RATE_PH + 1;
     pd_dims dims = state->initial.dims;
-    memcpy(vars, pdi_setup_get_rate_symbols(), PDI_SETUP_RATE_VARS * sizeof *vars);
-    vars[0].name = vars[PDI_SETUP_RATE_GRAIN].name = "";
-    if (!u->has_potential) vars[PDI_SETUP_RATE_CURRENT].name = vars[PDI_SETUP_RATE_POTENTIAL].name = "";
-    vars[PDI_SETUP_RATE_PH].name = "pH";
-    vars[PDI_SETUP_RATE_PH].unit = "";
-    PDI_TRY(pdi_read_surface_states_symbols(s, section, "rate", vars, name, &count, state->species_index,
+    memcpy(vars, pd_setup_get_rate_symbols(), PD_SETUP_RATE_VARS * sizeof *vars);
+    vars[0].name = vars[PD_SETUP_RATE_GRAIN].name = "";
+    if (!u->has_potential) vars[PD_SETUP_RATE_CURRENT].name = vars[PD_SETUP_RATE_POTENTIAL].name = "";
+    vars[PD_SETUP_RATE_PH].name = "pH";
+    vars[PD_SETUP_RATE_PH].unit = "";
+    PD_TRY(pdi_read_surface_states_symbols(s, section, "rate", vars, name, &count, state->species_index,
                                             &state->species_count));
-    PDI_TRY(pdi_text_get_expr(s->ctx, s->text, section, "rate", NULL, vars, count, NULL, &state->rate));
+    PD_TRY(pdi_text_get_expr(s->ctx, s->text, section, "rate", NULL, vars, count, NULL, &state->rate));
     dims.exponent[2] -= 1.0; /* per s */
-    pdi_units_describe(&state->rate.dims, found);
-    pdi_units_describe(&dims, wanted);
+    pd_units_describe(&state->rate.dims, found);
+    pd_units_describe(&dims, wanted);
     if (!pdi_read_surface_states_has_dims(&state->rate, &dims))
         return pdi_text_fail_key(s->ctx, s->text, section, "rate", "found %s, expected %s, that of %s per time", found,
                                  wanted, state->name);
-    int acid = pdi_electrolyte_find_species(&u->electrolyte, "H+") >= 0;
-    if (!(state->rate.variables_used >> PDI_SETUP_RATE_PH & 1u) || acid) return PD_OK;
+    int acid = pd_electrolyte_find_species(&u->electrolyte, "H+") >= 0;
+    if (!(state->rate.variables_used >> PD_SETUP_RATE_PH & 1u) || acid) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, section, "rate",
                              "found pH without the species H+, expected [species H+] "
                              "and others, or include = electrolytes/hbss.electrolyte in [chemistry]");
@@ -317,7 +317,7 @@ static pd_status pdi_read_surface_states_check_metal(pdi_reader *s, int m, int k
     const pd_setup *u = s->setup;
     const pd_setup_metal *metal = &u->metal[m];
     uint32_t all = 0;
-    if (!(metal->rate.variables_used >> (PDI_SETUP_RATE_PH + 1 + metal->species_count + k) & 1u)) return PD_OK;
+    if (!(metal->rate.variables_used >> (PD_SETUP_RATE_PH + 1 + metal->species_count + k) & 1u)) return PD_OK;
     for (int e = 0; e < u->potential.electrodes; e++)
         if (u->potential.electrode[e].metal == m) all |= (uint32_t)1 << e;
     return pdi_read_surface_states_check_carried(s, pdi_read_surface_states_find_rate_section(s, metal), "rate", k,
@@ -328,20 +328,20 @@ static pd_status pdi_read_surface_states_check_metal(pdi_reader *s, int m, int k
 static pd_status pdi_read_surface_states_check_uses(pdi_reader *s)
 {
     const pd_setup *u = s->setup;
-    int goes = pdi_setup_find_species_rate_metal(u);
+    int goes = pd_setup_find_species_rate_metal(u);
     for (int k = 0; k < u->states; k++) {
         for (int n = 0; n < u->states; n++)
-            if (u->state[n].rate.variables_used >> (PDI_SETUP_RATE_PH + 1 + u->state[n].species_count + k) & 1u)
-                PDI_TRY(pdi_read_surface_states_check_carried(s, pdi_read_surface_states_find_section(s, &u->state[n]),
+            if (u->state[n].rate.variables_used >> (PD_SETUP_RATE_PH + 1 + u->state[n].species_count + k) & 1u)
+                PD_TRY(pdi_read_surface_states_check_carried(s, pdi_read_surface_states_find_section(s, &u->state[n]),
                                                               "rate", k, u->state[n].electrodes));
         for (int e = 0; e < u->potential.electrodes; e++)
-            if (u->potential.electrode[e].current_factor.variables_used >> (PDI_SETUP_POSITION_VARS + k) & 1u)
-                PDI_TRY(pdi_read_surface_states_check_carried(
+            if (u->potential.electrode[e].current_factor.variables_used >> (PD_SETUP_POSITION_VARS + k) & 1u)
+                PD_TRY(pdi_read_surface_states_check_carried(
                     s, pdi_text_get_section(s->ctx, s->text, "electrode", u->potential.electrode[e].name), "factor", k,
                     (uint32_t)1 << e));
         for (int m = 0; m < u->metals && u->has_dissolve; m++)
-            if (goes < 0 ? m == 0 : pdi_setup_has_species_rate(&u->metal[m]))
-                PDI_TRY(pdi_read_surface_states_check_metal(s, m, k));
+            if (goes < 0 ? m == 0 : pd_setup_has_species_rate(&u->metal[m]))
+                PD_TRY(pdi_read_surface_states_check_metal(s, m, k));
     }
     return PD_OK;
 }
@@ -366,9 +366,9 @@ PDI_FN pd_status pdi_read_surface_states_rates(pdi_reader *s)
     pd_setup *u = s->setup;
     for (int k = 0; k < u->states; k++) {
         int section = pdi_read_surface_states_find_section(s, &u->state[k]);
-        PDI_TRY(pdi_read_surface_states_electrodes(s, section, &u->state[k]));
-        PDI_TRY(pdi_read_surface_states_rate(s, section, &u->state[k]));
-        PDI_TRY(pdi_read_surface_states_add_monitor(s, section, k));
+        PD_TRY(pdi_read_surface_states_electrodes(s, section, &u->state[k]));
+        PD_TRY(pdi_read_surface_states_rate(s, section, &u->state[k]));
+        PD_TRY(pdi_read_surface_states_add_monitor(s, section, k));
     }
     return pdi_read_surface_states_check_uses(s);
 }

@@ -10,7 +10,7 @@ static pd_status pdi_read_tables_check_name(const pdi_read_tables_state *s, char
 {
     const char *label = s->text->section[s->section].label;
     int taken = pdi_read_constants_is_reserved(label);
-    if (pdi_units_scan_word(label) != strlen(label) || !label[0] || strlen(label) >= PD_SETUP_NAME)
+    if (pd_units_scan_word(label) != strlen(label) || !label[0] || strlen(label) >= PD_SETUP_NAME)
         return pdi_text_fail_key(s->ctx, s->text, s->section, "table",
                                  "found the name '%.70s', expected a short word of"
                                  " letters, digits and _: [table NAME]",
@@ -72,7 +72,7 @@ static pd_status pdi_read_tables_split_heading(const pdi_read_tables_state *s, c
                                  " 'in'",
                                  in);
     if (in) memcpy(unit, in, strlen(in) + 1);
-    while (size > 0 && pdi_units_is_blank(heading[size - 1])) size--;
+    while (size > 0 && pd_units_is_blank(heading[size - 1])) size--;
     heading[size] = '\0';
     return PD_OK;
 }
@@ -83,9 +83,9 @@ PDI_FN pd_status pdi_read_tables_column(const pdi_read_tables_state *s, const ch
     const char *given, *name;
     char heading[PD_EXPR_LENGTH];
     int column;
-    PDI_TRY(pdi_text_get_string(s->ctx, s->text, s->section, key, fallback, &given));
-    PDI_TRY(pdi_read_tables_split_heading(s, key, given, heading, unit));
-    PDI_TRY(pdi_read_tables_find_column(s, key, heading, &column));
+    PD_TRY(pdi_text_get_string(s->ctx, s->text, s->section, key, fallback, &given));
+    PD_TRY(pdi_read_tables_split_heading(s, key, given, heading, unit));
+    PD_TRY(pdi_read_tables_find_column(s, key, heading, &column));
     name = pdi_table_get_text(&s->table, -1, column);
     if (bracket && !unit[0]) pdi_read_tables_get_bracket_unit(name, unit);
     if (pd_units_parse(s->ctx, unit, scale, dims) < 0)
@@ -106,11 +106,11 @@ static pd_status pdi_read_tables_build_curve(const pdi_read_tables_state *s, dou
     char unit[PD_UNITS_TEXT];
     double x_unit = 1.0, y_unit = 1.0;
     int strict;
-    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, s->section, "outside", outsides, "hold", &strict));
-    PDI_TRY(pdi_read_tables_column(s, "x", NULL, 0, x, unit, &x_unit, &function->argument));
-    PDI_TRY(pdi_read_tables_column(s, "y", NULL, 0, y, unit, &y_unit, &function->result));
+    PD_TRY(pdi_text_get_choice(s->ctx, s->text, s->section, "outside", outsides, "hold", &strict));
+    PD_TRY(pdi_read_tables_column(s, "x", NULL, 0, x, unit, &x_unit, &function->argument));
+    PD_TRY(pdi_read_tables_column(s, "y", NULL, 0, y, unit, &y_unit, &function->result));
     for (int k = 0; k < s->table.rows; k++) {
-        const char *wrong = pdi_monotone_cubic_check_point(x, y, k);
+        const char *wrong = pd_monotone_cubic_check_point(x, y, k);
         char before[PD_UNITS_TEXT] = "";
         if (wrong && k) snprintf(before, sizeof before, " behind x = %.6g, y = %.6g", x[k - 1], y[k - 1]);
         if (wrong)
@@ -121,7 +121,7 @@ static pd_status pdi_read_tables_build_curve(const pdi_read_tables_state *s, dou
         x[k] *= x_unit;
         y[k] *= y_unit;
     }
-    if (pdi_monotone_cubic_build(s->ctx, x, y, s->table.rows, strict, curve) == PD_OK) return PD_OK;
+    if (pd_monotone_cubic_build(s->ctx, x, y, s->table.rows, strict, curve) == PD_OK) return PD_OK;
     return pdi_input_files_fail(s->ctx, s->text, s->section, "file");
 }
 
@@ -130,17 +130,17 @@ static pd_status pdi_read_tables_section(pdi_read_tables_state *s, pd_setup_tabl
 {
     char path[PD_PATH_SIZE];
     double *x = NULL, *y = NULL;
-    PDI_TRY(pdi_read_tables_check_name(s, table->name));
-    PDI_TRY(pdi_input_files_get_path(s->ctx, s->text, s->section, "file", s->folder, path));
+    PD_TRY(pdi_read_tables_check_name(s, table->name));
+    PD_TRY(pdi_input_files_get_path(s->ctx, s->text, s->section, "file", s->folder, path));
     if (pdi_table_read(s->ctx, path, &s->table) < 0) return pdi_input_files_fail(s->ctx, s->text, s->section, "file");
     int rows = s->table.rows;
     function->name = table->name;
     function->curve = &table->curve;
-    pd_status status = PDI_NEW(s->ctx, "table", rows, x);
-    if (status == PD_OK) status = PDI_NEW(s->ctx, "table", rows, y);
+    pd_status status = PD_NEW(s->ctx, "table", rows, x);
+    if (status == PD_OK) status = PD_NEW(s->ctx, "table", rows, y);
     if (status == PD_OK) status = pdi_read_tables_build_curve(s, x, y, function, &table->curve);
-    PDI_DELETE(s->ctx, rows, x);
-    PDI_DELETE(s->ctx, rows, y);
+    PD_DELETE(s->ctx, rows, x);
+    PD_DELETE(s->ctx, rows, y);
     pdi_table_free(s->ctx, &s->table);
     return status;
 }
@@ -157,12 +157,12 @@ PDI_FN pd_status pdi_read_tables_read(pd_ctx *ctx, pd_text *text, const char *fo
          at = pdi_text_next_section(ctx, text, "table", at))
         count++;
     if (!count) return PD_OK;
-    PDI_TRY(PDI_NEW(ctx, "table", count, setup->table));
+    PD_TRY(PD_NEW(ctx, "table", count, setup->table));
     setup->tables = count;
-    PDI_TRY(PDI_NEW(ctx, "table", count, setup->function));
+    PD_TRY(PD_NEW(ctx, "table", count, setup->function));
     for (s.section = pdi_text_next_section(ctx, text, "table", -1); s.section >= 0;
          s.section = pdi_text_next_section(ctx, text, "table", s.section), k++)
-        PDI_TRY(pdi_read_tables_section(&s, &setup->table[k], &setup->function[k]));
+        PD_TRY(pdi_read_tables_section(&s, &setup->table[k], &setup->function[k]));
     text->tables = setup->function;
     text->table_count = count;
     return PD_OK;

@@ -9,7 +9,7 @@
 #define PD_READ_TABLES_H
 #include "io/csv.h"
 #include "scene/text.h"
-#include "scene/setup.h"
+#include "setup/setup.h"
 
 #ifdef PDI_INTERNAL
 /* State of the reader: the section in work and the CSV file that it names. */

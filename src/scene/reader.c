@@ -9,11 +9,11 @@ PDI_FN pd_status pdi_reader_get_bounded(pdi_reader *s, int section, const char *
                                         const char *fallback, double low, double high, int low_open, double *value)
 {
     char found[PD_UNITS_TEXT], bottom[PD_UNITS_TEXT], top[PD_UNITS_TEXT];
-    PDI_TRY(pdi_text_get_number(s->ctx, s->text, section, key, unit, fallback, value));
+    PD_TRY(pdi_text_get_number(s->ctx, s->text, section, key, unit, fallback, value));
     if ((low_open ? *value > low : *value >= low) && *value <= high) return PD_OK;
-    pdi_setup_format_value(*value, unit, found);
-    pdi_setup_format_value(low, unit, bottom);
-    pdi_setup_format_value(high, unit, top);
+    pd_setup_format_value(*value, unit, found);
+    pd_setup_format_value(low, unit, bottom);
+    pd_setup_format_value(high, unit, top);
     if (high < PDI_READER_MAX_NUMBER || *value > high)
         return pdi_text_fail_key(s->ctx, s->text, section, key, "found %s, expected a value %s %s and at most %s",
                                  found, low_open ? "above" : "from", bottom, top);
@@ -36,11 +36,11 @@ PDI_FN pd_status pdi_reader_get_nonnegative(pdi_reader *s, int section, const ch
 PDI_FN pd_status pdi_reader_read_initial(pdi_reader *s, int section)
 {
     pd_expr *initial = &s->setup->initial_c;
-    PDI_TRY(pdi_text_get_expr(s->ctx, s->text, section, "initial", "mol/m3", pdi_setup_get_position_symbols(), PD_DIM,
+    PD_TRY(pdi_text_get_expr(s->ctx, s->text, section, "initial", "mol/m3", pd_setup_get_position_symbols(), PD_DIM,
                               "0", initial));
-    if (pdi_expr_is_constant(initial) && pdi_expr_eval(initial, NULL) < 0.0)
+    if (pd_expr_is_constant(initial) && pd_expr_eval(initial, NULL) < 0.0)
         return pdi_text_fail_key(s->ctx, s->text, section, "initial", "found %.6g mol/m3, expected at least 0",
-                                 pdi_expr_eval(initial, NULL));
+                                 pd_expr_eval(initial, NULL));
     return PD_OK;
 }
 

@@ -2,7 +2,7 @@
  * bounds. */
 #ifndef PD_READER_H
 #define PD_READER_H
-#include "scene/setup.h"
+#include "setup/setup.h"
 #include "scene/read_constants.h"
 
 #ifdef PDI_INTERNAL

@@ -1,6 +1,7 @@
 /* scene: see scene.h */
 #include "scene/scene.h"
-#include "scene/fields.h"
+#include "setup/fields.h"
+#include "scene/picture_memory.h"
 #include "scene/key_check.h"
 #include "scene/read_constants.h"
 #include "scene/read_tables.h"
@@ -43,15 +44,15 @@ static pd_status pdi_scene_check_whole_cells(pdi_reader *s, int section)
         double cells = (u->hi[d] - u->lo[d]) / u->h[d];
         char edge[PD_UNITS_TEXT], spacing[PD_UNITS_TEXT];
         if (!(cells < PDI_SCENE_MAX_CELLS)) {
-            pdi_setup_format_value(u->h[d], "m", spacing);
+            pd_setup_format_value(u->h[d], "m", spacing);
             return pdi_text_fail_key(s->ctx, s->text, section, "box",
                                      "found %.3g cells of %s on axis %c, expected fewer"
                                      " than %.0g",
                                      cells, spacing, "xyz"[d], PDI_SCENE_MAX_CELLS);
         }
         if (fabs(cells - floor(cells + 0.5)) <= 1e-6 && cells > 0.5) continue;
-        pdi_setup_format_value(u->hi[d] - u->lo[d], "m", edge);
-        pdi_setup_format_value(u->h[d], "m", spacing);
+        pd_setup_format_value(u->hi[d] - u->lo[d], "m", edge);
+        pd_setup_format_value(u->h[d], "m", spacing);
         return pdi_text_fail_key(s->ctx, s->text, section, "box",
                                  "found %s on axis %c, %.6g cells of %s, expected a whole number"
                                  " of cells",
@@ -67,9 +68,9 @@ static pd_status pdi_scene_read_geometry(pdi_reader *s, int section)
     static const char *const kinds[] = {"planar", "axisymmetric", NULL};
     pd_setup *u = s->setup;
     int r = PD_DIM - 1;
-    double reach = pdi_setup_count_ghost_layers(u);
+    double reach = pd_setup_count_ghost_layers(u);
     char found[PD_UNITS_TEXT], horizon[PD_UNITS_TEXT];
-    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "geometry", kinds, "planar", &u->axisymmetric));
+    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "geometry", kinds, "planar", &u->axisymmetric));
     if (!u->axisymmetric) return PD_OK;
     if (PD_DIM != 2)
         return pdi_text_fail_key(s->ctx, s->text, section, "geometry", "found 'axisymmetric' in %dD, expected it in 2D",
@@ -80,8 +81,8 @@ static pd_status pdi_scene_read_geometry(pdi_reader *s, int section)
         return PD_OK;
     }
     if (u->lo[r] >= reach * u->h[r] * (1.0 - 1e-12)) return PD_OK;
-    pdi_setup_format_value(u->lo[r], "m", found);
-    pdi_setup_format_value(reach * u->h[r], "m", horizon);
+    pd_setup_format_value(u->lo[r], "m", found);
+    pd_setup_format_value(reach * u->h[r], "m", horizon);
     return pdi_text_fail_key(s->ctx, s->text, section, "box",
                              "found y from %s, expected the distance from the axis to begin at 0 or at least at one"
                              " horizon, %s",
@@ -93,7 +94,7 @@ static pd_status pdi_scene_read_grid(pdi_reader *s)
 {
     pd_setup *u = s->setup;
     int section = pdi_text_get_section(s->ctx, s->text, "grid", NULL), count;
-    PDI_TRY(pdi_text_get_numbers(s->ctx, s->text, section, "h", "m", NULL, PD_DIM, u->h, &count));
+    PD_TRY(pdi_text_get_numbers(s->ctx, s->text, section, "h", "m", NULL, PD_DIM, u->h, &count));
     if (count != 1 && count != PD_DIM)
         return pdi_text_fail_key(s->ctx, s->text, section, "h", "found %d lengths, expected one or %d", count, PD_DIM);
     for (int d = 0; d < PD_DIM; d++) {
@@ -102,15 +103,15 @@ static pd_status pdi_scene_read_grid(pdi_reader *s)
             return pdi_text_fail_key(s->ctx, s->text, section, "h", "found %.6g m, expected a positive length",
                                      u->h[d]);
     }
-    PDI_TRY(pdi_read_dissolution_horizons(s, section));
-    PDI_TRY(pdi_text_get_ranges(s->ctx, s->text, section, "box", "m", NULL, PD_DIM, u->lo, u->hi, &count));
+    PD_TRY(pdi_read_dissolution_horizons(s, section));
+    PD_TRY(pdi_text_get_ranges(s->ctx, s->text, section, "box", "m", NULL, PD_DIM, u->lo, u->hi, &count));
     if (count != PD_DIM)
         return pdi_text_fail_key(s->ctx, s->text, section, "box",
                                  "found %d range%s, expected %d, one for each axis:"
                                  " pd%dd runs scenes in %dD",
                                  count, count > 1 ? "s" : "", PD_DIM, count, count);
-    PDI_TRY(pdi_text_get_integer(s->ctx, s->text, section, "threads", 0, 1024, "0", &u->threads));
-    PDI_TRY(pdi_scene_check_whole_cells(s, section));
+    PD_TRY(pdi_text_get_integer(s->ctx, s->text, section, "threads", 0, 1024, "0", &u->threads));
+    PD_TRY(pdi_scene_check_whole_cells(s, section));
     return pdi_scene_read_geometry(s, section);
 }
 
@@ -123,7 +124,7 @@ static pd_status pdi_scene_check_side_names(pdi_reader *s)
          k = pdi_text_next_section(s->ctx, s->text, "side", k)) {
         const char *label = s->text->section[k].label;
         int known = 0;
-        for (int side = 0; side < 2 * PD_DIM; side++) known = known || strcmp(label, pdi_setup_side_name(side)) == 0;
+        for (int side = 0; side < 2 * PD_DIM; side++) known = known || strcmp(label, pd_setup_side_name(side)) == 0;
         if (!known)
             return pdi_text_fail_key(s->ctx, s->text, k, "side",
                                      "found [side %.40s], expected one of x-, x+%s%s"
@@ -137,8 +138,8 @@ static pd_status pdi_scene_check_side_names(pdi_reader *s)
 static pd_status pdi_scene_read_expr(pdi_reader *s, int section, const char *key, const char *unit,
                                      const char *fallback, pd_expr *expr)
 {
-    return pdi_text_get_expr(s->ctx, s->text, section, key, unit, pdi_setup_get_position_symbols(),
-                             PDI_SETUP_POSITION_VARS, fallback, expr);
+    return pdi_text_get_expr(s->ctx, s->text, section, key, unit, pd_setup_get_position_symbols(),
+                             PD_SETUP_POSITION_VARS, fallback, expr);
 }
 
 /* Read the mean speed or flow rate of an inlet as a function of t; stream->uses is 0 for a constant. PD_ERR_ARGUMENT:
@@ -146,7 +147,7 @@ static pd_status pdi_scene_read_expr(pdi_reader *s, int section, const char *key
 static pd_status pdi_scene_read_time_expr(pdi_reader *s, int section, const char *key, const char *unit,
                                           pd_expr *stream)
 {
-    PDI_TRY(pdi_scene_read_expr(s, section, key, unit, NULL, stream));
+    PD_TRY(pdi_scene_read_expr(s, section, key, unit, NULL, stream));
     if (!(stream->variables_used & ~((uint32_t)1 << PD_DIM))) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, section, key,
                              "found a function of the place, expected one of t alone, or"
@@ -157,7 +158,7 @@ static pd_status pdi_scene_read_time_expr(pdi_reader *s, int section, const char
 static pd_status pdi_scene_read_inflow(pdi_reader *s, int section, pd_setup_side *side)
 {
     int volume = pdi_text_has_key(s->ctx, s->text, section, "flow_rate");
-    if (!volume) PDI_TRY(pdi_scene_read_time_expr(s, section, "mean", "m/s", &side->inflow_of_time));
+    if (!volume) PD_TRY(pdi_scene_read_time_expr(s, section, "mean", "m/s", &side->inflow_of_time));
     if (!volume && side->inflow_of_time.variables_used) return PD_OK;
     if (!volume) return pdi_reader_get_nonnegative(s, section, "mean", "m/s", NULL, &side->mean_speed);
     if (pdi_text_has_key(s->ctx, s->text, section, "mean"))
@@ -166,7 +167,7 @@ static pd_status pdi_scene_read_inflow(pdi_reader *s, int section, pd_setup_side
         return pdi_text_fail_key(s->ctx, s->text, section, "flow_rate",
                                  "found a volume flow in 1D, expected mean = speed");
     side->flow_rate = 1.0;
-    PDI_TRY(pdi_scene_read_time_expr(s, section, "flow_rate", "m3/s", &side->inflow_of_time));
+    PD_TRY(pdi_scene_read_time_expr(s, section, "flow_rate", "m3/s", &side->inflow_of_time));
     if (side->inflow_of_time.variables_used) return PD_OK;
     return pdi_reader_get_positive(s, section, "flow_rate", "m3/s", NULL, &side->flow_rate);
 }
@@ -177,16 +178,16 @@ static pd_status pdi_scene_read_inlet(pdi_reader *s, int section, pd_setup_side 
     static const char *const profiles[] = {"uniform", "parabola", "expression", NULL};
     static const char *const keys[] = {"vx", "vy", "vz"};
     int profile;
-    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "profile", profiles, NULL, &profile));
+    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "profile", profiles, NULL, &profile));
     side->profile = (pd_profile)(profile + PD_PROFILE_UNIFORM);
     side->is_scaled =
         side->profile == PD_PROFILE_EXPRESSION &&
         (pdi_text_has_key(s->ctx, s->text, section, "mean") || pdi_text_has_key(s->ctx, s->text, section, "flow_rate"));
-    if (side->profile != PD_PROFILE_EXPRESSION || side->is_scaled) PDI_TRY(pdi_scene_read_inflow(s, section, side));
+    if (side->profile != PD_PROFILE_EXPRESSION || side->is_scaled) PD_TRY(pdi_scene_read_inflow(s, section, side));
     if (side->profile != PD_PROFILE_EXPRESSION) return PD_OK;
     for (int d = 0; d < PD_DIM; d++) {
-        PDI_TRY(pdi_scene_read_expr(s, section, keys[d], "m/s", "0", &side->velocity[d]));
-        if (side->is_scaled && pdi_setup_is_time_dependent(&side->velocity[d]))
+        PD_TRY(pdi_scene_read_expr(s, section, keys[d], "m/s", "0", &side->velocity[d]));
+        if (side->is_scaled && pd_setup_is_time_dependent(&side->velocity[d]))
             return pdi_text_fail_key(s->ctx, s->text, section, keys[d],
                                      "found a function of t that 'mean' or "
                                      "'flow_rate' scales, expected one of the place alone: let 'mean' depend on t");
@@ -202,7 +203,7 @@ static pd_status pdi_scene_read_shared_value(pdi_reader *s, int section, const c
                                              double *value)
 {
     double found;
-    PDI_TRY(pdi_reader_get_bounded(s, section, key, unit, "0", key[0] == 'p' ? -PDI_READER_MAX_NUMBER : 0.0,
+    PD_TRY(pdi_reader_get_bounded(s, section, key, unit, "0", key[0] == 'p' ? -PDI_READER_MAX_NUMBER : 0.0,
                                    PDI_READER_MAX_NUMBER, 0, &found));
     if (*seen && !pdi_reader_is_equal(found, *value))
         return pdi_text_fail_key(s->ctx, s->text, section, key, "found %.6g, another side has %.6g, expected one value",
@@ -226,9 +227,9 @@ static pd_status pdi_scene_read_open_side(pdi_reader *s, int section, pd_setup_s
 static pd_status pdi_scene_read_inlet_concentration(pdi_reader *s, int section, pd_setup_side *side, int *inlets)
 {
     pd_expr found;
-    PDI_TRY(pdi_scene_read_expr(s, section, "C", "mol/m3", "0", &found));
+    PD_TRY(pdi_scene_read_expr(s, section, "C", "mol/m3", "0", &found));
     if (!found.variables_used) {
-        pdi_expr_free(s->ctx, &found);
+        pd_expr_free(s->ctx, &found);
         return pdi_scene_read_shared_value(s, section, "C", "mol/m3", inlets, &s->setup->inlet_c);
     }
     side->inlet_c = found;
@@ -240,7 +241,7 @@ static pd_status pdi_scene_read_inlet_concentration(pdi_reader *s, int section, 
 static pd_status pdi_scene_read_wall_species(pdi_reader *s, int section, pd_setup_side *side)
 {
     static const char *const ways[] = {"closed", "inlet", NULL};
-    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "species", ways, "closed", &side->has_fixed_species));
+    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "species", ways, "closed", &side->has_fixed_species));
     if (!side->has_fixed_species || s->setup->has_chemistry) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, section, "species",
                              "found without species, expected [species Na+] and "
@@ -253,21 +254,21 @@ static pd_status pdi_scene_read_wall(pdi_reader *s, int section, int k)
     pd_setup_side *side = &s->setup->side[k];
     int count;
     if (s->setup->has_flow && pdi_text_has_key(s->ctx, s->text, section, "velocity")) {
-        PDI_TRY(pdi_text_get_exprs(s->ctx, s->text, section, "velocity", "m/s", pdi_setup_get_position_symbols(),
-                                   PDI_SETUP_POSITION_VARS, NULL, PD_DIM, side->wall_velocity, &count));
+        PD_TRY(pdi_text_get_exprs(s->ctx, s->text, section, "velocity", "m/s", pd_setup_get_position_symbols(),
+                                   PD_SETUP_POSITION_VARS, NULL, PD_DIM, side->wall_velocity, &count));
         for (int d = 0; d < count; d++)
             side->has_wall_velocity = side->has_wall_velocity || side->wall_velocity[d].variables_used ||
-                                      fabs(pdi_expr_eval(&side->wall_velocity[d], NULL)) > 0.0;
+                                      fabs(pd_expr_eval(&side->wall_velocity[d], NULL)) > 0.0;
         const pd_expr *across = &side->wall_velocity[k / 2];
-        if (count != PD_DIM || across->variables_used || fabs(pdi_expr_eval(across, NULL)) > 0.0)
+        if (count != PD_DIM || across->variables_used || fabs(pd_expr_eval(across, NULL)) > 0.0)
             return pdi_text_fail_key(s->ctx, s->text, section, "velocity",
                                      "expected %d components, that along %c being 0: a wall slides along itself",
                                      PD_DIM, "xyz"[k / 2]);
     }
-    PDI_TRY(pdi_scene_read_wall_species(s, section, side));
+    PD_TRY(pdi_scene_read_wall_species(s, section, side));
     if (!s->setup->has_transport || !pdi_text_has_key(s->ctx, s->text, section, "C")) return PD_OK;
     side->has_fixed_c = 1;
-    PDI_TRY(pdi_scene_read_expr(s, section, "C", "mol/m3", NULL, &side->fixed_c));
+    PD_TRY(pdi_scene_read_expr(s, section, "C", "mol/m3", NULL, &side->fixed_c));
     double held;
     return side->fixed_c.variables_used ? PD_OK : pdi_reader_get_nonnegative(s, section, "C", "mol/m3", NULL, &held);
 }
@@ -279,9 +280,9 @@ static pd_status pdi_scene_check_periodic_pairs(pdi_reader *s)
         const pd_setup_side *a = &s->setup->side[k], *b = &s->setup->side[k ^ 1];
         if ((a->kind == PD_SIDE_PERIODIC) == (b->kind == PD_SIDE_PERIODIC)) continue;
         int periodic = a->kind == PD_SIDE_PERIODIC ? k : k ^ 1;
-        int section = pdi_text_get_section(s->ctx, s->text, "side", pdi_setup_side_name(periodic));
+        int section = pdi_text_get_section(s->ctx, s->text, "side", pd_setup_side_name(periodic));
         return pdi_text_fail_key(s->ctx, s->text, section, "flow", "found 'periodic', expected it on %s and %s",
-                                 pdi_setup_side_name(k & ~1), pdi_setup_side_name(k | 1));
+                                 pd_setup_side_name(k & ~1), pd_setup_side_name(k | 1));
     }
     return PD_OK;
 }
@@ -295,7 +296,7 @@ static pd_status pdi_scene_read_bulk_side(pdi_reader *s, int section, pd_setup_s
                                  "found beside flow = open, expected bulk in [corrode], or C without open");
     side->kind = PD_SIDE_WALL;
     side->has_fixed_c = 1;
-    PDI_TRY(pdi_scene_read_wall_species(s, section, side));
+    PD_TRY(pdi_scene_read_wall_species(s, section, side));
     return pdi_scene_read_expr(s, corrode, "bulk", "mol/m3", "0", &side->fixed_c);
 }
 
@@ -307,7 +308,7 @@ static pd_status pdi_scene_read_side(pdi_reader *s, int k, int section, int *inl
     pd_setup *u = s->setup;
     int flow;
     if (u->has_gas) return pdi_read_gas_side(s->ctx, s->text, section, &u->side[k]);
-    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "flow", flows, "noslip", &flow));
+    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "flow", flows, "noslip", &flow));
     if (u->axisymmetric && k / 2 == PD_DIM - 1) {
         int axis = u->side[k].kind == PD_SIDE_MIRROR;
         if (axis && flow != PD_SIDE_MIRROR)
@@ -318,7 +319,7 @@ static pd_status pdi_scene_read_side(pdi_reader *s, int k, int section, int *inl
                                      "found '%s' around an axis, expected noslip, inlet, outlet or open", flows[flow]);
     }
     if (u->has_corrode && !u->has_flow && flow == open) return pdi_scene_read_bulk_side(s, section, &u->side[k]);
-    if ((pdi_grid_is_inlet_or_outlet((pd_side)flow) || flow == open) && !u->has_flow)
+    if ((pd_grid_is_inlet_or_outlet((pd_side)flow) || flow == open) && !u->has_flow)
         return pdi_text_fail_key(s->ctx, s->text, section, "flow",
                                  "found '%s' without a [flow] section, expected C = ... alone"
                                  " to hold a concentration",
@@ -326,7 +327,7 @@ static pd_status pdi_scene_read_side(pdi_reader *s, int k, int section, int *inl
     if (flow == open) return pdi_scene_read_open_side(s, section, &u->side[k]);
     u->side[k].kind = (pd_side)flow;
     if (flow == PD_SIDE_WALL) return pdi_scene_read_wall(s, section, k);
-    if (flow == PD_SIDE_INLET) PDI_TRY(pdi_scene_read_inlet(s, section, &u->side[k]));
+    if (flow == PD_SIDE_INLET) PD_TRY(pdi_scene_read_inlet(s, section, &u->side[k]));
     if (flow == PD_SIDE_OUTLET) return pdi_scene_read_shared_value(s, section, "p", "Pa", outlets, &u->p_out);
     if (flow == PD_SIDE_INLET && u->has_transport)
         return pdi_scene_read_inlet_concentration(s, section, &u->side[k], inlets);
@@ -337,11 +338,11 @@ static pd_status pdi_scene_read_side(pdi_reader *s, int k, int section, int *inl
 static pd_status pdi_scene_read_sides(pdi_reader *s)
 {
     int inlets = 0, outlets = 0;
-    PDI_TRY(pdi_scene_check_side_names(s));
+    PD_TRY(pdi_scene_check_side_names(s));
     for (int k = 0; k < 2 * PD_DIM; k++) {
-        int section = pdi_text_get_section(s->ctx, s->text, "side", pdi_setup_side_name(k));
+        int section = pdi_text_get_section(s->ctx, s->text, "side", pd_setup_side_name(k));
         if (pdi_text_has_key(s->ctx, s->text, section, NULL))
-            PDI_TRY(pdi_scene_read_side(s, k, section, &inlets, &outlets));
+            PD_TRY(pdi_scene_read_side(s, k, section, &inlets, &outlets));
     }
     return pdi_scene_check_periodic_pairs(s);
 }
@@ -356,7 +357,7 @@ static pd_status pdi_scene_read_flow_time(pdi_reader *s, int section)
     static const char *const keys[] = {"vx", "vy", "vz"};
     pd_setup *u = s->setup;
     int motion;
-    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "time", motions, "steady", &motion));
+    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "time", motions, "steady", &motion));
     u->flow_time = (pd_flow_time)motion;
     for (int k = 0; k < 2 * PD_DIM; k++)
         if (u->side[k].is_open && u->flow_time != PD_FLOW_PRESCRIBED)
@@ -368,14 +369,14 @@ static pd_status pdi_scene_read_flow_time(pdi_reader *s, int section)
                                  "found 'given' beside [dissolve], expected steady,"
                                  " implicit or explicit: a given flow does not enter where metal was");
     for (int d = 0; d < PD_DIM; d++)
-        PDI_TRY(pdi_text_get_expr(s->ctx, s->text, section, keys[d], "m/s", pdi_setup_get_position_symbols(), PD_DIM,
+        PD_TRY(pdi_text_get_expr(s->ctx, s->text, section, keys[d], "m/s", pd_setup_get_position_symbols(), PD_DIM,
                                   "0", &u->initial_velocity[d]));
     if (u->flow_time == PD_FLOW_PRESCRIBED) return PD_OK;
     if (u->flow_time == PD_FLOW_IMPLICIT) {
         pdi_scene_mark_given(s, section, "rtol", PD_SOLVER_SETTING_FLOW_RTOL);
         return pdi_reader_get_bounded(s, section, "rtol", "", "1e-4", 0.0, 0.1, 1, &u->flow_rtol);
     }
-    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "eos", states, "tait", &u->linear_eos));
+    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "eos", states, "tait", &u->linear_eos));
     return pdi_reader_get_positive(s, section, "c0", "m/s", NULL, &u->sound_speed);
 }
 
@@ -387,9 +388,9 @@ static pd_status pdi_scene_read_ignored_eos(pdi_reader *s, int section)
     int state, given = pdi_text_has_key(s->ctx, s->text, section, "c0");
     if (s->setup->flow_time != PD_FLOW_STEADY) return PD_OK;
     if (!given && !pdi_text_has_key(s->ctx, s->text, section, "eos")) return PD_OK;
-    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "eos", states, "tait", &state));
-    if (given) PDI_TRY(pdi_reader_get_positive(s, section, "c0", "m/s", NULL, &sound));
-    pdi_setup_add_note(s->setup,
+    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "eos", states, "tait", &state));
+    if (given) PD_TRY(pdi_reader_get_positive(s, section, "c0", "m/s", NULL, &sound));
+    pd_setup_add_note(s->setup,
                        "eos and c0 belong to time = explicit; the steady solver is incompressible and ignores them");
     return PD_OK;
 }
@@ -400,11 +401,11 @@ static pd_status pdi_scene_read_body_force(pdi_reader *s, int section)
     pd_setup *u = s->setup;
     int count;
     if (!pdi_text_has_key(s->ctx, s->text, section, "force")) return PD_OK;
-    PDI_TRY(pdi_text_get_exprs(s->ctx, s->text, section, "force", "m/s2", pdi_setup_get_position_symbols(),
-                               PDI_SETUP_POSITION_VARS, NULL, PD_DIM, u->body_force, &count));
+    PD_TRY(pdi_text_get_exprs(s->ctx, s->text, section, "force", "m/s2", pd_setup_get_position_symbols(),
+                               PD_SETUP_POSITION_VARS, NULL, PD_DIM, u->body_force, &count));
     for (int d = 0; d < count; d++) u->has_body_force_expr = u->has_body_force_expr || u->body_force[d].variables_used;
     if (u->has_body_force_expr) return PD_OK;
-    for (int d = 0; d < count; d++) pdi_expr_free(s->ctx, &u->body_force[d]);
+    for (int d = 0; d < count; d++) pd_expr_free(s->ctx, &u->body_force[d]);
     return pdi_text_get_numbers(s->ctx, s->text, section, "force", "m/s2", NULL, PD_DIM, u->force, &count);
 }
 
@@ -414,7 +415,7 @@ static pd_status pdi_scene_read_flow_order(pdi_reader *s, int section)
     static const char *const orders[] = {"auto", "2", "4", NULL};
     const pd_setup *u = s->setup;
     int twice;
-    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "order", orders, "auto", &twice));
+    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "order", orders, "auto", &twice));
     s->setup->flow_order = 2 * twice;
     if (twice < 2) return PD_OK;
     if (u->fluid_m > 1.0)
@@ -434,18 +435,18 @@ static pd_status pdi_scene_read_flow(pdi_reader *s)
     pd_setup *u = s->setup;
     int section = pdi_text_get_section(s->ctx, s->text, "flow", NULL), inflow = 0, outflow = 0;
     if (!u->has_flow) return PD_OK;
-    PDI_TRY(pdi_reader_get_positive(s, section, "rho", "kg/m3", NULL, &u->rho));
-    PDI_TRY(pdi_reader_get_positive(s, section, "mu", "Pa s", NULL, &u->mu));
-    PDI_TRY(pdi_reader_get_bounded(s, section, "steady", "", "1e-6", 0.0, 0.1, 1, &u->steady_tolerance));
+    PD_TRY(pdi_reader_get_positive(s, section, "rho", "kg/m3", NULL, &u->rho));
+    PD_TRY(pdi_reader_get_positive(s, section, "mu", "Pa s", NULL, &u->mu));
+    PD_TRY(pdi_reader_get_bounded(s, section, "steady", "", "1e-6", 0.0, 0.1, 1, &u->steady_tolerance));
     pdi_scene_mark_given(s, section, "steady", PD_SOLVER_SETTING_STEADY);
-    PDI_TRY(pdi_scene_read_body_force(s, section));
+    PD_TRY(pdi_scene_read_body_force(s, section));
     if (pdi_text_has_key(s->ctx, s->text, section, "speed"))
-        PDI_TRY(pdi_reader_get_positive(s, section, "speed", "m/s", NULL, &u->speed));
+        PD_TRY(pdi_reader_get_positive(s, section, "speed", "m/s", NULL, &u->speed));
     if (pdi_text_has_key(s->ctx, s->text, section, "length"))
-        PDI_TRY(pdi_reader_get_positive(s, section, "length", "m", NULL, &u->length));
-    PDI_TRY(pdi_scene_read_flow_time(s, section));
-    PDI_TRY(pdi_scene_read_flow_order(s, section));
-    PDI_TRY(pdi_scene_read_ignored_eos(s, section));
+        PD_TRY(pdi_reader_get_positive(s, section, "length", "m", NULL, &u->length));
+    PD_TRY(pdi_scene_read_flow_time(s, section));
+    PD_TRY(pdi_scene_read_flow_order(s, section));
+    PD_TRY(pdi_scene_read_ignored_eos(s, section));
     for (int k = 0; k < 2 * PD_DIM; k++) {
         inflow += u->side[k].kind == PD_SIDE_INLET && !u->side[k].is_open;
         outflow += u->side[k].kind == PD_SIDE_OUTLET;
@@ -463,10 +464,10 @@ static pd_status pdi_scene_read_transport(pdi_reader *s)
     pd_setup *u = s->setup;
     int section = pdi_text_get_section(s->ctx, s->text, "transport", NULL), scheme, species = u->steady_transport;
     if (!pdi_text_has_key(s->ctx, s->text, section, NULL)) return PD_OK;
-    PDI_TRY(pdi_reader_get_nonnegative(s, section, "D", "m2/s", NULL, &u->diffusivity));
-    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "advection", schemes, "limited", &scheme));
+    PD_TRY(pdi_reader_get_nonnegative(s, section, "D", "m2/s", NULL, &u->diffusivity));
+    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "advection", schemes, "limited", &scheme));
     u->advection = (pd_advection)scheme;
-    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "time", times, times[species], &u->steady_transport));
+    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "time", times, times[species], &u->steady_transport));
     if (u->has_chemistry && u->steady_transport != species)
         return pdi_text_fail_key(s->ctx, s->text, section, "time",
                                  "found '%s' beside [chemistry] with time = %s, "
@@ -485,7 +486,7 @@ static pd_status pdi_scene_check_time_independent(pdi_reader *s, int section, co
                                                   int count)
 {
     for (int k = 0; k < count; k++)
-        if (pdi_setup_is_time_dependent(&expr[k]))
+        if (pd_setup_is_time_dependent(&expr[k]))
             return pdi_text_fail_key(
                 s->ctx, s->text, section, key,
                 "found a function of t in a scene that is steady, expected until = ... in [run], "
@@ -500,31 +501,31 @@ static pd_status pdi_scene_check_steady_scene(pdi_reader *s)
     const pd_setup *u = s->setup;
     for (int k = 0; k < 2 * PD_DIM; k++) {
         const pd_setup_side *side = &u->side[k];
-        int section = pdi_text_get_section(s->ctx, s->text, "side", pdi_setup_side_name(k));
-        PDI_TRY(pdi_scene_check_time_independent(s, section, side->flow_rate > 0.0 ? "flow_rate" : "mean",
+        int section = pdi_text_get_section(s->ctx, s->text, "side", pd_setup_side_name(k));
+        PD_TRY(pdi_scene_check_time_independent(s, section, side->flow_rate > 0.0 ? "flow_rate" : "mean",
                                                  &side->inflow_of_time, 1));
         for (int d = 0; d < PD_DIM; d++)
-            PDI_TRY(pdi_scene_check_time_independent(s, section, keys[d], &side->velocity[d], 1));
-        PDI_TRY(pdi_scene_check_time_independent(s, section, "C", &side->inlet_c, 1));
-        PDI_TRY(pdi_scene_check_time_independent(s, section, "C", &side->fixed_c, 1));
-        PDI_TRY(pdi_scene_check_time_independent(s, section, "velocity", side->wall_velocity, PD_DIM));
+            PD_TRY(pdi_scene_check_time_independent(s, section, keys[d], &side->velocity[d], 1));
+        PD_TRY(pdi_scene_check_time_independent(s, section, "C", &side->inlet_c, 1));
+        PD_TRY(pdi_scene_check_time_independent(s, section, "C", &side->fixed_c, 1));
+        PD_TRY(pdi_scene_check_time_independent(s, section, "velocity", side->wall_velocity, PD_DIM));
     }
     for (int k = 0; k < u->wall_count; k++)
-        PDI_TRY(pdi_scene_check_time_independent(s, u->wall_shape[k].section, "C", &u->wall_shape[k].fixed_c, 1));
+        PD_TRY(pdi_scene_check_time_independent(s, u->wall_shape[k].section, "C", &u->wall_shape[k].fixed_c, 1));
     for (int k = 0; k < u->metal_body.mechanical_bcs; k++) {
         const pd_setup_mechanical_bc *grip = &u->metal_body.mechanical_bc[k];
         for (int d = 0; d < PD_DIM; d++) {
             static const char *const moves[] = {"ux", "uy", "uz"};
-            PDI_TRY(pdi_scene_check_time_independent(s, grip->section, moves[d], &grip->displacement[d], 1));
+            PD_TRY(pdi_scene_check_time_independent(s, grip->section, moves[d], &grip->displacement[d], 1));
         }
-        PDI_TRY(pdi_scene_check_time_independent(s, grip->section, "traction", grip->traction, PD_DIM));
-        PDI_TRY(pdi_scene_check_time_independent(s, grip->section, "pressure", &grip->pressure, 1));
+        PD_TRY(pdi_scene_check_time_independent(s, grip->section, "traction", grip->traction, PD_DIM));
+        PD_TRY(pdi_scene_check_time_independent(s, grip->section, "pressure", &grip->pressure, 1));
     }
-    PDI_TRY(pdi_scene_check_time_independent(s, pdi_text_get_section(s->ctx, s->text, "solid", NULL), "force",
+    PD_TRY(pdi_scene_check_time_independent(s, pdi_text_get_section(s->ctx, s->text, "solid", NULL), "force",
                                              u->metal_body.force, PD_DIM));
     for (int k = 0; k < u->potential.electrodes; k++) {
         const pd_setup_electrode *e = &u->potential.electrode[k];
-        PDI_TRY(pdi_scene_check_time_independent(s, pdi_text_get_section(s->ctx, s->text, "electrode", e->name),
+        PD_TRY(pdi_scene_check_time_independent(s, pdi_text_get_section(s->ctx, s->text, "electrode", e->name),
                                                  e->has_fixed_potential ? "potential" : "current", &e->fixed_value, 1));
     }
     return pdi_scene_check_time_independent(s, pdi_text_get_section(s->ctx, s->text, "flow", NULL), "force",
@@ -543,8 +544,8 @@ static pd_status pdi_scene_read_run(pdi_reader *s)
                   pdi_text_has_key(s->ctx, s->text, section, "until");
     rests = rests && !(u->metal_body.density > 0.0) && !u->registered_count;
     if (rests && !follows && !u->has_gas && (!carries || u->steady_transport)) return pdi_scene_check_steady_scene(s);
-    PDI_TRY(pdi_reader_get_positive(s, section, "until", "s", NULL, &u->end_time));
-    PDI_TRY(pdi_reader_get_bounded(s, section, "max_step", "s", "0", 0.0, PDI_READER_MAX_NUMBER, 0, &u->max_step));
+    PD_TRY(pdi_reader_get_positive(s, section, "until", "s", NULL, &u->end_time));
+    PD_TRY(pdi_reader_get_bounded(s, section, "max_step", "s", "0", 0.0, PDI_READER_MAX_NUMBER, 0, &u->max_step));
     if (u->max_step > 0.0 && u->end_time > PDI_SCENE_MAX_STEPS * u->max_step)
         return pdi_text_fail_key(s->ctx, s->text, section, "max_step",
                                  "found %.3g steps until the end, expected at most"
@@ -553,12 +554,12 @@ static pd_status pdi_scene_read_run(pdi_reader *s)
     if (!carries) return PD_OK;
     if (u->has_corrode) { /* loss in proportion to a difference: (1 - x)^n is not exp(-n x) */
         const char *share = u->drive == PD_DRIVE_DIFFERENCE ? "0.01" : u->activation ? "0.1" : "0.2";
-        PDI_TRY(pdi_reader_get_bounded(s, section, "rtol", "", "1e-3", 0.0, 0.1, 1, &u->rtol));
+        PD_TRY(pdi_reader_get_bounded(s, section, "rtol", "", "1e-3", 0.0, 0.1, 1, &u->rtol));
         return pdi_reader_get_bounded(s, section, "fraction", "", share, 0.0, 1.0, 1, &u->max_node_fraction);
     }
     pdi_scene_mark_given(s, section, "rtol", PD_SOLVER_SETTING_RTOL);
     pdi_scene_mark_given(s, section, "fraction", PD_SOLVER_SETTING_FRACTION);
-    PDI_TRY(pdi_reader_get_bounded(s, section, "rtol", "", u->has_dissolve ? "4e-3" : "1e-3", 0.0, 0.1, 1, &u->rtol));
+    PD_TRY(pdi_reader_get_bounded(s, section, "rtol", "", u->has_dissolve ? "4e-3" : "1e-3", 0.0, 0.1, 1, &u->rtol));
     /* Measured on a dissolving disc of radius 12 h, law 1 - C/Csat, after 4 h of recession: the volume loss is off by
      * 3e-3 when a step takes at most 0.1 of a node, by 1e-3 with 0.025. */
     u->max_node_fraction = pdi_min(1.0, 25.0 * u->rtol);
@@ -582,7 +583,7 @@ static pd_status pdi_scene_read_slice(pdi_reader *s, int section)
 static pd_status pdi_scene_read_prefix(pdi_reader *s, int section)
 {
     const char *value;
-    PDI_TRY(pdi_text_get_string(s->ctx, s->text, section, "prefix", "corr", &value));
+    PD_TRY(pdi_text_get_string(s->ctx, s->text, section, "prefix", "corr", &value));
     if (strlen(value) >= PD_SETUP_NAME || strpbrk(value, "/\\ :"))
         return pdi_text_fail_key(s->ctx, s->text, section, "prefix",
                                  "found '%.40s', expected a short word without folder", value);
@@ -608,24 +609,24 @@ static pd_status pdi_scene_read_output(pdi_reader *s)
     int section = pdi_text_get_section(s->ctx, s->text, "output", NULL);
     u->output_interval = u->end_time / 20.0;
     if (u->end_time > 0.0 && pdi_text_has_key(s->ctx, s->text, section, "every"))
-        PDI_TRY(pdi_reader_get_positive(s, section, "every", "s", NULL, &u->output_interval));
+        PD_TRY(pdi_reader_get_positive(s, section, "every", "s", NULL, &u->output_interval));
     if (u->has_gas && !(u->max_step > 0.0)) u->max_step = u->output_interval / 20.0; /* rows of the tables */
     if (u->end_time > 0.0 && u->end_time / u->output_interval > 9e5)
         return pdi_text_fail_key(s->ctx, s->text, section, "every",
                                  "found %.3g frames until the end, expected at most 900000",
                                  u->end_time / u->output_interval);
-    PDI_TRY(pdi_read_monitors_fields(s->ctx, s->text, u, section, "fields",
+    PD_TRY(pdi_read_monitors_fields(s->ctx, s->text, u, section, "fields",
                                      u->has_gas ? "density, v, p, energy, kind" :
                                      u->has_solid ? "C, v, p, kind, grain, u, mises, sigma_h, eps_p, broken" :
                                      "C, v, p, kind, grain, pH, phi", &u->fields));
     int given = pdi_text_has_key(s->ctx, s->text, section, "fields");
-    for (int k = pdi_fields_first_registered(u), i; !given && pdi_fields_find_registered(u, k, &i) >= 0; k++)
-        u->fields |= pdi_fields_bit(k);
-    PDI_TRY(pdi_read_monitors_fields(s->ctx, s->text, u, section, "images", "none", &u->images));
-    PDI_TRY(pdi_scene_read_magnification(s, section));
-    PDI_TRY(pdi_read_image_options_read(s->ctx, s->text, section, u));
-    PDI_TRY(pdi_scene_read_prefix(s, section));
-    PDI_TRY(pdi_setup_read_folder(s->ctx, s->text, section, "folder", u));
+    for (int k = pd_fields_first_registered(u), i; !given && pd_fields_find_registered(u, k, &i) >= 0; k++)
+        u->fields |= pd_fields_bit(k);
+    PD_TRY(pdi_read_monitors_fields(s->ctx, s->text, u, section, "images", "none", &u->images));
+    PD_TRY(pdi_scene_read_magnification(s, section));
+    PD_TRY(pdi_read_image_options_read(s->ctx, s->text, section, u));
+    PD_TRY(pdi_scene_read_prefix(s, section));
+    PD_TRY(pdi_input_files_read_output_folder(s->ctx, s->text, section, "folder", u));
     return pdi_scene_read_slice(s, section);
 }
 
@@ -649,7 +650,7 @@ static void pdi_scene_set_section_lines(pdi_reader *s)
     u->line[PD_PART_POTENTIAL] = pdi_scene_find_section_line(s, "potential", NULL);
     if (!u->line[PD_PART_DISSOLVE]) u->line[PD_PART_DISSOLVE] = pdi_scene_find_section_line(s, "corrode", NULL);
     for (int k = 0; k < 2 * PD_DIM; k++)
-        u->side[k].line = pdi_scene_find_section_line(s, "side", pdi_setup_side_name(k));
+        u->side[k].line = pdi_scene_find_section_line(s, "side", pd_setup_side_name(k));
 }
 
 /* Read all sections of a scene in the order of their dependencies. */
@@ -662,8 +663,8 @@ static pd_status pdi_scene_read_sections(pd_ctx *ctx, pd_text *text, const char 
     s.text = text;
     s.setup = setup;
     text->check_keys = 1;
-    pdi_setup_split_path(path, name, folder);
-    PDI_TRY(pdi_key_check_all(ctx, text));
+    pdi_input_files_split_path(path, name, folder);
+    PD_TRY(pdi_key_check_all(ctx, text));
     pdi_scene_set_section_lines(&s);
     setup->has_flow = pdi_text_has_key(ctx, text, pdi_text_get_section(ctx, text, "flow", NULL), NULL);
     setup->has_gas = pdi_text_has_key(ctx, text, pdi_text_get_section(ctx, text, "gas", NULL), NULL);
@@ -672,34 +673,34 @@ static pd_status pdi_scene_read_sections(pd_ctx *ctx, pd_text *text, const char 
     setup->has_dissolve = pdi_read_dissolution_has_section(&s, "dissolve");
     setup->has_corrode = pdi_read_dissolution_has_section(&s, "corrode");
     setup->has_potential = pdi_read_potential_has_sections(&s);
-    PDI_TRY(pdi_read_gas_check_alone(ctx, text, setup));
-    PDI_TRY(pdi_read_dissolution_begin(&s));
-    PDI_TRY(pdi_read_constants_read(ctx, text, &s.constants));
-    PDI_TRY(pdi_read_chemistry_read(&s));
-    PDI_TRY(pdi_read_tables_read(ctx, text, folder, setup));
-    PDI_TRY(pdi_read_shapes_read(ctx, text, folder, setup));
-    PDI_TRY(pdi_read_dissolution_constants(&s));
-    PDI_TRY(pdi_scene_read_grid(&s));
-    PDI_TRY(pdi_scene_read_sides(&s));
-    PDI_TRY(pdi_scene_read_flow(&s));
-    PDI_TRY(pdi_read_gas_read(ctx, text, setup));
-    PDI_TRY(pdi_scene_read_transport(&s));
-    PDI_TRY(pdi_read_surface_states_read(&s));
-    PDI_TRY(pdi_read_physics_read(&s));
-    PDI_TRY(pdi_read_dissolution_dissolve(&s));
-    PDI_TRY(pdi_read_dissolution_corrode(&s));
-    PDI_TRY(pdi_read_dissolution_rates(&s));
-    PDI_TRY(pdi_read_chemistry_surface_reactions(&s));
-    PDI_TRY(pdi_read_potential_read(&s));
-    PDI_TRY(pdi_read_surface_states_rates(&s));
-    PDI_TRY(pdi_read_mechanics_read(&s));
-    PDI_TRY(pdi_read_precracks_read(&s));
+    PD_TRY(pdi_read_gas_check_alone(ctx, text, setup));
+    PD_TRY(pdi_read_dissolution_begin(&s));
+    PD_TRY(pdi_read_constants_read(ctx, text, &s.constants));
+    PD_TRY(pdi_read_chemistry_read(&s));
+    PD_TRY(pdi_read_tables_read(ctx, text, folder, setup));
+    PD_TRY(pdi_read_shapes_read(ctx, text, folder, setup));
+    PD_TRY(pdi_read_dissolution_constants(&s));
+    PD_TRY(pdi_scene_read_grid(&s));
+    PD_TRY(pdi_scene_read_sides(&s));
+    PD_TRY(pdi_scene_read_flow(&s));
+    PD_TRY(pdi_read_gas_read(ctx, text, setup));
+    PD_TRY(pdi_scene_read_transport(&s));
+    PD_TRY(pdi_read_surface_states_read(&s));
+    PD_TRY(pdi_read_physics_read(&s));
+    PD_TRY(pdi_read_dissolution_dissolve(&s));
+    PD_TRY(pdi_read_dissolution_corrode(&s));
+    PD_TRY(pdi_read_dissolution_rates(&s));
+    PD_TRY(pdi_read_chemistry_surface_reactions(&s));
+    PD_TRY(pdi_read_potential_read(&s));
+    PD_TRY(pdi_read_surface_states_rates(&s));
+    PD_TRY(pdi_read_mechanics_read(&s));
+    PD_TRY(pdi_read_precracks_read(&s));
     pdi_read_mechanics_add_notes(&s);
-    PDI_TRY(pdi_scene_read_run(&s));
-    PDI_TRY(pdi_scene_read_output(&s));
-    PDI_TRY(pdi_read_monitors_read(ctx, text, setup));
-    PDI_TRY(pdi_read_measured_read(ctx, text, folder, setup));
-    PDI_TRY(pdi_text_check_unused(ctx, text));
+    PD_TRY(pdi_scene_read_run(&s));
+    PD_TRY(pdi_scene_read_output(&s));
+    PD_TRY(pdi_read_monitors_read(ctx, text, setup));
+    PD_TRY(pdi_read_measured_read(ctx, text, folder, setup));
+    PD_TRY(pdi_text_check_unused(ctx, text));
     if (!setup->has_flow && !setup->has_gas && !setup->has_transport && !setup->has_solid && !setup->has_chemistry &&
         !setup->has_potential && !setup->registered_count)
         return pdi_text_fail_key(ctx, text, 0, "scene",
@@ -716,7 +717,7 @@ static pd_status pdi_scene_read_text(pd_ctx *ctx, pd_text *text, const char *pat
     if (text->section_count <= 1 && text->entry_count == 0)
         return pdi_text_fail_key(ctx, text, 0, "scene", "found an empty file, expected sections or lines key = value");
     if (pdi_text_is_flat(text)) return pdi_read_param_file_read(ctx, text, overrides, count, setup);
-    PDI_TRY(pdi_read_electrolyte_prepare(ctx, text, overrides, count));
+    PD_TRY(pdi_read_electrolyte_prepare(ctx, text, overrides, count));
     pd_status status = pdi_scene_read_sections(ctx, text, path, setup);
     text->consts = NULL;
     text->const_count = 0;
@@ -730,8 +731,9 @@ static pd_status pdi_scene_build_setup(pd_ctx *ctx, const char *path, const char
                                        int count, pd_setup *setup)
 {
     pd_text text;
-    PDI_TRY(pdi_setup_init(ctx, setup));
-    pdi_setup_split_path(path, setup->name, NULL);
+    PD_TRY(pd_setup_init(ctx, setup));
+    setup->picture_bytes = pdi_picture_memory_estimate;
+    pdi_input_files_split_path(path, setup->name, NULL);
     if (strlen(path) < sizeof setup->source) memcpy(setup->source, path, strlen(path) + 1);
     pd_status status = bytes ? pdi_text_build(ctx, path, bytes, strlen(bytes), &text) : pdi_text_read(ctx, path, &text);
     if (status == PD_OK) {

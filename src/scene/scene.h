@@ -50,7 +50,7 @@
  */
 #ifndef PD_SCENE_H
 #define PD_SCENE_H
-#include "scene/setup.h"
+#include "setup/setup.h"
 
 #define pd_scene_read PD_NAME(pd_scene_read)
 #define pd_scene_parse PD_NAME(pd_scene_parse)

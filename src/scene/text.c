@@ -14,7 +14,7 @@
     do { \
         if ((count) == (room)) { \
             int pdi_text_capacity = (room) > 0 ? 2 * (room) : 16; \
-            PDI_TRY(PDI_GROW(ctx, "text", (room), pdi_text_capacity, table)); \
+            PD_TRY(PD_GROW(ctx, "text", (room), pdi_text_capacity, table)); \
             (room) = pdi_text_capacity; \
         } \
     } while (0)
@@ -23,7 +23,7 @@ PDI_FN pd_status pdi_text_copy_string(pd_ctx *ctx, pd_text *text, const char *by
 {
     PDI_TEXT_GROW(ctx, text->block, text->block_count, text->block_capacity);
     pd_text_memory *block = &text->block[text->block_count];
-    PDI_TRY(PDI_NEW(ctx, "text", size + 1, block->bytes));
+    PD_TRY(PD_NEW(ctx, "text", size + 1, block->bytes));
     block->size = size + 1;
     text->block_count++;
     if (size > 0) memcpy(block->bytes, bytes, size);
@@ -46,7 +46,7 @@ PDI_FN pd_status pdi_text_fail_line(pd_ctx *ctx, const char *file, int line, con
     vsnprintf(message, sizeof message, format, args);
     va_end(args);
     pdi_text_format_location(file, line, where);
-    return pdi_fail(ctx, PD_ERR_PARSE, where, "%s", message);
+    return pd_fail(ctx, PD_ERR_PARSE, where, "%s", message);
 }
 
 /* Section header for messages into title[PD_UNITS_TEXT]: "[side x-]", or words for the lines before the first
@@ -81,8 +81,8 @@ PDI_FN pd_status pdi_text_find_or_add_section(pd_ctx *ctx, pd_text *text, const 
         return PD_OK;
     }
     PDI_TEXT_GROW(ctx, text->section, text->section_count, text->section_capacity);
-    PDI_TRY(pdi_text_copy_string(ctx, text, name, strlen(name), &kept_name));
-    PDI_TRY(pdi_text_copy_string(ctx, text, label, strlen(label), &kept_label));
+    PD_TRY(pdi_text_copy_string(ctx, text, name, strlen(name), &kept_name));
+    PD_TRY(pdi_text_copy_string(ctx, text, label, strlen(label), &kept_label));
     pd_section *s = &text->section[text->section_count];
     s->name = kept_name;
     s->label = kept_label;
@@ -127,7 +127,7 @@ PDI_FN pd_status pdi_text_add_entry(pd_ctx *ctx, pd_text *text, int section, con
 
 PDI_FN size_t pdi_text_skip_blanks(const char *t, size_t at)
 {
-    while (pdi_units_is_blank(t[at])) at++;
+    while (pd_units_is_blank(t[at])) at++;
     return at;
 }
 
@@ -142,7 +142,7 @@ PDI_FN size_t pdi_text_scan_word(const char *t, pdi_text_charset kind)
     size_t n = 0;
     while ((unsigned char)t[n] < 0x80 &&
            ((t[n] >= 'a' && t[n] <= 'z') || (t[n] >= 'A' && t[n] <= 'Z') || t[n] == '_' ||
-            (pdi_units_is_digit(t[n]) && (n > 0 || kind)) || (kind && (t[n] == '+' || t[n] == '-')) ||
+            (pd_units_is_digit(t[n]) && (n > 0 || kind)) || (kind && (t[n] == '+' || t[n] == '-')) ||
             (kind == PDI_TEXT_CHARSET_FORMULA && n > 0 && (t[n] == '(' || t[n] == ')' || t[n] == '^' || t[n] == ':'))))
         n++;
     return n;
@@ -161,7 +161,7 @@ PDI_FN pd_status pdi_text_fail_expected(pd_ctx *ctx, const pd_text *text, int li
                                         const char *expected)
 {
     char found[PD_UNITS_TEXT];
-    pdi_expr_quote_token(t + at, found);
+    pd_expr_quote_token(t + at, found);
     return pdi_text_fail_line(ctx, text->name, line, "column %d: found %s, expected %s", (int)at + 1, found, expected);
 }
 
@@ -181,7 +181,7 @@ static pd_status pdi_text_parse_section(pd_ctx *ctx, pd_text *text, char *t, int
         return pdi_text_fail_line(ctx, text->name, line, "found more than %d sections, expected fewer",
                                   PD_TEXT_ENTRIES);
     t[close] = t[label + label_size] = t[name + name_size] = '\0';
-    PDI_TRY(pdi_text_find_or_add_section(ctx, text, t + name, label_size > 0 ? t + label : "", section));
+    PD_TRY(pdi_text_find_or_add_section(ctx, text, t + name, label_size > 0 ? t + label : "", section));
     if (text->section[*section].line == 0) text->section[*section].line = line;
     text->section[*section].is_present = 1;
     text->is_flat = 0;
@@ -222,7 +222,7 @@ static size_t pdi_text_scan_section_key(const pd_text *text, int section, const 
 static size_t pdi_text_scan_species(const char *t, size_t start, size_t at)
 {
     size_t size = pdi_text_scan_word(t + at + 1, PDI_TEXT_CHARSET_FORMULA), before = at;
-    while (before > start && pdi_units_is_blank(t[before - 1])) before--;
+    while (before > start && pd_units_is_blank(t[before - 1])) before--;
     if (before > start && !strchr("+-*/^(,<>=", t[before - 1])) return 0;
     return size && t[at + 1 + size] == ']' ? 1 + size : 0;
 }
@@ -236,7 +236,7 @@ static pd_status pdi_text_find_value_end(pd_ctx *ctx, const pd_text *text, int s
     int depth = 0;
     for (; t[at] != '\0'; at++) {
         char before = at > start ? t[at - 1] : ' ';
-        int apart = depth == 0 && (pdi_units_is_blank(before) || before == ',');
+        int apart = depth == 0 && (pd_units_is_blank(before) || before == ',');
         if (apart && pdi_text_scan_section_key(text, section, t + at, within, &unused) > 0) break;
         if (t[at] == '(' && depth++ == 0) open = at;
         if (t[at] == ')' && --depth < 0) return pdi_text_fail_expected(ctx, text, line, t, at, "'(' before it");
@@ -256,7 +256,7 @@ static pd_status pdi_text_parse_line(pd_ctx *ctx, pd_text *text, char *t, int li
     char *comment = strchr(t, '#');
     if (comment) *comment = '\0';
     size_t at = pdi_text_skip_blanks(t, 0), value, end;
-    if (t[at] == '[') PDI_TRY(pdi_text_parse_section(ctx, text, t, line, &at, section));
+    if (t[at] == '[') PD_TRY(pdi_text_parse_section(ctx, text, t, line, &at, section));
     at = pdi_text_skip_blanks(t, at);
     while (t[at] != '\0') {
         size_t key = at, size = pdi_text_scan_section_key(text, *section, t + at, 0, &value);
@@ -267,8 +267,8 @@ static pd_status pdi_text_parse_line(pd_ctx *ctx, pd_text *text, char *t, int li
         value = size ? pdi_text_skip_blanks(t, at + value) : at;
         const pd_key *listed = size ? pdi_text_find_listed_key(text, *section, t + key, size) : NULL;
         int within = listed && strcmp(listed->unit, "text") == 0;
-        PDI_TRY(pdi_text_find_value_end(ctx, text, *section, t, line, within, value, &at));
-        for (end = at; end > value && (pdi_units_is_blank(t[end - 1]) || t[end - 1] == ',');) end--;
+        PD_TRY(pdi_text_find_value_end(ctx, text, *section, t, line, within, value, &at));
+        for (end = at; end > value && (pd_units_is_blank(t[end - 1]) || t[end - 1] == ',');) end--;
         if (end == value) {
             t[key + size] = '\0';
             return pdi_text_fail_line(ctx, text->name, line,
@@ -278,7 +278,7 @@ static pd_status pdi_text_parse_line(pd_ctx *ctx, pd_text *text, char *t, int li
         /* A value ends at a separator, so nothing of the next key is overwritten. */
         if (size) t[key + size] = '\0';
         t[end] = '\0';
-        PDI_TRY(pdi_text_add_entry(ctx, text, *section, name, t + value, line, (int)value + 1));
+        PD_TRY(pdi_text_add_entry(ctx, text, *section, name, t + value, line, (int)value + 1));
     }
     return PD_OK;
 }
@@ -305,19 +305,19 @@ static pd_status pdi_text_parse(pd_ctx *ctx, pd_text *text, const char *name, co
         bytes += 3;
         size -= 3;
     }
-    PDI_TRY(pdi_text_copy_string(ctx, text, name, strlen(name), &kept_name));
+    PD_TRY(pdi_text_copy_string(ctx, text, name, strlen(name), &kept_name));
     text->name = kept_name;
-    PDI_TRY(pdi_text_find_or_add_section(ctx, text, "", "", &section));
+    PD_TRY(pdi_text_find_or_add_section(ctx, text, "", "", &section));
     if (size > PD_TEXT_SIZE)
-        return pdi_fail(ctx, PD_ERR_SIZE, text->name, "found %.0f bytes, expected at most %d", (double)size,
+        return pd_fail(ctx, PD_ERR_SIZE, text->name, "found %.0f bytes, expected at most %d", (double)size,
                         PD_TEXT_SIZE);
-    PDI_TRY(pdi_text_check_bytes(ctx, text, bytes, size));
-    PDI_TRY(pdi_text_copy_string(ctx, text, bytes, size, &t));
+    PD_TRY(pdi_text_check_bytes(ctx, text, bytes, size));
+    PD_TRY(pdi_text_copy_string(ctx, text, bytes, size, &t));
     text->is_flat = 1;
     while (t) {
         char *end = strchr(t, '\n');
         if (end) *end = '\0';
-        PDI_TRY(pdi_text_parse_line(ctx, text, t, ++line, &section));
+        PD_TRY(pdi_text_parse_line(ctx, text, t, ++line, &section));
         t = end ? end + 1 : NULL;
     }
     text->allow_bare_numbers = text->is_flat;
@@ -337,19 +337,19 @@ PDI_FN pd_status pdi_text_read(pd_ctx *ctx, const char *path, pd_text *text)
     char *data;
     size_t size;
     memset(text, 0, sizeof *text);
-    PDI_TRY(pdi_file_read_all(ctx, path, PD_TEXT_SIZE, &data, &size));
+    PD_TRY(pdi_file_read_all(ctx, path, PD_TEXT_SIZE, &data, &size));
     pd_status status = pdi_text_build(ctx, path, data, size, text);
-    PDI_DELETE(ctx, size + 1, data);
+    PD_DELETE(ctx, size + 1, data);
     return status;
 }
 
 PDI_FN void pdi_text_free(pd_ctx *ctx, pd_text *text)
 {
-    for (int k = 0; k < text->block_count; k++) PDI_DELETE(ctx, text->block[k].size, text->block[k].bytes);
-    PDI_DELETE(ctx, text->block_capacity, text->block);
-    PDI_DELETE(ctx, text->section_capacity, text->section);
-    PDI_DELETE(ctx, text->entry_capacity, text->entry);
-    PDI_DELETE(ctx, text->asked_capacity, text->asked_key);
+    for (int k = 0; k < text->block_count; k++) PD_DELETE(ctx, text->block[k].size, text->block[k].bytes);
+    PD_DELETE(ctx, text->block_capacity, text->block);
+    PD_DELETE(ctx, text->section_capacity, text->section);
+    PD_DELETE(ctx, text->entry_capacity, text->entry);
+    PD_DELETE(ctx, text->asked_capacity, text->asked_key);
     memset(text, 0, sizeof *text);
 }
 
@@ -377,7 +377,7 @@ PDI_FN int pdi_text_next_section(pd_ctx *ctx, pd_text *text, const char *name, i
 /* Report the pending out-of-memory error of an earlier call that returned no status. */
 static pd_status pdi_text_fail_memory(pd_ctx *ctx, const pd_text *text)
 {
-    return pdi_fail(ctx, text->pending_status, text->name, "memory for its keys could not be allocated");
+    return pd_fail(ctx, text->pending_status, text->name, "memory for its keys could not be allocated");
 }
 
 /* Record that a reader looked up the key, for the suggestions of pdi_text_check_unused. PD_ERR_ARGUMENT: no such
@@ -387,14 +387,14 @@ static pd_status pdi_text_mark_asked(pd_ctx *ctx, pd_text *text, int section, co
     char *copy;
     if (text->pending_status) return pdi_text_fail_memory(ctx, text);
     if (section < 0 || section >= text->section_count)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "text", "section %d of %d was asked for '%.40s'", section,
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "text", "section %d of %d was asked for '%.40s'", section,
                         text->section_count, key);
     int group = text->section[section].group_first;
     text->section[group].is_looked_up = 1;
     for (int k = 0; k < text->asked_count; k++)
         if (text->asked_key[k].group == group && strcmp(text->asked_key[k].key, key) == 0) return PD_OK;
     PDI_TEXT_GROW(ctx, text->asked_key, text->asked_count, text->asked_capacity);
-    PDI_TRY(pdi_text_copy_string(ctx, text, key, strlen(key), &copy));
+    PD_TRY(pdi_text_copy_string(ctx, text, key, strlen(key), &copy));
     text->asked_key[text->asked_count].key = copy;
     text->asked_key[text->asked_count++].group = group;
     return PD_OK;
@@ -423,7 +423,7 @@ static pd_status pdi_text_find_value(pd_ctx *ctx, pd_text *text, int section, co
                                      const char *fallback, const char *what, pdi_text_value *v)
 {
     char title[PD_UNITS_TEXT];
-    PDI_TRY(pdi_text_mark_asked(ctx, text, section, key));
+    PD_TRY(pdi_text_mark_asked(ctx, text, section, key));
     (void)unit; /* where there are no assertions */
     PD_ASSERT(!text->check_keys || pdi_keys_is_consistent(text->section[section].name, key, unit, fallback));
     pd_text_entry *e = pdi_text_find_entry(text, section, key);
@@ -451,8 +451,8 @@ static pd_status pdi_text_find_value(pd_ctx *ctx, pd_text *text, int section, co
 static pd_status pdi_text_fail_value(pd_ctx *ctx, const pdi_text_value *v, size_t at, const char *expected)
 {
     char found[PD_UNITS_TEXT];
-    pdi_expr_quote_token(v->value + at, found);
-    return pdi_fail(ctx, PD_ERR_PARSE, v->location, "column %d: found %s, expected %s", v->column + (int)at, found,
+    pd_expr_quote_token(v->value + at, found);
+    return pd_fail(ctx, PD_ERR_PARSE, v->location, "column %d: found %s, expected %s", v->column + (int)at, found,
                     expected);
 }
 
@@ -466,11 +466,11 @@ static pd_status pdi_text_compile_expr(pd_ctx *ctx, const pd_text *text, const p
     memset(&desc, 0, sizeof desc);
     memset(expr, 0, sizeof *expr);
     if (end - first > PD_EXPR_LENGTH)
-        return pdi_fail(ctx, PD_ERR_PARSE, v->location,
+        return pd_fail(ctx, PD_ERR_PARSE, v->location,
                         "column %d: found an expression of more than %d characters,"
                         " expected a shorter one",
                         v->column + (int)first, PD_EXPR_LENGTH);
-    while (first < end && pdi_units_is_blank(v->value[first])) first++;
+    while (first < end && pd_units_is_blank(v->value[first])) first++;
     memcpy(item, v->value + first, end - first);
     item[end - first] = '\0';
     desc.text = item;
@@ -484,7 +484,7 @@ static pd_status pdi_text_compile_expr(pd_ctx *ctx, const pd_text *text, const p
     desc.allow_bare = text->allow_bare_numbers;
     desc.location = v->location;
     desc.column = v->column + (int)first;
-    return pdi_expr_build(ctx, &desc, expr);
+    return pd_expr_build(ctx, &desc, expr);
 }
 
 /* Evaluate bytes first .. end of the value as a constant expression; *value in SI. */
@@ -492,9 +492,9 @@ static pd_status pdi_text_eval_constant(pd_ctx *ctx, const pd_text *text, const 
                                         size_t end, const char *unit, double *value)
 {
     pd_expr expr;
-    PDI_TRY(pdi_text_compile_expr(ctx, text, v, first, end, unit, NULL, 0, &expr));
-    *value = pdi_expr_eval(&expr, NULL);
-    pdi_expr_free(ctx, &expr);
+    PD_TRY(pdi_text_compile_expr(ctx, text, v, first, end, unit, NULL, 0, &expr));
+    *value = pd_expr_eval(&expr, NULL);
+    pd_expr_free(ctx, &expr);
     return PD_OK;
 }
 
@@ -511,7 +511,7 @@ static size_t pdi_text_find_item_end(const char *value, size_t first)
 static void pdi_text_describe_unit(pd_ctx *ctx, const char *unit, char *what)
 {
     pd_dims dims;
-    if (unit && pd_units_parse(ctx, unit, NULL, &dims) == PD_OK) pdi_units_describe(&dims, what);
+    if (unit && pd_units_parse(ctx, unit, NULL, &dims) == PD_OK) pd_units_describe(&dims, what);
     else snprintf(what, PD_UNITS_TEXT, "an expression");
 }
 
@@ -519,7 +519,7 @@ PDI_FN pd_status pdi_text_get_string(pd_ctx *ctx, pd_text *text, int section, co
                                      const char **value)
 {
     pdi_text_value v;
-    PDI_TRY(pdi_text_find_value(ctx, text, section, key, NULL, fallback, "a text", &v));
+    PD_TRY(pdi_text_find_value(ctx, text, section, key, NULL, fallback, "a text", &v));
     *value = v.value;
     return PD_OK;
 }
@@ -530,7 +530,7 @@ PDI_FN pd_status pdi_text_get_number(pd_ctx *ctx, pd_text *text, int section, co
     pdi_text_value v;
     char what[PD_UNITS_TEXT];
     pdi_text_describe_unit(ctx, unit, what);
-    PDI_TRY(pdi_text_find_value(ctx, text, section, key, unit, fallback, what, &v));
+    PD_TRY(pdi_text_find_value(ctx, text, section, key, unit, fallback, what, &v));
     return pdi_text_eval_constant(ctx, text, &v, 0, strlen(v.value), unit, value);
 }
 
@@ -550,11 +550,11 @@ PDI_FN pd_status pdi_text_get_numbers(pd_ctx *ctx, pd_text *text, int section, c
     size_t at = 0, end;
     *count = 0;
     pdi_text_describe_unit(ctx, unit, what);
-    PDI_TRY(pdi_text_find_value(ctx, text, section, key, unit, fallback, what, &v));
+    PD_TRY(pdi_text_find_value(ctx, text, section, key, unit, fallback, what, &v));
     for (;; at = end + 1) {
         end = pdi_text_find_item_end(v.value, at);
         if (*count >= max) return pdi_text_fail_too_many(ctx, &v, at - 1, max, max == PD_DIM ? PDI_AXES_HINT : "");
-        PDI_TRY(pdi_text_eval_constant(ctx, text, &v, at, end, unit, &values[*count]));
+        PD_TRY(pdi_text_eval_constant(ctx, text, &v, at, end, unit, &values[*count]));
         ++*count;
         if (v.value[end] == '\0') return PD_OK;
     }
@@ -565,10 +565,10 @@ PDI_FN pd_status pdi_text_get_integer(pd_ctx *ctx, pd_text *text, int section, c
 {
     pdi_text_value v;
     double number;
-    PDI_TRY(pdi_text_find_value(ctx, text, section, key, "", fallback, "a whole number", &v));
-    PDI_TRY(pdi_text_eval_constant(ctx, text, &v, 0, strlen(v.value), "", &number));
+    PD_TRY(pdi_text_find_value(ctx, text, section, key, "", fallback, "a whole number", &v));
+    PD_TRY(pdi_text_eval_constant(ctx, text, &v, 0, strlen(v.value), "", &number));
     if (!(number >= low && number <= high) || number != floor(number))
-        return pdi_fail(ctx, PD_ERR_PARSE, v.location, "column %d: found %.6g, expected a whole number from %d to %d",
+        return pd_fail(ctx, PD_ERR_PARSE, v.location, "column %d: found %.6g, expected a whole number from %d to %d",
                         v.column, number, low, high);
     *value = (int)number;
     return PD_OK;
@@ -578,17 +578,17 @@ PDI_FN pd_status pdi_text_get_integer(pd_ctx *ctx, pd_text *text, int section, c
 static pd_status pdi_text_find_choice(pd_ctx *ctx, const pdi_text_value *v, const char *const *names, int *index)
 {
     char list[PDI_TEXT_LIST_SIZE] = "", hint[PD_UNITS_TEXT];
-    pdi_units_suggestion near_word;
-    pdi_units_init_suggestion(&near_word, v->value, strlen(v->value));
+    pd_units_suggestion near_word;
+    pd_units_init_suggestion(&near_word, v->value, strlen(v->value));
     for (int k = 0; names[k]; k++) {
         if (strcmp(names[k], v->value) == 0) {
             *index = k;
             return PD_OK;
         }
         pdi_text_add_to_list(list, ", ", names[k]);
-        pdi_units_try_candidate(&near_word, names[k]);
+        pd_units_try_candidate(&near_word, names[k]);
     }
-    pdi_units_format_suggestion(&near_word, hint);
+    pd_units_format_suggestion(&near_word, hint);
     char expected[PDI_TEXT_LIST_SIZE + PD_UNITS_TEXT + 16];
     snprintf(expected, sizeof expected, "one of %s%s", list, hint);
     return pdi_text_fail_value(ctx, v, 0, expected);
@@ -599,8 +599,8 @@ PDI_FN pd_status pdi_text_get_bool(pd_ctx *ctx, pd_text *text, int section, cons
 {
     static const char *const names[] = {"no", "yes", "false", "true", "off", "on", NULL};
     pdi_text_value v;
-    PDI_TRY(pdi_text_find_value(ctx, text, section, key, "", fallback, "yes or no", &v));
-    PDI_TRY(pdi_text_find_choice(ctx, &v, names, value));
+    PD_TRY(pdi_text_find_value(ctx, text, section, key, "", fallback, "yes or no", &v));
+    PD_TRY(pdi_text_find_choice(ctx, &v, names, value));
     *value %= 2;
     return PD_OK;
 }
@@ -611,7 +611,7 @@ PDI_FN pd_status pdi_text_get_choice(pd_ctx *ctx, pd_text *text, int section, co
     pdi_text_value v;
     char list[PDI_TEXT_LIST_SIZE] = "";
     for (int k = 0; names[k]; k++) pdi_text_add_to_list(list, " | ", names[k]);
-    PDI_TRY(pdi_text_find_value(ctx, text, section, key, "", fallback, list, &v));
+    PD_TRY(pdi_text_find_value(ctx, text, section, key, "", fallback, list, &v));
     return pdi_text_find_choice(ctx, &v, names, index);
 }
 
@@ -620,7 +620,7 @@ PDI_FN pd_status pdi_text_get_words(pd_ctx *ctx, pd_text *text, int section, con
 {
     pdi_text_value v;
     list->count = 0;
-    PDI_TRY(pdi_text_find_value(ctx, text, section, key, "", fallback, "words separated by commas", &v));
+    PD_TRY(pdi_text_find_value(ctx, text, section, key, "", fallback, "words separated by commas", &v));
     for (size_t at = 0;; at++) {
         at = pdi_text_skip_blanks(v.value, at);
         size_t n = 0, size;
@@ -646,10 +646,10 @@ static pd_status pdi_text_parse_range(pd_ctx *ctx, const pd_text *text, const pd
     while (dots < end && (v->value[dots] != '.' || v->value[dots + 1] != '.')) dots++;
     if (dots >= end) return pdi_text_fail_value(ctx, v, end, "'..' and the end of a range (a .. b)");
     if (v->value[dots + 2] == '.') return pdi_text_fail_value(ctx, v, dots, "two dots with blanks around them");
-    PDI_TRY(pdi_text_eval_constant(ctx, text, v, at, dots, unit, low));
-    PDI_TRY(pdi_text_eval_constant(ctx, text, v, dots + 2, end, unit, high));
+    PD_TRY(pdi_text_eval_constant(ctx, text, v, at, dots, unit, low));
+    PD_TRY(pdi_text_eval_constant(ctx, text, v, dots + 2, end, unit, high));
     if (*low < *high) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_PARSE, v->location,
+    return pd_fail(ctx, PD_ERR_PARSE, v->location,
                     "column %d: found a range from %.6g to %.6g, expected its start below"
                     " its end",
                     v->column + (int)at, *low, *high);
@@ -661,11 +661,11 @@ PDI_FN pd_status pdi_text_get_ranges(pd_ctx *ctx, pd_text *text, int section, co
     pdi_text_value v;
     size_t at = 0, end;
     *count = 0;
-    PDI_TRY(pdi_text_find_value(ctx, text, section, key, unit, fallback, "a .. b, one range for each axis", &v));
+    PD_TRY(pdi_text_find_value(ctx, text, section, key, unit, fallback, "a .. b, one range for each axis", &v));
     for (;; at = end + 1) {
         end = pdi_text_find_item_end(v.value, at);
         if (*count >= max) return pdi_text_fail_too_many(ctx, &v, at - 1, max, max == PD_DIM ? PDI_AXES_HINT : "");
-        PDI_TRY(pdi_text_parse_range(ctx, text, &v, at, end, unit, &low[*count], &high[*count]));
+        PD_TRY(pdi_text_parse_range(ctx, text, &v, at, end, unit, &low[*count], &high[*count]));
         ++*count;
         if (v.value[end] == '\0') return PD_OK;
     }
@@ -689,7 +689,7 @@ PDI_FN pd_status pdi_text_get_exprs(pd_ctx *ctx, pd_text *text, int section, con
     *count = 0;
     memset(exprs, 0, (size_t)max * sizeof *exprs);
     pdi_text_describe_unit(ctx, unit, what);
-    PDI_TRY(pdi_text_find_value(ctx, text, section, key, unit, fallback, what, &v));
+    PD_TRY(pdi_text_find_value(ctx, text, section, key, unit, fallback, what, &v));
     for (;; at = end + 1) {
         end = pdi_text_find_item_end(v.value, at);
         status = *count < max ? pdi_text_compile_expr(ctx, text, &v, at, end, unit, vars, var_count, &exprs[*count])
@@ -698,7 +698,7 @@ PDI_FN pd_status pdi_text_get_exprs(pd_ctx *ctx, pd_text *text, int section, con
         ++*count;
         if (v.value[end] == '\0') return PD_OK;
     }
-    while (*count > 0) pdi_expr_free(ctx, &exprs[--*count]);
+    while (*count > 0) pd_expr_free(ctx, &exprs[--*count]);
     return status;
 }
 
@@ -717,7 +717,7 @@ PDI_FN pd_status pdi_text_fail_key(pd_ctx *ctx, const pd_text *text, int section
     vsnprintf(message, sizeof message, format, args);
     va_end(args);
     pdi_text_format_location(e ? e->file : file, e ? e->line : line > 0 ? line : 1, where);
-    return pdi_fail(ctx, PD_ERR_ARGUMENT, where, "%.40s: %s", key, message);
+    return pd_fail(ctx, PD_ERR_ARGUMENT, where, "%.40s: %s", key, message);
 }
 
 /* Report a section that no reader knows, with the nearest name. Returns PD_ERR_PARSE. */
@@ -726,14 +726,14 @@ static pd_status pdi_text_fail_unknown_section(pd_ctx *ctx, const pd_text *text,
 {
     char hint[PD_UNITS_TEXT], list[PDI_TEXT_LIST_SIZE] = "";
     const pd_section *s = &text->section[section];
-    pdi_units_suggestion near_word;
-    pdi_units_init_suggestion(&near_word, s->name, strlen(s->name));
+    pd_units_suggestion near_word;
+    pd_units_init_suggestion(&near_word, s->name, strlen(s->name));
     for (int k = 1; k < text->section_count; k++) {
         if (!text->section[k].is_looked_up || text->section[k].group_first != k) continue;
-        pdi_units_try_candidate(&near_word, text->section[k].name);
+        pd_units_try_candidate(&near_word, text->section[k].name);
         pdi_text_add_to_list(list, ", ", text->section[k].name);
     }
-    pdi_units_format_suggestion(&near_word, hint);
+    pd_units_format_suggestion(&near_word, hint);
     return pdi_text_fail_line(ctx, file, line, "found the section [%.40s], expected one of %s%s", s->name, list, hint);
 }
 
@@ -741,19 +741,19 @@ static pd_status pdi_text_fail_unknown_section(pd_ctx *ctx, const pd_text *text,
 static pd_status pdi_text_fail_unknown_key(pd_ctx *ctx, const pd_text *text, const pd_text_entry *e)
 {
     char hint[PD_UNITS_TEXT], list[PDI_TEXT_LIST_SIZE] = "", title[PD_UNITS_TEXT];
-    pdi_units_suggestion near_word;
+    pd_units_suggestion near_word;
     pdi_text_format_section(text, e->section, title);
-    pdi_units_init_suggestion(&near_word, e->key, strlen(e->key));
+    pd_units_init_suggestion(&near_word, e->key, strlen(e->key));
     for (int k = 0; k < text->asked_count; k++) {
         if (text->asked_key[k].group != text->section[e->section].group_first) continue;
         if (strcmp(text->asked_key[k].key, e->key) == 0)
             return pdi_text_fail_line(ctx, e->file, e->line,
                                       "found '%.40s' in %s, where it has no effect; expected it to be left out", e->key,
                                       title);
-        pdi_units_try_candidate(&near_word, text->asked_key[k].key);
+        pd_units_try_candidate(&near_word, text->asked_key[k].key);
         pdi_text_add_to_list(list, ", ", text->asked_key[k].key);
     }
-    pdi_units_format_suggestion(&near_word, hint);
+    pd_units_format_suggestion(&near_word, hint);
     return pdi_text_fail_line(ctx, e->file, e->line, "found the unknown key '%.40s' in %s, expected %s%s%s", e->key,
                               title, list[0] ? "one of " : "no key there", list, hint);
 }

@@ -16,7 +16,7 @@
 #ifndef PD_TEXT_H
 #define PD_TEXT_H
 #include "io/file.h"
-#include "scene/expr.h"
+#include "setup/expr.h"
 #include "scene/keys.h"
 
 #define PD_TEXT_SIZE (1 << 20) /* [byte] of a file */
@@ -142,7 +142,7 @@ PDI_FN pd_status pdi_text_get_words(pd_ctx *ctx, pd_text *text, int section, con
 /* A list `a .. b, c .. d` of 1 to max ranges with a < b. */
 PDI_FN pd_status pdi_text_get_ranges(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
                                      const char *fallback, int max, double *low, double *high, int *count);
-/* An expression in the variables vars[var_count]; unit NULL: any dimension. The caller frees it with pdi_expr_free. */
+/* An expression in the variables vars[var_count]; unit NULL: any dimension. The caller frees it with pd_expr_free. */
 PDI_FN pd_status pdi_text_get_expr(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
                                    const pd_expr_symbol *vars, int var_count, const char *fallback, pd_expr *expr);
 /* A list of 1 to max expressions into exprs[*count]; on failure none is left to free. */

@@ -70,10 +70,10 @@ PDI_FN void pdi_body_list_state(pdi_array_visitor *owner, void *object)
 /* Frees a cell list of a body of `points` points. */
 static void pdi_body_free_cell_list(pd_ctx *ctx, int32_t points, pdi_body_cell_list *c)
 {
-    PDI_DELETE(ctx, c->count + 1, c->first);
-    PDI_DELETE(ctx, points, c->point);
-    PDI_DELETE(ctx, points, c->rank_of_point);
-    PDI_DELETE(ctx, points, c->point_of_rank);
+    PD_DELETE(ctx, c->count + 1, c->first);
+    PD_DELETE(ctx, points, c->point);
+    PD_DELETE(ctx, points, c->rank_of_point);
+    PD_DELETE(ctx, points, c->point_of_rank);
 }
 
 /* Upper bound of the bond length [m]; with a spacing cells count whose edge is within the horizon. */
@@ -125,7 +125,7 @@ static void pdi_body_init_cell_grid(const pd_body *body, pdi_body_cell_list *c)
 static pd_status pdi_body_sort_points(pd_ctx *ctx, const pd_body *body, pdi_body_cell_list *c)
 {
     pdi_body_sort_entry *place = NULL;
-    PDI_TRY(PDI_NEW(ctx, "body", body->count, place));
+    PD_TRY(PD_NEW(ctx, "body", body->count, place));
     for (int32_t i = 0; i < body->count; i++) {
         place[i].point = i;
         memcpy(place[i].x, body->position + (int64_t)i * PD_DIM, sizeof place[i].x);
@@ -137,20 +137,20 @@ static pd_status pdi_body_sort_points(pd_ctx *ctx, const pd_body *body, pdi_body
         c->rank_of_point[place[k].point] = k;
         if (k && pdi_body_compare_positions(&place[k - 1], &place[k]) == 0) twin = k;
     }
-    PDI_DELETE(ctx, body->count, place);
+    PD_DELETE(ctx, body->count, place);
     if (twin < 0) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_GEOMETRY, "body", "points %d and %d are at one place", (int)c->point_of_rank[twin - 1],
+    return pd_fail(ctx, PD_ERR_GEOMETRY, "body", "points %d and %d are at one place", (int)c->point_of_rank[twin - 1],
                     (int)c->point_of_rank[twin]);
 }
 
 /* Builds the cell list; points of a cell stand by rank. */
 static pd_status pdi_body_build_cell_list(pd_ctx *ctx, const pd_body *body, pdi_body_cell_list *c)
 {
-    PDI_TRY(PDI_NEW(ctx, "body", c->count + 1, c->first));
-    PDI_TRY(PDI_NEW(ctx, "body", body->count, c->point));
-    PDI_TRY(PDI_NEW(ctx, "body", body->count, c->rank_of_point));
-    PDI_TRY(PDI_NEW(ctx, "body", body->count, c->point_of_rank));
-    PDI_TRY(pdi_body_sort_points(ctx, body, c));
+    PD_TRY(PD_NEW(ctx, "body", c->count + 1, c->first));
+    PD_TRY(PD_NEW(ctx, "body", body->count, c->point));
+    PD_TRY(PD_NEW(ctx, "body", body->count, c->rank_of_point));
+    PD_TRY(PD_NEW(ctx, "body", body->count, c->point_of_rank));
+    PD_TRY(pdi_body_sort_points(ctx, body, c));
     for (int32_t i = 0; i < body->count; i++)
         c->first[pdi_body_find_cell(c, body->position + (int64_t)i * PD_DIM, NULL) + 1]++;
     for (int32_t k = 0; k < c->count; k++) c->first[k + 1] += c->first[k];
@@ -249,9 +249,9 @@ static int32_t pdi_body_number_bonds(pd_body *body)
 static pd_status pdi_body_build_families(pd_ctx *ctx, pd_body *body, const pdi_body_cell_list *c)
 {
     int most = pdi_body_max_image(body);
-    int nt = pdi_par_threads(ctx, (int64_t)body->count * 1000);
+    int nt = pd_par_threads(ctx, (int64_t)body->count * 1000);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
         body->first_bond[i + 1] = 0;
         for (int image = -most; image <= most; image++)
@@ -259,9 +259,9 @@ static pd_status pdi_body_build_families(pd_ctx *ctx, pd_body *body, const pdi_b
     }
     body->shifts = body->stencil_bonds = pdi_body_number_bonds(body);
     body->table_entries = body->lattice_entries = body->bonds;
-    PDI_TRY(pdi_array_registry_build(ctx, pdi_body_list_families, body));
+    PD_TRY(pdi_array_registry_build(ctx, pdi_body_list_families, body));
     for (int32_t k = 0; k < body->stencil_bonds; k++) body->stencil_shift[k] = k;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) pdi_body_store_family(body, c, i);
     return PD_OK;
 }
@@ -394,7 +394,7 @@ static int32_t pdi_body_find_stencil(const pd_body *body, const pdi_body_lattice
 /* Fills the table of lattice positions. Returns 0: two points at one position, or stored families are shorter. */
 static int pdi_body_build_lattice_table(const pd_ctx *ctx, pd_body *body, const pdi_body_lattice_axes *a)
 {
-    int nt = pdi_par_threads(ctx, (int64_t)body->count * body->stencil_bonds);
+    int nt = pd_par_threads(ctx, (int64_t)body->count * body->stencil_bonds);
     (void)nt;
     pdi_body_find_stencil(body, a, body->stencil_shift);
     for (int64_t k = 0; k < body->table_entries; k++) body->point_table[k] = -1;
@@ -408,7 +408,7 @@ static int pdi_body_build_lattice_table(const pd_ctx *ctx, pd_body *body, const 
         body->point_table[place] = i;
         body->table_index[i] = (int32_t)place;
     }
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
         const int32_t *at = body->point_table + body->table_index[i];
         int32_t found = 0;
@@ -459,11 +459,11 @@ static int64_t pdi_body_mark_leaving_bonds(const pd_ctx *ctx, const pd_body *bod
                                            uint8_t *lost)
 {
     int64_t all = 0;
-    int nt = pdi_par_threads(ctx, body->bonds * 20);
+    int nt = pd_par_threads(ctx, body->bonds * 20);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++)
-        for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);)
+        for (pd_bond_iterator f = pd_body_bonds_begin(body, i); pd_body_bonds_next(&f);)
             if (!lost[pdi_body_bond_number(&f)])
                 lost[pdi_body_bond_number(&f)] = (uint8_t)!pdi_body_is_joined(body, desc, i, &f);
     for (int64_t k = 0; k < body->bonds; k++) all += lost[k];
@@ -498,20 +498,20 @@ static pd_status pdi_body_store_incomplete_families(pd_ctx *ctx, pd_body *body, 
         lists += pdi_body_count_left(body, lost, i) < body->first_bond[i + 1] - body->first_bond[i];
     room += lists * body->stencil_bonds;
     if (room >= INT32_MAX)
-        return pdi_fail(ctx, PD_ERR_SIZE, "body",
+        return pd_fail(ctx, PD_ERR_SIZE, "body",
                         "%g families of %d bonds have lists of their own, too many: use a "
                         "shorter horizon",
                         (double)lists, (int)body->stencil_bonds);
-    PDI_TRY(PDI_GROW(ctx, "body", body->table_entries, room, body->point_table));
+    PD_TRY(PD_GROW(ctx, "body", body->table_entries, room, body->point_table));
     body->table_entries = room;
-    PDI_TRY(PDI_GROW(ctx, "body", body->shifts, 2 * (int64_t)body->stencil_bonds, body->stencil_shift));
+    PD_TRY(PD_GROW(ctx, "body", body->shifts, 2 * (int64_t)body->stencil_bonds, body->stencil_shift));
     body->shifts = 2 * (int64_t)body->stencil_bonds;
     for (int32_t k = 0; k < body->stencil_bonds; k++) body->stencil_shift[body->stencil_bonds + k] = k;
     int64_t list = body->lattice_entries;
     for (int32_t i = 0; i < body->count; i++) {
         if (pdi_body_count_left(body, lost, i) == body->first_bond[i + 1] - body->first_bond[i]) continue;
         for (int32_t k = 0; k < body->stencil_bonds; k++) body->point_table[list + k] = -1;
-        for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);)
+        for (pd_bond_iterator f = pd_body_bonds_begin(body, i); pd_body_bonds_next(&f);)
             if (!lost[pdi_body_bond_number(&f)]) body->point_table[list + f.stencil_position] = f.neighbour;
         body->table_index[i] = (int32_t)list;
         list += body->stencil_bonds;
@@ -533,11 +533,11 @@ static pd_status pdi_body_remove_lost_bonds(pd_ctx *ctx, pd_body *body, const ui
         }
         longest = left - begin > longest ? left - begin : longest;
     }
-    PDI_TRY(PDI_GROW(ctx, "body", bonds, left, body->point_table));
+    PD_TRY(PD_GROW(ctx, "body", bonds, left, body->point_table));
     body->table_entries = body->lattice_entries = left;
-    PDI_TRY(PDI_GROW(ctx, "body", body->shifts, longest, body->stencil_shift));
+    PD_TRY(PD_GROW(ctx, "body", body->shifts, longest, body->stencil_shift));
     body->shifts = body->stencil_bonds = (int32_t)longest;
-    return pdi_body_is_periodic(body) ? PDI_GROW(ctx, "body", bonds, left, body->bond_image) : PD_OK;
+    return pdi_body_is_periodic(body) ? PD_GROW(ctx, "body", bonds, left, body->bond_image) : PD_OK;
 }
 
 /* As pdi_body_mark_leaving_bonds, with the visibility criterion by the faces of the surface. *count: how many. */
@@ -564,7 +564,7 @@ static pd_status pdi_body_remove_leaving_bonds(pd_ctx *ctx, pd_body *body, const
     int64_t bonds = body->bonds, count = 0;
     uint8_t *lost = NULL;
     if ((!desc->joined && !desc->faces) || !bonds) return PD_OK;
-    PDI_TRY(PDI_NEW(ctx, "body", bonds, lost));
+    PD_TRY(PD_NEW(ctx, "body", bonds, lost));
     pd_status status = desc->faces ? pdi_body_mark_crossing_bonds(ctx, body, desc, lost, &count) : PD_OK;
     if (status == PD_OK && desc->joined) count = pdi_body_mark_leaving_bonds(ctx, body, desc, lost);
     if (status == PD_OK && count) {
@@ -572,7 +572,7 @@ static pd_status pdi_body_remove_leaving_bonds(pd_ctx *ctx, pd_body *body, const
                                : pdi_body_remove_lost_bonds(ctx, body, lost);
         if (status == PD_OK) pdi_body_renumber_bonds(body, lost);
     }
-    PDI_DELETE(ctx, bonds, lost);
+    PD_DELETE(ctx, bonds, lost);
     return status;
 }
 
@@ -618,14 +618,14 @@ PDI_FN double pdi_body_compute_bond_weight(const pd_body *body, pd_influence inf
 
 PDI_FN int64_t pdi_body_count_intact(const pd_body *body, int32_t i)
 {
-    pd_bond_iterator f = pdi_body_bonds_begin(body, i);
+    pd_bond_iterator f = pd_body_bonds_begin(body, i);
     int64_t bonds = f.bonds;
     for (int32_t byte = 0; byte < (f.bonds + 7) / 8; byte++)
         for (unsigned bits = f.broken[byte]; bits; bits &= bits - 1) bonds--;
     return bonds;
 }
 
-PDI_FN int pdi_body_is_intact(const pd_body *body)
+int pd_body_is_intact(const pd_body *body)
 {
     int64_t bytes = pdi_body_count_bytes(body), byte = 0;
     while (byte < bytes && !body->broken[byte]) byte++;
@@ -635,7 +635,7 @@ PDI_FN int pdi_body_is_intact(const pd_body *body)
 /* Number of the bond of point j to that periodic image of point i; -1: none. */
 static int32_t pdi_body_find_bond_to_image(const pd_body *body, int32_t i, int32_t j, int image)
 {
-    for (pd_bond_iterator f = pdi_body_bonds_begin(body, j); pdi_body_bonds_next(&f);)
+    for (pd_bond_iterator f = pd_body_bonds_begin(body, j); pd_body_bonds_next(&f);)
         if (f.neighbour == i && pdi_body_bond_image(&f) == image) return f.number;
     return -1;
 }
@@ -652,23 +652,23 @@ PDI_FN int32_t pdi_body_find_reverse_bond(const pd_body *body, int32_t i, const 
 
 PDI_FN void pdi_body_mark_broken(pd_body *body, int32_t i, int32_t n)
 {
-    uint8_t *bits = body->broken + (pdi_body_bonds_begin(body, i).broken - body->broken);
+    uint8_t *bits = body->broken + (pd_body_bonds_begin(body, i).broken - body->broken);
     bits[n >> 3] = (uint8_t)(bits[n >> 3] | 1u << (n & 7));
 }
 
 int32_t pd_body_family(const pd_body *body, int32_t i, int32_t *to, uint8_t *broken)
 {
-    pd_bond_iterator f = pdi_body_bonds_begin(body, i);
-    while (pdi_body_bonds_next(&f)) {
+    pd_bond_iterator f = pd_body_bonds_begin(body, i);
+    while (pd_body_bonds_next(&f)) {
         if (to) to[f.number] = f.neighbour;
-        if (broken) broken[f.number] = (uint8_t)pdi_body_bond_is_broken(&f);
+        if (broken) broken[f.number] = (uint8_t)pd_body_bond_is_broken(&f);
     }
     return f.bonds;
 }
 
 PDI_FN int pdi_body_break_bond(pd_body *body, int32_t i, const pd_bond_iterator *f)
 {
-    if (pdi_body_bond_is_broken(f)) return 0;
+    if (pd_body_bond_is_broken(f)) return 0;
     pdi_body_mark_broken(body, i, f->number);
     pdi_body_mark_broken(body, f->neighbour, pdi_body_find_reverse_bond(body, i, f));
     return 1;
@@ -676,7 +676,7 @@ PDI_FN int pdi_body_break_bond(pd_body *body, int32_t i, const pd_bond_iterator 
 
 int pd_body_break(pd_body *body, int32_t i, int32_t j)
 {
-    for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);)
+    for (pd_bond_iterator f = pd_body_bonds_begin(body, i); pd_body_bonds_next(&f);)
         if (f.neighbour == j && !pdi_body_bond_image(&f)) return pdi_body_break_bond(body, i, &f);
     return 0;
 }
@@ -684,7 +684,7 @@ int pd_body_break(pd_body *body, int32_t i, int32_t j)
 PDI_FN int64_t pdi_body_break_all_bonds(pd_body *body, int32_t i)
 {
     int64_t bonds = 0;
-    for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);)
+    for (pd_bond_iterator f = pd_body_bonds_begin(body, i); pd_body_bonds_next(&f);)
         bonds += pdi_body_break_bond(body, i, &f);
     return bonds;
 }
@@ -693,7 +693,7 @@ PDI_FN void pdi_body_mark_influential(const pd_body *body, uint8_t *felt)
 {
     for (int32_t i = 0; i < body->real_count; i++) {
         felt[i] = 1;
-        for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) felt[f.neighbour] = 1;
+        for (pd_bond_iterator f = pd_body_bonds_begin(body, i); pd_body_bonds_next(&f);) felt[f.neighbour] = 1;
     }
 }
 
@@ -703,8 +703,8 @@ PDI_FN int32_t pdi_body_find_component(const pd_body *body, int32_t i, uint8_t *
     piece[0] = i;
     seen[i] = 1;
     for (int32_t n = 0; n < count; n++)
-        for (pd_bond_iterator f = pdi_body_bonds_begin(body, piece[n]); pdi_body_bonds_next(&f);) {
-            if (seen[f.neighbour] || pdi_body_bond_is_broken(&f)) continue;
+        for (pd_bond_iterator f = pd_body_bonds_begin(body, piece[n]); pd_body_bonds_next(&f);) {
+            if (seen[f.neighbour] || pd_body_bond_is_broken(&f)) continue;
             seen[f.neighbour] = 1;
             piece[count++] = f.neighbour;
         }
@@ -724,7 +724,7 @@ static pd_status pdi_body_check_period(pd_ctx *ctx, const pd_body_desc *desc)
     }
     int apart = hi - lo < length * (1.0 - PDI_BODY_ROUNDING);
     if (apart && length >= least && most < 1e100) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_ARGUMENT, "body", "points that repeat after %g m along the last axis, expected a finite"
+    return pd_fail(ctx, PD_ERR_ARGUMENT, "body", "points that repeat after %g m along the last axis, expected a finite"
                     " length of more than the %g m of the points and at least %g m", length, hi - lo, least);
 }
 
@@ -732,24 +732,24 @@ static pd_status pdi_body_check_period(pd_ctx *ctx, const pd_body_desc *desc)
 static pd_status pdi_body_check(pd_ctx *ctx, const pd_body_desc *desc)
 {
     if (desc->rim != PD_PARTIAL_VOLUME_LINEAR && (desc->rim != PD_PARTIAL_VOLUME_EXACT || !(desc->spacing > 0.0)))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "body",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "body",
                         "rim %d with a spacing of %g m, expected one of pd_partial_volume, and a"
                         " lattice for exact parts", (int)desc->rim, desc->spacing);
     if (desc->count < 1 || !(desc->horizon > 0.0) || !(desc->horizon < 1e100) || !(desc->spacing >= 0.0) ||
         !(desc->spacing <= desc->horizon))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "body",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "body",
                         "%d points, horizon %g m, spacing %g m: expected at least one point and a finite horizon of at "
                         "least a spacing", (int)desc->count, desc->horizon, desc->spacing);
     for (int32_t i = 0; i < desc->count; i++) {
         int good = desc->volume[i] > 0.0 && desc->volume[i] < 1e100;
         for (int d = 0; d < PD_DIM; d++) good = good && fabs(desc->position[(int64_t)i * PD_DIM + d]) < 1e100;
         if (!good)
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "body", "point %d at x = %g m has the volume %g, expected finite "
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "body", "point %d at x = %g m has the volume %g, expected finite "
                             "places and positive volumes", (int)i, desc->position[(int64_t)i * PD_DIM],
                             desc->volume[i]);
     }
     if (desc->faces < 0 || (desc->faces && !desc->face) || (desc->faces && desc->period[PD_DIM - 1] > 0.0))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "body", "%g faces%s, expected some or none, and none of a body that "
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "body", "%g faces%s, expected some or none, and none of a body that "
                         "repeats", (double)desc->faces, desc->face ? "" : " without corners");
     return pdi_body_check_period(ctx, desc);
 }
@@ -757,7 +757,7 @@ static pd_status pdi_body_check(pd_ctx *ctx, const pd_body_desc *desc)
 /* Inner part of the build; after an error the caller frees. */
 static pd_status pdi_body_build_inner(pd_ctx *ctx, const pd_body_desc *desc, pd_body *body, pdi_body_cell_list *cells)
 {
-    PDI_TRY(pdi_body_check(ctx, desc));
+    PD_TRY(pdi_body_check(ctx, desc));
     body->count = body->real_count = desc->count;
     body->horizon = desc->horizon;
     body->spacing = desc->spacing;
@@ -765,17 +765,17 @@ static pd_status pdi_body_build_inner(pd_ctx *ctx, const pd_body_desc *desc, pd_
     body->rim = PD_DIM > 1 ? desc->rim : PD_PARTIAL_VOLUME_LINEAR; /* which is exact in 1D */
     if (body->rim == PD_PARTIAL_VOLUME_EXACT && body->horizon < PDI_BODY_MAX_TABLE_SPACINGS * body->spacing)
         body->fraction_cells = (int32_t)ceil(body->horizon / body->spacing) + 2;
-    PDI_TRY(pdi_array_registry_build(ctx, pdi_body_list_points, body));
+    PD_TRY(pdi_array_registry_build(ctx, pdi_body_list_points, body));
     if (body->fraction_cells) pdi_body_tabulate_fractions(body);
     memcpy(body->position, desc->position, (size_t)desc->count * PD_DIM * sizeof *desc->position);
     memcpy(body->volume, desc->volume, (size_t)desc->count * sizeof *desc->volume);
-    PDI_TRY(pdi_body_build_lattice_families(ctx, body));
+    PD_TRY(pdi_body_build_lattice_families(ctx, body));
     if (!body->lattice) {
         pdi_body_init_cell_grid(body, cells);
-        PDI_TRY(pdi_body_build_cell_list(ctx, body, cells));
-        PDI_TRY(pdi_body_build_families(ctx, body, cells));
+        PD_TRY(pdi_body_build_cell_list(ctx, body, cells));
+        PD_TRY(pdi_body_build_families(ctx, body, cells));
     }
-    PDI_TRY(pdi_body_remove_leaving_bonds(ctx, body, desc));
+    PD_TRY(pdi_body_remove_leaving_bonds(ctx, body, desc));
     return pdi_array_registry_build(ctx, pdi_body_list_state, body);
 }
 

@@ -106,6 +106,7 @@ typedef struct pd_bond_iterator {
 #define pd_body_free PD_NAME(pd_body_free)
 #define pd_body_family PD_NAME(pd_body_family)
 #define pd_body_break PD_NAME(pd_body_break)
+#define pd_body_is_intact PD_NAME(pd_body_is_intact)
 
 /* PD_ERR_ARGUMENT: no point, a horizon that is not positive, a place, a face or a volume that is not finite or not
  * positive, faces with a period, a period within which the points do not lie, or of less than a hundredth of the
@@ -118,20 +119,14 @@ PD_API int32_t pd_body_family(const pd_body *body, int32_t i, int32_t *to, uint8
 /* Breaks the bond of two points at both ends; bonds of their images stay. Returns 1: it was intact; 0: it was
  * broken, or there is none. */
 PD_API int pd_body_break(pd_body *body, int32_t i, int32_t j);
-
-#ifdef PDI_INTERNAL
-/* Describes the broken-bond bits: the only state of a body that checkpoints store. */
-PDI_FN void pdi_body_list_state(pdi_array_visitor *owner, void *body);
-/* Describes the arrays of points: position, volume, first bond of each family, table of cell fractions. */
-PDI_FN void pdi_body_list_points(pdi_array_visitor *owner, void *body);
-/* Describes the arrays of families: member, shift, place and periodic images. */
-PDI_FN void pdi_body_list_families(pdi_array_visitor *owner, void *body);
-
-/* 1: the body is periodic. */
-static inline int pdi_body_is_periodic(const pd_body *body) { return body->period[PD_DIM - 1] > 0.0; }
-/* Iterator that stands before the first bond of point i. Use: for (pd_bond_iterator f = pdi_body_bonds_begin(body, i);
- * pdi_body_bonds_next(&f);) ... f.to ... */
-static inline pd_bond_iterator pdi_body_bonds_begin(const pd_body *body, int32_t i)
+/* 1: the current bond is broken. */
+static inline int pd_body_bond_is_broken(const pd_bond_iterator *f)
+{
+    return f->broken[f->number >> 3] >> (f->number & 7) & 1;
+}
+/* Iterator that stands before the first bond of point i. Use: for (pd_bond_iterator f = pd_body_bonds_begin(body, i);
+ * pd_body_bonds_next(&f);) ... f.to ... */
+static inline pd_bond_iterator pd_body_bonds_begin(const pd_body *body, int32_t i)
 {
     pd_bond_iterator f;
     f.first = body->first_bond[i];
@@ -145,20 +140,28 @@ static inline pd_bond_iterator pdi_body_bonds_begin(const pd_body *body, int32_t
     return f;
 }
 /* Moves to the next bond of the family, broken ones too. Returns 0: there is none. */
-static inline int pdi_body_bonds_next(pd_bond_iterator *f)
+static inline int pd_body_bonds_next(pd_bond_iterator *f)
 {
     if (++f->number == f->bonds) return 0;
     do f->neighbour = f->point_entry[f->shift[++f->stencil_position]];
     while (f->neighbour < 0);
     return 1;
 }
+/* 1: no bond of the body is broken. */
+PD_API int pd_body_is_intact(const pd_body *body);
+
+#ifdef PDI_INTERNAL
+/* Describes the broken-bond bits: the only state of a body that checkpoints store. */
+PDI_FN void pdi_body_list_state(pdi_array_visitor *owner, void *body);
+/* Describes the arrays of points: position, volume, first bond of each family, table of cell fractions. */
+PDI_FN void pdi_body_list_points(pdi_array_visitor *owner, void *body);
+/* Describes the arrays of families: member, shift, place and periodic images. */
+PDI_FN void pdi_body_list_families(pdi_array_visitor *owner, void *body);
+
+/* 1: the body is periodic. */
+static inline int pdi_body_is_periodic(const pd_body *body) { return body->period[PD_DIM - 1] > 0.0; }
 /* Number of the current bond among all bonds of the body: index of arrays [bonds]. */
 static inline int64_t pdi_body_bond_number(const pd_bond_iterator *f) { return f->first + f->number; }
-/* 1: the current bond is broken. */
-static inline int pdi_body_bond_is_broken(const pd_bond_iterator *f)
-{
-    return f->broken[f->number >> 3] >> (f->number & 7) & 1;
-}
 
 /* Number of periods between the other end of the current bond and the point that it is an image of; 0 without a
  * period. */
@@ -204,8 +207,6 @@ PDI_FN int32_t pdi_body_find_reverse_bond(const pd_body *body, int32_t i, const 
 PDI_FN int pdi_body_break_bond(pd_body *body, int32_t i, const pd_bond_iterator *f);
 /* Number of the bond to point i within the family of point j (no periodic image); -1: none. */
 PDI_FN int32_t pdi_body_find_bond(const pd_body *body, int32_t i, int32_t j);
-/* 1: no bond of the body is broken. */
-PDI_FN int pdi_body_is_intact(const pd_body *body);
 /* Entries of the table of a lattice of n [PD_DIM] positions whose bonds span at most `steps` spacings along an axis,
  * with the empty margin before the first position. */
 PDI_FN double pdi_body_count_table_entries(const double *n, double steps);

@@ -134,7 +134,7 @@ PDI_INLINE_HOT void pdi_bond_extension_sum_bonds(const pd_point_batch *band, int
     for (int p = 0; p < PDI_BOND_EXTENSION_ROWS; p++)
         for (int n = 0; n < whole; n++) loop->sum[p][n] = 0.0;
     for (int n = 0; n < whole; n++) loop->max_e[n] = 0.0;
-    for (pd_bond_iterator f = pdi_body_bonds_begin(band->body, i); count == 1 && pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pd_body_bonds_begin(band->body, i); count == 1 && pd_body_bonds_next(&f);) {
         double w = pdi_bond_weights_get_intact(band->weights, i, &f);
         pdi_point_batch_image_shift(band->body, pdi_body_bond_image(&f), shift);
         if (w > 0.0)

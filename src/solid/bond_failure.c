@@ -52,7 +52,7 @@ static double pdi_bond_failure_crack_energy_of(const void *self, const double *n
 /* Critical bond energy for the wanted fracture energy, mean over all crack directions (theory: eq. 8.29). */
 static void pdi_bond_failure_calibrate(pd_bond_failure *c)
 {
-    static const double mean[3] = {1.0, 2.0 / PDI_PI, 0.5}; /* of |n.e| */
+    static const double mean[3] = {1.0, 2.0 / PD_PI, 0.5}; /* of |n.e| */
     c->critical = 2.0 * c->desc.fracture / (mean[PD_DIM - 1] * pdi_bond_failure_sum_family(c->solid.body, NULL));
     c->anisotropy = pdi_weight_calibration_compute_anisotropy(pdi_bond_failure_crack_energy_of, c);
 }
@@ -94,7 +94,7 @@ static double pdi_bond_failure_compute_measure(const pd_bond_failure *c, const d
     const pd_body *body = c->solid.body;
     int32_t j = f->neighbour;
     double xi[PD_DIM], eta[PD_DIM], y[PD_DIM], r, length;
-    if (pdi_body_bond_is_broken(f) || (c->desc.unbreakable && (c->desc.unbreakable[i] || c->desc.unbreakable[j])))
+    if (pd_body_bond_is_broken(f) || (c->desc.unbreakable && (c->desc.unbreakable[i] || c->desc.unbreakable[j])))
         return 0.0;
     if (c->desc.kind >= PD_BOND_FAILURE_PRINCIPAL) return 0.5 * (c->scalar[i] + c->scalar[j]);
     pdi_bond_failure_bond_vectors(c, u, i, f, xi, eta);
@@ -130,7 +130,7 @@ static double pdi_bond_failure_find_max(const pd_ctx *ctx, pd_bond_failure *c, c
 {
     const pd_body *body = c->solid.body;
     double most = 0.0;
-    int nt = pdi_par_threads(ctx, body->bonds * 20);
+    int nt = pd_par_threads(ctx, body->bonds * 20);
     (void)nt;
     if (c->desc.kind == PD_BOND_FAILURE_ENERGY) c->solid.bond_energy(ctx, c->solid.self, u, c->energy);
     if (c->desc.kind >= PD_BOND_FAILURE_PRINCIPAL) {
@@ -138,10 +138,10 @@ static double pdi_bond_failure_find_max(const pd_ctx *ctx, pd_bond_failure *c, c
         for (int32_t i = 0; i < body->count; i++)
             c->scalar[i] = pdi_bond_failure_equivalent_stress(c, i, c->stress + (int64_t)i * PD_DIM * PD_DIM);
     }
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
         c->max_measure[i] = 0.0;
-        for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);)
+        for (pd_bond_iterator f = pd_body_bonds_begin(body, i); pd_body_bonds_next(&f);)
             if (f.neighbour >= i) c->max_measure[i] = pdi_max(c->max_measure[i], measure(c, u, i, &f));
     }
     for (int32_t i = 0; i < body->count; i++) most = pdi_max(most, c->max_measure[i]);
@@ -162,8 +162,8 @@ static int pdi_bond_failure_compute_gradient(const pd_bond_failure *c, const dou
     const pd_body *body = c->solid.body;
     double k[PD_DIM * PD_DIM] = {0.0}, moved[PD_DIM * PD_DIM] = {0.0}, shape[PD_DIM * PD_DIM] = {0.0};
     double xi[PD_DIM], eta[PD_DIM], over = 1.0 / (body->horizon * body->horizon);
-    for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
-        if (pdi_body_bond_is_broken(&f)) continue;
+    for (pd_bond_iterator f = pd_body_bonds_begin(body, i); pd_body_bonds_next(&f);) {
+        if (pd_body_bond_is_broken(&f)) continue;
         pdi_bond_failure_bond_vectors(c, u, i, &f, xi, eta);
         double weight =
             over * pdi_body_compute_bond_weight(body, PD_INFLUENCE_CONSTANT, xi) * body->volume[f.neighbour];
@@ -192,8 +192,8 @@ static double pdi_bond_failure_lost_stretch(const pd_bond_failure *c, const doub
         (c->desc.unbreakable && c->desc.unbreakable[i]))
         return 0.0;
     if (!pdi_bond_failure_compute_gradient(c, u, i, h)) return 0.0;
-    for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
-        if (!pdi_body_bond_is_broken(&f)) continue;
+    for (pd_bond_iterator f = pd_body_bonds_begin(body, i); pd_body_bonds_next(&f);) {
+        if (!pd_body_bond_is_broken(&f)) continue;
         pdi_body_bond_vector(body, i, &f, xi);
         for (int p = 0; p < PD_DIM; p++) {
             eta[p] = 0.0;
@@ -211,16 +211,16 @@ static int64_t pdi_bond_failure_break_blind_points(const pd_ctx *ctx, pd_bond_fa
     pd_body *body = c->solid.body;
     int64_t broken = 0;
     double most = 0.0;
-    int nt = pdi_par_threads(ctx, body->bonds);
+    int nt = pd_par_threads(ctx, body->bonds);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) c->max_measure[i] = pdi_bond_failure_lost_stretch(c, u, i);
     for (int32_t i = 0; i < body->count; i++) most = pdi_max(most, c->max_measure[i]);
     if (!(most > c->critical)) return 0;
     double from = pdi_bond_failure_breaking_threshold(c, most, eager);
     for (int32_t i = 0; i < body->count; i++) {
         if (!(c->max_measure[i] >= from)) continue;
-        for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);)
+        for (pd_bond_iterator f = pd_body_bonds_begin(body, i); pd_body_bonds_next(&f);)
             if (!c->desc.unbreakable || !c->desc.unbreakable[f.neighbour]) broken += pdi_body_break_bond(body, i, &f);
     }
     return broken;
@@ -239,7 +239,7 @@ int64_t pd_bond_failure_break(const pd_ctx *ctx, pd_bond_failure *c, const doubl
     double from = pdi_bond_failure_breaking_threshold(c, most, eager);
     for (int32_t i = 0; i < body->count; i++) {
         if (!(c->max_measure[i] >= from)) continue;
-        for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);)
+        for (pd_bond_iterator f = pd_body_bonds_begin(body, i); pd_body_bonds_next(&f);)
             if (f.neighbour >= i && pdi_bond_failure_compute_measure(c, u, i, &f) >= from)
                 broken += pdi_body_break_bond(body, i, &f);
     }
@@ -254,8 +254,8 @@ void pd_bond_failure_find_first(const pd_ctx *ctx, pd_bond_failure *c, const dou
     double most = c->critical > 0.0 ? pdi_bond_failure_find_max(ctx, c, u, pdi_bond_failure_inverse_load_factor) : 0.0;
     if (!(most > 0.0)) return;
     while (!(c->max_measure[first->from] >= most)) first->from++;
-    pd_bond_iterator f = pdi_body_bonds_begin(body, first->from);
-    while (pdi_body_bonds_next(&f) &&
+    pd_bond_iterator f = pd_body_bonds_begin(body, first->from);
+    while (pd_body_bonds_next(&f) &&
            !(f.neighbour >= first->from && pdi_bond_failure_inverse_load_factor(c, u, first->from, &f) >= most))
         continue;
     first->bond = pdi_body_bond_number(&f);
@@ -275,18 +275,18 @@ static pd_status pdi_bond_failure_check(pd_ctx *ctx, const pd_material_interface
 {
     int energy = desc->kind == PD_BOND_FAILURE_ENERGY;
     if ((int)desc->kind < 0 || desc->kind > PD_BOND_FAILURE_MISES)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "criterion", "kind %d, expected 0 to %d", (int)desc->kind,
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "criterion", "kind %d, expected 0 to %d", (int)desc->kind,
                         (int)PD_BOND_FAILURE_MISES);
     if (!(desc->critical >= 0.0) || !(desc->critical < 1e100) || !(desc->fracture >= 0.0) ||
         !(desc->fracture < 1e100) || (desc->fracture > 0.0 && (!energy || desc->critical > 0.0)))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "criterion", "a critical value of %g and %g J/m2 of a crack: expected "
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "criterion", "a critical value of %g and %g J/m2 of a crack: expected "
                         "one that is finite and positive, and the energy of a crack for that of bonds",
                         desc->critical, desc->fracture);
     if (desc->fracture > 0.0 && !(solid->body->spacing > 0.0))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "criterion", "the points are those of no lattice: expected a spacing, or "
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "criterion", "the points are those of no lattice: expected a spacing, or "
                         "a critical energy");
     if ((energy && !solid->bond_energy) || (desc->kind >= PD_BOND_FAILURE_PRINCIPAL && !solid->stress))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "criterion", "the %s material has no %s", solid->name,
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "criterion", "the %s material has no %s", solid->name,
                         energy ? "energies of bonds" : "stress");
     return PD_OK;
 }

@@ -18,7 +18,7 @@
 static int32_t pdi_bond_force_find_max_steps(const pd_body *body, int32_t i)
 {
     int32_t most = 0;
-    for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pd_body_bonds_begin(body, i); pd_body_bonds_next(&f);) {
         double xi[PD_DIM];
         pdi_body_compute_offset(body, i, f.neighbour, xi);
         for (int d = 0; d < PD_DIM; d++) {
@@ -37,9 +37,9 @@ static int32_t pdi_bond_force_find_extent(const pd_ctx *ctx, const pd_body *body
     enum { parts = 64 };
     int32_t reach[parts], most = 0;
     int64_t count = body->count;
-    int nt = pdi_par_threads(ctx, body->bonds * 5);
+    int nt = pd_par_threads(ctx, body->bonds * 5);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int q = 0; q < parts; q++) {
         reach[q] = 0;
         for (int64_t i = count * q / parts; i < count * (q + 1) / parts && reach[q] <= PDI_BOND_FORCE_MAX_STEPS; i++) {
@@ -129,7 +129,7 @@ PDI_FN pd_status pdi_bond_force_build(pd_ctx *ctx, pd_body *body, const pd_bond_
 
 PDI_FN void pdi_bond_force_free(pd_ctx *ctx, pd_bond_force *s)
 {
-    PDI_DELETE(ctx, s->capacity, s->bond_kind);
+    PD_DELETE(ctx, s->capacity, s->bond_kind);
     pdi_point_batch_free(ctx, &s->band);
     pdi_array_registry_free(ctx, pdi_bond_force_list, s);
     memset(s, 0, sizeof *s);
@@ -179,18 +179,18 @@ PDI_FN pd_status pdi_bond_force_update(pd_ctx *ctx, pd_bond_force *s)
     pd_point_batch_bond *old = NULL;
     int32_t *kind = NULL;
     int64_t longest = 1;
-    PDI_TRY(pdi_point_batch_update(ctx, &s->band));
+    PD_TRY(pdi_point_batch_update(ctx, &s->band));
     if (s->capacity < s->band.capacity) {
-        PDI_TRY(PDI_GROW(ctx, "springs", s->capacity, s->band.capacity, s->bond_kind));
+        PD_TRY(PD_GROW(ctx, "springs", s->capacity, s->band.capacity, s->bond_kind));
         s->capacity = s->band.capacity;
     }
     for (int32_t k = 0; k < s->band.batches; k++)
         if (s->band.begin[k + 1] - s->band.begin[k] > longest) longest = s->band.begin[k + 1] - s->band.begin[k];
-    pd_status status = PDI_NEW(ctx, "springs", longest, old);
-    if (status == PD_OK) status = PDI_NEW(ctx, "springs", longest, kind);
+    pd_status status = PD_NEW(ctx, "springs", longest, old);
+    if (status == PD_OK) status = PD_NEW(ctx, "springs", longest, kind);
     for (int32_t k = 0; k < s->band.batches && status == PD_OK; k++) pdi_bond_force_sort_bonds(s, k, old, kind);
-    PDI_DELETE(ctx, longest, old);
-    PDI_DELETE(ctx, longest, kind);
+    PD_DELETE(ctx, longest, old);
+    PD_DELETE(ctx, longest, kind);
     return status;
 }
 
@@ -361,10 +361,10 @@ PDI_FN int64_t pdi_bond_force_compute_force(const pd_ctx *ctx, pd_bond_force *s,
     enum { parts = 256 };
     int64_t broken[parts], all = 0, bands = s->band.batches;
     double released[parts];
-    int nt = pdi_par_threads(ctx, s->body->bonds * 8);
+    int nt = pd_par_threads(ctx, s->body->bonds * 8);
     (void)nt;
     pdi_point_batch_set_displacements(ctx, &s->band, state->u);
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int q = 0; q < parts; q++) {
         broken[q] = 0;
         released[q] = 0.0;

@@ -33,7 +33,7 @@ static int32_t pdi_bond_weights_set_stencil_weights(const pd_bond_weights *w, pd
                                                     const void *self, int32_t i)
 {
     int32_t found = 0;
-    for (pd_bond_iterator f = pdi_body_bonds_begin(w->body, i); pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pd_body_bonds_begin(w->body, i); pd_body_bonds_next(&f);) {
         if (w->stencil_weight[f.stencil_position] < (float)HUGE_VAL) continue;
         w->stencil_weight[f.stencil_position] = (float)weigh(self, i, &f);
         found++;
@@ -45,7 +45,7 @@ static int32_t pdi_bond_weights_set_stencil_weights(const pd_bond_weights *w, pd
 static int64_t pdi_bond_weights_count_nearby_bonds(const pd_body *body, int32_t i)
 {
     int64_t bonds = body->first_bond[i + 1] - body->first_bond[i];
-    for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);)
+    for (pd_bond_iterator f = pd_body_bonds_begin(body, i); pd_body_bonds_next(&f);)
         bonds += body->first_bond[f.neighbour + 1] - body->first_bond[f.neighbour];
     return bonds;
 }
@@ -71,7 +71,7 @@ static void pdi_bond_weights_init_stencil_weights(const pd_bond_weights *w, pdi_
 /* 1: a bond of point i has another weight than the stencil has. */
 static int pdi_bond_weights_has_own(const pd_bond_weights *w, pdi_bond_weights_fn weigh, const void *self, int32_t i)
 {
-    for (pd_bond_iterator f = pdi_body_bonds_begin(w->body, i); pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pd_body_bonds_begin(w->body, i); pd_body_bonds_next(&f);) {
         float weight = (float)weigh(self, i, &f), whole = w->stencil_weight[f.stencil_position];
         if (weight < whole || weight > whole) return 1;
     }
@@ -83,10 +83,10 @@ static int64_t pdi_bond_weights_mark_own(const pd_ctx *ctx, const pd_bond_weight
                                          const void *self)
 {
     const pd_body *body = w->body;
-    int nt = pdi_par_threads(ctx, body->bonds * 20);
+    int nt = pd_par_threads(ctx, body->bonds * 20);
     int64_t all = 0;
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) w->list[i] = pdi_bond_weights_has_own(w, weigh, self, i) ? 0 : -1;
     for (int32_t i = 0; i < body->count; i++) {
         if (w->list[i] < 0) continue;
@@ -99,11 +99,11 @@ static int64_t pdi_bond_weights_mark_own(const pd_ctx *ctx, const pd_bond_weight
 /* Room for list offsets of `listed` points and for `room` weights. */
 static pd_status pdi_bond_weights_resize(pd_ctx *ctx, pd_bond_weights *w, int64_t listed, int64_t room)
 {
-    if (!listed) PDI_DELETE(ctx, w->listed, w->list);
-    else if (w->listed != listed) PDI_TRY(PDI_GROW(ctx, "bond_weights", w->listed, listed, w->list));
+    if (!listed) PD_DELETE(ctx, w->listed, w->list);
+    else if (w->listed != listed) PD_TRY(PD_GROW(ctx, "bond_weights", w->listed, listed, w->list));
     w->listed = listed;
-    if (!room) PDI_DELETE(ctx, w->capacity, w->point_weight);
-    else if (w->capacity != room) PDI_TRY(PDI_GROW(ctx, "bond_weights", w->capacity, room, w->point_weight));
+    if (!room) PD_DELETE(ctx, w->capacity, w->point_weight);
+    else if (w->capacity != room) PD_TRY(PD_GROW(ctx, "bond_weights", w->capacity, room, w->point_weight));
     w->capacity = room;
     return PD_OK;
 }
@@ -112,21 +112,21 @@ PDI_FN pd_status pdi_bond_weights_compute(pd_ctx *ctx, pd_bond_weights *w, pdi_b
 {
     const pd_body *body = w->body;
     int64_t room = body->bonds;
-    int nt = pdi_par_threads(ctx, body->bonds * 20);
+    int nt = pd_par_threads(ctx, body->bonds * 20);
     (void)nt;
     w->begin = NULL;
     if (body->lattice) {
-        PDI_TRY(pdi_bond_weights_resize(ctx, w, body->count, w->capacity));
+        PD_TRY(pdi_bond_weights_resize(ctx, w, body->count, w->capacity));
         pdi_bond_weights_init_stencil_weights(w, weigh, self);
         room = pdi_bond_weights_mark_own(ctx, w, weigh, self);
     }
-    PDI_TRY(pdi_bond_weights_resize(ctx, w, body->lattice && room ? body->count : 0, room));
+    PD_TRY(pdi_bond_weights_resize(ctx, w, body->lattice && room ? body->count : 0, room));
     if (!room) return PD_OK;
     w->begin = body->lattice ? w->list : body->first_bond;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
         if (w->begin[i] < 0) continue;
-        for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);)
+        for (pd_bond_iterator f = pd_body_bonds_begin(body, i); pd_body_bonds_next(&f);)
             w->point_weight[w->begin[i] + f.number] = (float)weigh(self, i, &f);
     }
     return PD_OK;

@@ -42,7 +42,7 @@ static inline float pdi_bond_weights_get(const pd_bond_weights *w, int32_t i, co
 /* Weight [-] of the current bond of point i; 0: it is broken. */
 static inline double pdi_bond_weights_get_intact(const pd_bond_weights *w, int32_t i, const pd_bond_iterator *bond)
 {
-    return pdi_body_bond_is_broken(bond) ? 0.0 : (double)pdi_bond_weights_get(w, i, bond);
+    return pd_body_bond_is_broken(bond) ? 0.0 : (double)pdi_bond_weights_get(w, i, bond);
 }
 #endif
 

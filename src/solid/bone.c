@@ -16,7 +16,7 @@ double pd_bone_modulus(pd_bone_site site, double density)
 
 double pd_bone_critical_stretch(double young, double poisson, pd_plane plane, double fracture, double horizon)
 {
-    static const double share[3] = {3.0, PDI_PI / 3.0, 5.0 / 9.0}; /* s^2 K d/G in 1D, 2D, 3D */
+    static const double share[3] = {3.0, PD_PI / 3.0, 5.0 / 9.0}; /* s^2 K d/G in 1D, 2D, 3D */
     double bulk = young;
     if (!(young > 0.0) || !(poisson > -1.0) || !(poisson < 0.5) || !(fracture >= 0.0) || !(horizon > 0.0)) return NAN;
     if (PD_DIM == 2) bulk = 0.5 * young / (plane == PD_PLANE_STRESS ? 1.0 - poisson

@@ -101,16 +101,16 @@ static pd_status pdi_coarse_fe_precond_build_elements(pd_ctx *ctx, pd_coarse_fe_
     for (int32_t i = 0; i < body->count; i++) {
         int32_t own[PD_DIM], far[PD_DIM];
         pdi_coarse_fe_precond_find_box(s, i, own);
-        for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
-            if (f.neighbour <= i || pdi_body_bond_is_broken(&f)) continue;
+        for (pd_bond_iterator f = pd_body_bonds_begin(body, i); pd_body_bonds_next(&f);) {
+            if (f.neighbour <= i || pd_body_bond_is_broken(&f)) continue;
             pdi_coarse_fe_precond_find_box(s, f.neighbour, far);
             if (pdi_coarse_fe_precond_is_same_box(own, far)) pdi_disjoint_sets_merge(s->element, i, f.neighbour);
         }
     }
     for (int32_t i = 0; i < body->count; i++) s->element[i] = pdi_disjoint_sets_find_root(s->element, i);
     level->elements = pdi_coarse_fe_precond_number_sets(s->element, body->count);
-    PDI_TRY(pdi_array_registry_build(ctx, pdi_coarse_fe_precond_list_elements, s));
-    PDI_TRY(pdi_array_registry_build(ctx, pdi_coarse_fe_precond_list_level_elements, level));
+    PD_TRY(pdi_array_registry_build(ctx, pdi_coarse_fe_precond_list_elements, s));
+    PD_TRY(pdi_array_registry_build(ctx, pdi_coarse_fe_precond_list_level_elements, level));
     for (int32_t i = 0; i < body->count; i++) s->first_point[s->element[i] + 1]++;
     for (int32_t p = 0; p < level->elements; p++) s->first_point[p + 1] += s->first_point[p];
     for (int32_t i = body->count - 1; i >= 0; i--) s->point[--s->first_point[s->element[i] + 1]] = i;
@@ -142,9 +142,9 @@ static void pdi_coarse_fe_precond_connect_elements(const pd_coarse_fe_precond *s
     const pd_body *body = s->body;
     for (int32_t p = 0; p < s->level[0].elements; p++)
         for (int32_t n = s->first_point[p]; n < s->first_point[p + 1]; n++)
-            for (pd_bond_iterator f = pdi_body_bonds_begin(body, s->point[n]); pdi_body_bonds_next(&f);) {
+            for (pd_bond_iterator f = pd_body_bonds_begin(body, s->point[n]); pd_body_bonds_next(&f);) {
                 int32_t q = s->element[f.neighbour];
-                if (q <= p || pdi_body_bond_is_broken(&f) || seen[q] == p + 1) continue;
+                if (q <= p || pd_body_bond_is_broken(&f) || seen[q] == p + 1) continue;
                 seen[q] = p + 1;
                 pdi_coarse_fe_precond_merge_nodes(&s->level[0], p, q, set);
             }
@@ -167,7 +167,7 @@ static pd_status pdi_coarse_fe_precond_build_nodes(pd_ctx *ctx, pd_coarse_fe_lev
         for (int c = 0; c < PDI_COARSE_FE_PRECOND_CORNERS && way == 0; c++) level->colour[c + 1] += level->colour[c];
     }
     level->nodes = level->colour[PDI_COARSE_FE_PRECOND_CORNERS];
-    PDI_TRY(pdi_array_registry_build(ctx, pdi_coarse_fe_precond_list_level_nodes, level));
+    PD_TRY(pdi_array_registry_build(ctx, pdi_coarse_fe_precond_list_level_nodes, level));
     for (int32_t k = 0; k < corners; k++) level->first[(level->node[k] = level->node[set[k]]) + 1]++;
     for (int32_t v = 0; v < level->nodes; v++) level->first[v + 1] += level->first[v];
     for (int32_t k = corners - 1; k >= 0; k--) level->corner[--level->first[level->node[k] + 1]] = k;
@@ -199,7 +199,7 @@ static pd_status pdi_coarse_fe_precond_build_coarse_elements(pd_ctx *ctx, pd_coa
             }
     for (int32_t p = 0; p < level->elements; p++) set[p] = pdi_disjoint_sets_find_root(set, p);
     next->elements = pdi_coarse_fe_precond_number_sets(set, level->elements);
-    PDI_TRY(pdi_array_registry_build(ctx, pdi_coarse_fe_precond_list_level_elements, next));
+    PD_TRY(pdi_array_registry_build(ctx, pdi_coarse_fe_precond_list_level_elements, next));
     for (int32_t p = 0; p < level->elements; p++)
         for (int d = 0; d < PD_DIM; d++) next->box[set[p] * PD_DIM + d] = box[p * PD_DIM + d] / 2;
     return PD_OK;
@@ -222,7 +222,7 @@ static void pdi_coarse_fe_precond_connect_coarse_elements(const pd_coarse_fe_lev
 static pd_status pdi_coarse_fe_precond_build_pattern(pd_ctx *ctx, pd_coarse_fe_level *level)
 {
     int32_t *seen = NULL;
-    pd_status status = PDI_NEW(ctx, "scaffold", level->nodes, seen);
+    pd_status status = PD_NEW(ctx, "scaffold", level->nodes, seen);
     for (int fills = 0; fills < 2 && status == PD_OK; fills++) {
         int32_t links = 0;
         for (int32_t v = 0; v < level->nodes; v++) {
@@ -242,7 +242,7 @@ static pd_status pdi_coarse_fe_precond_build_pattern(pd_ctx *ctx, pd_coarse_fe_l
         if (!fills) status = pdi_array_registry_build(ctx, pdi_coarse_fe_precond_list_level_blocks, level);
         memset(seen, 0, (size_t)level->nodes * sizeof *seen);
     }
-    PDI_DELETE(ctx, level->nodes, seen);
+    PD_DELETE(ctx, level->nodes, seen);
     return status;
 }
 
@@ -251,17 +251,17 @@ static pd_status pdi_coarse_fe_precond_build_level(pd_ctx *ctx, pd_coarse_fe_pre
 {
     pd_coarse_fe_level *level = &s->level[k];
     int32_t *set = NULL, *seen = NULL, corners = level->elements * PDI_COARSE_FE_PRECOND_CORNERS;
-    pd_status status = PDI_NEW(ctx, "scaffold", corners, set);
-    if (status == PD_OK) status = PDI_NEW(ctx, "scaffold", level->elements, seen);
+    pd_status status = PD_NEW(ctx, "scaffold", corners, set);
+    if (status == PD_OK) status = PD_NEW(ctx, "scaffold", level->elements, seen);
     if (status == PD_OK) {
         for (int32_t n = 0; n < corners; n++) set[n] = n;
         if (k == 0) pdi_coarse_fe_precond_connect_elements(s, seen, set);
         else pdi_coarse_fe_precond_connect_coarse_elements(&s->level[k - 1], level, set);
         status = pdi_coarse_fe_precond_build_nodes(ctx, level, set);
     }
-    PDI_DELETE(ctx, corners, set);
-    PDI_DELETE(ctx, level->elements, seen);
-    PDI_TRY(status);
+    PD_DELETE(ctx, corners, set);
+    PD_DELETE(ctx, level->elements, seen);
+    PD_TRY(status);
     return pdi_coarse_fe_precond_build_pattern(ctx, level);
 }
 
@@ -287,13 +287,13 @@ static pd_status pdi_coarse_fe_precond_build_inner(pd_ctx *ctx, pd_coarse_fe_pre
         s->lo[d] = lo - 0.5 * body->spacing;
         s->width = pdi_max(s->width, (hi - lo) / PDI_COARSE_FE_PRECOND_MAX_BOXES);
     }
-    PDI_TRY(pdi_array_registry_build(ctx, pdi_coarse_fe_precond_list_points, s));
-    PDI_TRY(pdi_coarse_fe_precond_build_elements(ctx, s));
+    PD_TRY(pdi_array_registry_build(ctx, pdi_coarse_fe_precond_list_points, s));
+    PD_TRY(pdi_coarse_fe_precond_build_elements(ctx, s));
     for (;;) {
         int k = s->levels++;
-        PDI_TRY(pdi_coarse_fe_precond_build_level(ctx, s, k));
+        PD_TRY(pdi_coarse_fe_precond_build_level(ctx, s, k));
         if (pdi_coarse_fe_precond_is_coarsest(&s->level[k]) || s->levels == PD_COARSE_FE_LEVELS) return PD_OK;
-        PDI_TRY(pdi_coarse_fe_precond_build_coarse_elements(ctx, &s->level[k], &s->level[k + 1]));
+        PD_TRY(pdi_coarse_fe_precond_build_coarse_elements(ctx, &s->level[k], &s->level[k + 1]));
     }
 }
 
@@ -390,10 +390,10 @@ static void pdi_coarse_fe_precond_assemble_level(const pd_ctx *ctx, const pd_coa
 {
     pdi_coarse_fe_precond_element e;
     double scale = 1.0 / (width * width);
-    int nt = pdi_par_threads(ctx, (int64_t)level->blocks * 100);
+    int nt = pd_par_threads(ctx, (int64_t)level->blocks * 100);
     (void)nt;
     pdi_coarse_fe_precond_integrate_element(&e);
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t v = 0; v < level->nodes; v++) {
         double own[PDI_COARSE_FE_PRECOND_BLOCK] = {0.0}, inverse[PDI_COARSE_FE_PRECOND_BLOCK] = {0.0};
         for (int32_t m = level->row[v]; m < level->row[v + 1]; m++) {
@@ -530,7 +530,7 @@ static void pdi_coarse_fe_precond_sweep_colour(const pd_coarse_fe_level *level, 
 /* Gauss-Seidel sweep colour by colour; back 1: in reverse order. */
 static void pdi_coarse_fe_precond_sweep_all(const pd_ctx *ctx, const pd_coarse_fe_level *level, int back)
 {
-    int nt = pdi_par_threads(ctx, (int64_t)level->blocks * PDI_COARSE_FE_PRECOND_BLOCK);
+    int nt = pd_par_threads(ctx, (int64_t)level->blocks * PDI_COARSE_FE_PRECOND_BLOCK);
     for (int n = 0; n < PDI_COARSE_FE_PRECOND_CORNERS; n++)
         PDI_PARALLEL_CALL(nt,
                           pdi_coarse_fe_precond_sweep_colour(level, back ? PDI_COARSE_FE_PRECOND_CORNERS - 1 - n : n));
@@ -547,7 +547,7 @@ static void pdi_coarse_fe_precond_compute_residual(const pd_coarse_fe_level *lev
 static void pdi_coarse_fe_precond_v_cycle(const pd_ctx *ctx, const pd_coarse_fe_precond *s, int k)
 {
     const pd_coarse_fe_level *level = &s->level[k], *next = level + 1;
-    int nt = pdi_par_threads(ctx, (int64_t)level->blocks * PDI_COARSE_FE_PRECOND_BLOCK);
+    int nt = pd_par_threads(ctx, (int64_t)level->blocks * PDI_COARSE_FE_PRECOND_BLOCK);
     memset(level->x, 0, (size_t)level->nodes * PD_DIM * sizeof *level->x);
     pdi_coarse_fe_precond_sweep_all(ctx, level, 0);
     if (k + 1 == s->levels) {
@@ -569,9 +569,9 @@ static void pdi_coarse_fe_precond_v_cycle(const pd_ctx *ctx, const pd_coarse_fe_
 static void pdi_coarse_fe_precond_restrict_points(const pd_ctx *ctx, const pd_coarse_fe_precond *s, const double *f)
 {
     const pd_coarse_fe_level *level = &s->level[0];
-    int nt = pdi_par_threads(ctx, (int64_t)s->body->count * 20);
+    int nt = pd_par_threads(ctx, (int64_t)s->body->count * 20);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t p = 0; p < level->elements; p++) {
         double *sum = s->nodal_force + (int64_t)p * PDI_COARSE_FE_PRECOND_CORNERS * PD_DIM, at[PD_DIM];
         for (int k = 0; k < PDI_COARSE_FE_PRECOND_CORNERS * PD_DIM; k++) sum[k] = 0.0;
@@ -595,11 +595,11 @@ static void pdi_coarse_fe_precond_restrict_points(const pd_ctx *ctx, const pd_co
 PDI_FN void pdi_coarse_fe_precond_apply(const pd_ctx *ctx, pd_coarse_fe_precond *s, const double *f, double *u)
 {
     const pd_coarse_fe_level *level = &s->level[0];
-    int nt = pdi_par_threads(ctx, (int64_t)s->body->count * 20);
+    int nt = pd_par_threads(ctx, (int64_t)s->body->count * 20);
     (void)nt;
     pdi_coarse_fe_precond_restrict_points(ctx, s, f);
     pdi_coarse_fe_precond_v_cycle(ctx, s, 0);
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < s->body->count; i++) {
         double at[PD_DIM];
         pdi_coarse_fe_precond_box_position(s, i, at);

@@ -136,7 +136,7 @@ static int pdi_correspondence_compute_family(const pd_correspondence *e, int32_t
     double *fourth = e->fourth_moment + (int64_t)i * PDI_CORRESPONDENCE_FOURTH;
     for (int p = 0; p < PDI_CORRESPONDENCE_TENSOR; p++) mean[p] = 0.0;
     for (int p = 0; p < PDI_CORRESPONDENCE_FOURTH; p++) fourth[p] = 0.0;
-    for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pd_body_bonds_begin(body, i); pd_body_bonds_next(&f);) {
         double over, weight;
         if (!pdi_correspondence_get_bond(e, i, &f, xi, &over, &weight)) continue;
         total += weight;
@@ -181,12 +181,12 @@ static void pdi_correspondence_set_surface_fields(const pd_correspondence *e, in
 /* Computes the surface vectors of all points, then stores the stiffness fields. */
 static void pdi_correspondence_compute_edges(const pd_ctx *ctx, const pd_correspondence *e)
 {
-    int nt = pdi_par_threads(ctx, e->body->bonds * 20);
+    int nt = pd_par_threads(ctx, e->body->bonds * 20);
     (void)nt;
     pdi_point_batch_set_displacements(ctx, &e->band, e->body->position);
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < e->body->count; i++) pdi_correspondence_set_surface_fields(e, i);
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t k = 0; k < e->band.batches; k++)
         pdi_point_batch_compute_force(&e->band, k, -1.0, 1.0, e->surface_vector);
     for (int32_t i = 0; i < e->body->count; i++)
@@ -198,9 +198,9 @@ static int32_t pdi_correspondence_compute_families(const pd_ctx *ctx, const pd_c
 {
     const pd_body *body = e->body;
     int32_t flat = -1;
-    int nt = pdi_par_threads(ctx, body->bonds * 40);
+    int nt = pd_par_threads(ctx, body->bonds * 40);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++)
         if (!pdi_correspondence_compute_family(e, i)) e->weight_sum[i] = 0.0;
     for (int32_t i = body->count - 1; i >= 0; i--)
@@ -218,11 +218,11 @@ pd_status pd_correspondence_update(pd_ctx *ctx, pd_correspondence *e)
         flat = pdi_correspondence_compute_families(ctx, e);
     }
     if (flat >= 0)
-        return pdi_fail(ctx, PD_ERR_GEOMETRY, "elastic",
+        return pd_fail(ctx, PD_ERR_GEOMETRY, "elastic",
                         "the %.0f bonds of point %d at x = %g m do not span all directions: the body is too thin there "
                         "for its horizon",
                         (double)pdi_body_count_intact(body, flat), (int)flat, body->position[(int64_t)flat * PD_DIM]);
-    PDI_TRY(pdi_point_batch_update(ctx, &e->band));
+    PD_TRY(pdi_point_batch_update(ctx, &e->band));
     pdi_correspondence_compute_edges(ctx, e);
     return PD_OK;
 }
@@ -234,12 +234,12 @@ static pd_status pdi_correspondence_build_inner(pd_ctx *ctx, pd_body *body, cons
     double nu = PD_DIM == 1 ? 0.0 : desc->poisson;
     memset(e, 0, sizeof *e);
     if (!(desc->young > 0.0) || !(desc->young < 1e100) || !(nu > -1.0) || !(nu < 0.5))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "elastic",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "elastic",
                         "E = %g Pa and nu = %g, expected a finite positive E and nu between -1 and 0.5", desc->young,
                         desc->poisson);
     if (!(desc->yield >= 0.0) || !(desc->yield < 1e100) || !(desc->hardening >= 0.0) || !(desc->hardening < 1e100) ||
         (desc->yield > 0.0 && PD_DIM == 2 && desc->plane == PD_PLANE_STRESS))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "elastic", "a yield stress of %g Pa that hardens by %g Pa: expected "
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "elastic", "a yield stress of %g Pa that hardens by %g Pa: expected "
                         "finite and positive values, and in 2D plane strain", desc->yield, desc->hardening);
     e->desc = *desc;
     e->body = body;
@@ -250,12 +250,12 @@ static pd_status pdi_correspondence_build_inner(pd_ctx *ctx, pd_body *body, cons
     e->plastic.shear = PD_DIM == 1 ? desc->young : e->mu;
     e->plastic.yield = desc->yield;
     e->plastic.hardening = desc->hardening;
-    PDI_TRY(pdi_array_registry_build(ctx, pdi_correspondence_list, e));
-    PDI_TRY(pdi_array_registry_build(ctx, pdi_j2_plasticity_list, &e->plastic));
+    PD_TRY(pdi_array_registry_build(ctx, pdi_correspondence_list, e));
+    PD_TRY(pdi_array_registry_build(ctx, pdi_j2_plasticity_list, &e->plastic));
     pdi_body_mark_influential(body, e->influential);
-    PDI_TRY(pdi_bond_weights_build(ctx, body, &e->weights));
-    PDI_TRY(pdi_bond_weights_compute_influence(ctx, &e->weights, desc->influence));
-    PDI_TRY(pdi_point_batch_build(ctx, body, &e->weights,
+    PD_TRY(pdi_bond_weights_build(ctx, body, &e->weights));
+    PD_TRY(pdi_bond_weights_compute_influence(ctx, &e->weights, desc->influence));
+    PD_TRY(pdi_point_batch_build(ctx, body, &e->weights,
                                   e->plastic.count > 0 ? PDI_POINT_BATCH_FIELDS : PDI_POINT_BATCH_PLASTIC_STRESS,
                                   &e->band));
     return pd_correspondence_update(ctx, e);
@@ -362,10 +362,10 @@ static int pdi_correspondence_batch_is_influential(const pd_correspondence *e, i
 static void pdi_correspondence_update_fields(const pd_ctx *ctx, const pd_correspondence *e, const double *u,
                                              int tangent)
 {
-    int nt = pdi_par_threads(ctx, e->body->bonds * 40);
+    int nt = pd_par_threads(ctx, e->body->bonds * 40);
     (void)nt;
     pdi_point_batch_set_displacements(ctx, &e->band, u);
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t k = 0; k < e->band.batches; k++) {
         pdi_point_batch_sums sums;
         if (!pdi_correspondence_batch_is_influential(e, k)) continue;
@@ -384,9 +384,9 @@ static void pdi_correspondence_update_fields(const pd_ctx *ctx, const pd_corresp
 /* Second pass of a force: sums over bonds, into force [count][PD_DIM] [N/m3]. */
 static void pdi_correspondence_sum_forces(const pd_ctx *ctx, const pd_correspondence *e, double *force)
 {
-    int nt = pdi_par_threads(ctx, e->body->bonds * 40);
+    int nt = pd_par_threads(ctx, e->body->bonds * 40);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t k = 0; k < e->band.batches; k++)
         if (e->band.first[k] < e->body->real_count) pdi_point_batch_compute_force(&e->band, k, e->lambda, e->mu, force);
 }
@@ -403,7 +403,7 @@ static double pdi_correspondence_family_energy(const pd_correspondence *e, const
                                                double *bond_energy)
 {
     double own[PDI_CORRESPONDENCE_TENSOR], p[PDI_CORRESPONDENCE_TENSOR], xi[PD_DIM], eta[PD_DIM], z[PD_DIM], sum = 0.0;
-    for (pd_bond_iterator f = pdi_body_bonds_begin(e->body, i); pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pd_body_bonds_begin(e->body, i); pd_body_bonds_next(&f);) {
         double over, weight, density = 0.0;
         if (bond_energy) bond_energy[pdi_body_bond_number(&f)] = 0.0;
         if (!pdi_correspondence_get_bond(e, i, &f, xi, &over, &weight)) continue;
@@ -465,10 +465,10 @@ static void pdi_correspondence_point_stress(const pd_correspondence *e, int32_t 
 
 void pd_correspondence_stress(const pd_ctx *ctx, const pd_correspondence *e, const double *u, double *stress)
 {
-    int nt = pdi_par_threads(ctx, e->body->bonds * 20);
+    int nt = pd_par_threads(ctx, e->body->bonds * 20);
     (void)nt;
     pdi_point_batch_set_displacements(ctx, &e->band, u);
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t k = 0; k < e->band.batches; k++) {
         pdi_point_batch_sums sums;
         int32_t count = pdi_point_batch_compute_sums(&e->band, k, &sums);
@@ -503,13 +503,13 @@ static void pdi_correspondence_ops_blocks(const pd_ctx *ctx, void *self, double 
 {
     const pd_correspondence *e = (const pd_correspondence *)self;
     const pd_body *body = e->body;
-    int nt = pdi_par_threads(ctx, body->bonds * 20);
+    int nt = pd_par_threads(ctx, body->bonds * 20);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
         double *a = block + (int64_t)i * PDI_CORRESPONDENCE_TENSOR, xi[PD_DIM];
         for (int p = 0; p < PDI_CORRESPONDENCE_TENSOR; p++) a[p] = 0.0;
-        for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+        for (pd_bond_iterator f = pd_body_bonds_begin(body, i); pd_body_bonds_next(&f);) {
             double over, weight;
             if (!pdi_correspondence_get_bond(e, i, &f, xi, &over, &weight)) continue;
             double share = weight * body->volume[i] * over *
@@ -529,13 +529,13 @@ static void pdi_correspondence_ops_moduli(const pd_ctx *ctx, void *self, double 
 {
     const pd_correspondence *e = (const pd_correspondence *)self;
     const pd_body *body = e->body;
-    int nt = pdi_par_threads(ctx, body->bonds * 4);
+    int nt = pd_par_threads(ctx, body->bonds * 4);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
         double sum = 0.0, own = pdi_correspondence_stiffness_factor(e, i);
-        for (pd_bond_iterator f = pdi_body_bonds_begin(body, i);
-             e->desc.stiffness_factor && e->weight_sum[i] > 0.0 && pdi_body_bonds_next(&f);)
+        for (pd_bond_iterator f = pd_body_bonds_begin(body, i);
+             e->desc.stiffness_factor && e->weight_sum[i] > 0.0 && pd_body_bonds_next(&f);)
             sum += pdi_bond_weights_get_intact(&e->weights, i, &f) * body->volume[f.neighbour] *
                    (pdi_correspondence_stiffness_factor(e, f.neighbour) - own);
         double part = own + (sum != 0.0 ? 0.5 * sum / e->weight_sum[i] : 0.0);
@@ -554,10 +554,10 @@ static double pdi_correspondence_ops_energy(const pd_ctx *ctx, void *self, const
 static void pdi_correspondence_ops_bond_energy(const pd_ctx *ctx, void *self, const double *u, double *energy)
 {
     const pd_correspondence *e = (const pd_correspondence *)self;
-    int nt = pdi_par_threads(ctx, e->body->bonds * 40);
+    int nt = pd_par_threads(ctx, e->body->bonds * 40);
     (void)nt;
     pdi_point_batch_set_displacements(ctx, &e->band, u);
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t k = 0; k < e->band.batches; k++) {
         pdi_point_batch_sums sums;
         int32_t count = pdi_point_batch_compute_sums(&e->band, k, &sums);
@@ -576,10 +576,10 @@ static void pdi_correspondence_ops_bond_energy(const pd_ctx *ctx, void *self, co
 static void pdi_correspondence_ops_density(const pd_ctx *ctx, void *self, const double *u, double *density)
 {
     const pd_correspondence *e = (const pd_correspondence *)self;
-    int nt = pdi_par_threads(ctx, e->body->bonds * 40);
+    int nt = pd_par_threads(ctx, e->body->bonds * 40);
     (void)nt;
     pdi_point_batch_set_displacements(ctx, &e->band, u);
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t k = 0; k < e->band.batches; k++) {
         pdi_point_batch_sums sums;
         int32_t count = pdi_point_batch_compute_sums(&e->band, k, &sums);
@@ -636,11 +636,11 @@ static pd_status pdi_correspondence_ops_update(pd_ctx *ctx, void *self)
 static pd_status pdi_correspondence_ops_commit(pd_ctx *ctx, void *self, const double *u)
 {
     const pd_correspondence *e = (const pd_correspondence *)self;
-    int nt = pdi_par_threads(ctx, e->body->bonds * 20);
+    int nt = pd_par_threads(ctx, e->body->bonds * 20);
     (void)nt;
     if (!e->plastic.count) return PD_OK;
     pdi_point_batch_set_displacements(ctx, &e->band, u);
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t k = 0; k < e->band.batches; k++) {
         pdi_point_batch_sums sums;
         int32_t count = pdi_point_batch_compute_sums(&e->band, k, &sums);
@@ -658,8 +658,8 @@ static pd_status pdi_correspondence_ops_commit(pd_ctx *ctx, void *self, const do
 static pd_status pdi_correspondence_ops_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_correspondence *e = (pd_correspondence *)self;
-    PDI_TRY(pdi_array_registry_store(ctx, pdi_body_list_state, e->body, archive));
-    if (e->plastic.count) PDI_TRY(pdi_array_registry_store(ctx, pdi_j2_plasticity_list, &e->plastic, archive));
+    PD_TRY(pdi_array_registry_store(ctx, pdi_body_list_state, e->body, archive));
+    if (e->plastic.count) PD_TRY(pdi_array_registry_store(ctx, pdi_j2_plasticity_list, &e->plastic, archive));
     return archive->is_reading ? pd_correspondence_update(ctx, e) : PD_OK;
 }
 
@@ -671,7 +671,7 @@ static double pdi_correspondence_ops_stable_step(const void *self, double densit
     double most = 0.0, modulus = 2.0 * e->mu + pdi_max(PD_DIM * e->lambda, 0.0);
     for (int32_t i = 0; i < e->body->count; i++) {
         double sum = 0.0, xi[PD_DIM], own = pdi_correspondence_trace(e->shape + (int64_t)i * PDI_CORRESPONDENCE_TENSOR);
-        for (pd_bond_iterator f = pdi_body_bonds_begin(e->body, i); pdi_body_bonds_next(&f);) {
+        for (pd_bond_iterator f = pd_body_bonds_begin(e->body, i); pd_body_bonds_next(&f);) {
             double over, weight;
             if (!pdi_correspondence_get_bond(e, i, &f, xi, &over, &weight)) continue;
             double other = pdi_correspondence_trace(e->shape + (int64_t)f.neighbour * PDI_CORRESPONDENCE_TENSOR);

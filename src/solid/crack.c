@@ -63,11 +63,11 @@ static pd_status pdi_crack_check(pd_ctx *ctx, pdi_crack_fields *c)
         good = good && pdi_crack_normalise(desc->front) && fabs(pdi_vec_dot(desc->direction, desc->front)) < 1e-6 &&
                desc->thickness > 0.0 && desc->thickness < 1e100;
     if (!good)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "crack", "radii of %g and %g m: expected a finite tip, a direction%s and "
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "crack", "radii of %g and %g m: expected a finite tip, a direction%s and "
                         "an outer radius beyond the inner one", desc->inner, desc->outer,
                         PD_DIM == 3 ? ", a front at a right angle to it, its length" : "");
     if (c->solid->force_state ? !c->solid->density : !c->solid->stress || !c->solid->linear)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "crack", "the %s material has neither springs nor a stress that is linear"
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "crack", "the %s material has neither springs nor a stress that is linear"
                         " in small strains", c->solid->name);
     return PD_OK;
 }
@@ -91,7 +91,7 @@ static int pdi_crack_needs_gradient(const pdi_crack_fields *c, int32_t i)
 {
     const pd_body *body = c->solid->body;
     if (c->q[i] > 0.0 && c->q[i] < 1.0) return 1;
-    for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pd_body_bonds_begin(body, i); pd_body_bonds_next(&f);) {
         double other = c->q[f.neighbour];
         if (other < c->q[i] || other > c->q[i]) return 1;
     }
@@ -104,10 +104,10 @@ static int pdi_crack_compute_gradient(const pdi_crack_fields *c, const double *u
     const pd_body *body = c->solid->body;
     double k[PDI_CRACK_TENSOR] = {0.0}, sum[PDI_CRACK_TENSOR] = {0.0}, inverse[PDI_CRACK_TENSOR];
     double over = 1.0 / (body->horizon * body->horizon);
-    for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pd_body_bonds_begin(body, i); pd_body_bonds_next(&f);) {
         int64_t j = f.neighbour;
         double xi[PD_DIM];
-        if (pdi_body_bond_is_broken(&f)) continue;
+        if (pd_body_bond_is_broken(&f)) continue;
         pdi_body_bond_vector(body, i, &f, xi);
         double weight = over * body->volume[j] * pdi_body_compute_bond_weight(body, PD_INFLUENCE_CONSTANT, xi);
         for (int p = 0; p < PDI_CRACK_TENSOR; p++) {
@@ -136,15 +136,15 @@ static pd_status pdi_crack_compute_gradients(pd_ctx *ctx, const pdi_crack_fields
         size += body->volume[i] * fabs(along);
     }
     if (!(size > 0.0))
-        return pdi_fail(ctx, PD_ERR_GEOMETRY, "crack", "no point of the body lies between the radii of %g and %g m "
+        return pd_fail(ctx, PD_ERR_GEOMETRY, "crack", "no point of the body lies between the radii of %g and %g m "
                         "about the tip", c->desc.inner, c->desc.outer);
     if (fabs(slope) > PDI_CRACK_OPEN_SURFACE * size)
-        return pdi_fail(ctx, PD_ERR_GEOMETRY, "crack", "between the radii of %g and %g m about the tip lies a surface "
+        return pd_fail(ctx, PD_ERR_GEOMETRY, "crack", "between the radii of %g and %g m about the tip lies a surface "
                         "that is not parallel to the crack, or too few points", c->desc.inner, c->desc.outer);
     for (int32_t i = 0; i < body->count; i++) {
         int near = pdi_crack_needs_gradient(c, i);
         if ((near || c->q[i] > 0.0) && !pdi_crack_compute_gradient(c, u, i) && near && pdi_body_count_intact(body, i))
-            return pdi_fail(ctx, PD_ERR_GEOMETRY, "crack", "the bonds of point %d do not span all directions: they "
+            return pd_fail(ctx, PD_ERR_GEOMETRY, "crack", "the bonds of point %d do not span all directions: they "
                             "give no gradient", (int)i);
     }
     return PD_OK;
@@ -175,9 +175,9 @@ static double pdi_crack_bond_integrand(const pdi_crack_fields *c, const double *
 {
     const pd_body *body = c->solid->body;
     double sum = -c->density[i] * pdi_vec_dot(c->q_gradient + (int64_t)i * PD_DIM, c->desc.direction);
-    for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pd_body_bonds_begin(body, i); pd_body_bonds_next(&f);) {
         double along[PD_DIM], pull[PD_DIM], step = c->q[i] - c->q[f.neighbour];
-        if (pdi_body_bond_is_broken(&f) || !(fabs(step) > 0.0)) continue;
+        if (pd_body_bond_is_broken(&f) || !(fabs(step) > 0.0)) continue;
         c->solid->force_state(c->solid->self, u, i, &f, pull);
         pdi_crack_derivative_along(c, f.neighbour, along);
         sum -= body->volume[f.neighbour] * step * pdi_vec_dot(pull, along);
@@ -190,10 +190,10 @@ static pd_status pdi_crack_compute_j(pd_ctx *ctx, pdi_crack_fields *c, const dou
 {
     const pd_material_interface *solid = c->solid;
     pdi_compensated_sum all = {0.0, 0.0};
-    PDI_TRY(pdi_crack_check(ctx, c));
-    PDI_TRY(pdi_array_registry_build(ctx, pdi_crack_list, c));
+    PD_TRY(pdi_crack_check(ctx, c));
+    PD_TRY(pdi_array_registry_build(ctx, pdi_crack_list, c));
     for (int64_t i = 0; i < c->count; i++) pdi_crack_compute_q(c, i);
-    PDI_TRY(pdi_crack_compute_gradients(ctx, c, u));
+    PD_TRY(pdi_crack_compute_gradients(ctx, c, u));
     pd_status status = solid->force(ctx, solid->self, u, c->force);
     if (status != PD_OK) return status;
     if (solid->force_state) solid->density(ctx, solid->self, u, c->density);
@@ -258,7 +258,7 @@ pd_status pd_crack_tip(pd_ctx *ctx, const pd_body *body, const double *way, doub
     double unit[PD_DIM];
     memcpy(unit, way, sizeof unit);
     if (!(share >= 0.0) || !(share <= 1.0) || !pdi_crack_normalise(unit))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "crack", "a tip where points have lost %g of their bonds, expected 0 to "
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "crack", "a tip where points have lost %g of their bonds, expected 0 to "
                         "1, and a direction", share);
     return pdi_crack_find_farthest(body, NULL, unit, share > 0.0 ? share : PDI_CRACK_TIP_DAMAGE, tip);
 }
@@ -289,7 +289,7 @@ static int pdi_crack_is_near_edge(const pd_body *body, int corners, const double
     return 0;
 }
 
-PDI_FN pd_status pdi_crack_find_tip(pd_ctx *ctx, const pd_body *body, int corners, const double *corner,
+pd_status pd_crack_find_tip(pd_ctx *ctx, const pd_body *body, int corners, const double *corner,
                                     const double *left, const double *way, double *tip)
 {
     double unit[PD_DIM];
@@ -297,16 +297,16 @@ PDI_FN pd_status pdi_crack_find_tip(pd_ctx *ctx, const pd_body *body, int corner
     int32_t *next = NULL, known = 0;
     memcpy(unit, way, sizeof unit);
     if (!pdi_crack_normalise(unit))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "crack", "a crack that grows in no direction");
-    pd_status status = PDI_NEW(ctx, "crack", body->count, seen);
-    if (status == PD_OK) status = PDI_NEW(ctx, "crack", body->count, next);
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "crack", "a crack that grows in no direction");
+    pd_status status = PD_NEW(ctx, "crack", body->count, seen);
+    if (status == PD_OK) status = PD_NEW(ctx, "crack", body->count, next);
     for (int32_t i = 0; i < body->count && status == PD_OK; i++) {
         seen[i] = left[i] > 0.0 && pdi_crack_is_near_edge(body, corners, corner, i) &&
                   pdi_crack_is_damaged(body, i, PDI_CRACK_TIP_DAMAGE);
         if (seen[i]) next[known++] = i;
     }
     for (int32_t k = 0; k < known; k++)
-        for (pd_bond_iterator f = pdi_body_bonds_begin(body, next[k]); pdi_body_bonds_next(&f);) {
+        for (pd_bond_iterator f = pd_body_bonds_begin(body, next[k]); pd_body_bonds_next(&f);) {
             if (seen[f.neighbour] || !(left[f.neighbour] > 0.0) ||
                 !pdi_crack_is_damaged(body, f.neighbour, PDI_CRACK_TIP_DAMAGE))
                 continue;
@@ -314,8 +314,8 @@ PDI_FN pd_status pdi_crack_find_tip(pd_ctx *ctx, const pd_body *body, int corner
             next[known++] = f.neighbour;
         }
     if (status == PD_OK) status = pdi_crack_find_farthest(body, seen, unit, PDI_CRACK_TIP_DAMAGE, tip);
-    PDI_DELETE(ctx, body->count, next);
-    PDI_DELETE(ctx, body->count, seen);
+    PD_DELETE(ctx, body->count, next);
+    PD_DELETE(ctx, body->count, seen);
     return status;
 }
 

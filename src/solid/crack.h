@@ -20,6 +20,7 @@ typedef struct pd_crack_desc {
 
 #define pd_crack_j PD_NAME(pd_crack_j)
 #define pd_crack_tip PD_NAME(pd_crack_tip)
+#define pd_crack_find_tip PD_NAME(pd_crack_find_tip)
 
 /* *j [J/m2] (1D: [N]) of displacements u [count][PD_DIM] [m] (theory: eqs. 8.10 and 8.11). PD_ERR_ARGUMENT: a place, a
  * direction or a radius out of range, or a material of which neither stress nor bonds are known. PD_ERR_GEOMETRY: no
@@ -32,14 +33,12 @@ PD_API pd_status pd_crack_j(pd_ctx *ctx, const pd_material_interface *solid, con
  * beyond the crack, and half of that where the crack ends. PD_ERR_ARGUMENT: a share or a direction out of range.
  * PD_RETRY: no point has lost so many, and tip is as it was. */
 PD_API pd_status pd_crack_tip(pd_ctx *ctx, const pd_body *body, const double *way, double share, double *tip);
-
-#ifdef PDI_INTERNAL
 /* Tip of one crack among several: the one that began at a polyline, or around a polygon (3D), of `corners` corners
  * corner [corners][PD_DIM] [m]. Follows damaged points from those within a horizon of its edges to their damaged
  * neighbours. left [count]: metal left in a point; points where it is not positive are skipped. tip and errors as of
  * pd_crack_tip. */
-PDI_FN pd_status pdi_crack_find_tip(pd_ctx *ctx, const pd_body *body, int corners, const double *corner,
+PD_API pd_status pd_crack_find_tip(pd_ctx *ctx, const pd_body *body, int corners, const double *corner,
                                     const double *left, const double *way, double *tip);
-#endif
+
 
 #endif

@@ -99,12 +99,12 @@ static pd_status pdi_dynamic_relaxation_iterate(pdi_dynamic_relaxation *r, doubl
 static pd_status pdi_dynamic_relaxation_solve_inner(pdi_dynamic_relaxation *r, double *u, pd_equilibrium_result *result)
 {
     double norm, target;
-    PDI_TRY(pdi_equilibrium_begin(&r->problem, u, &norm, &target));
-    PDI_TRY(pdi_array_registry_build(r->problem.ctx, pdi_dynamic_relaxation_list, r));
+    PD_TRY(pdi_equilibrium_begin(&r->problem, u, &norm, &target));
+    PD_TRY(pdi_array_registry_build(r->problem.ctx, pdi_dynamic_relaxation_list, r));
     pd_status status = pdi_dynamic_relaxation_iterate(r, u, target, norm, result);
     result->residual = r->problem.scale > 0.0 ? result->residual / r->problem.scale : 0.0;
     if (status != PD_ERR_DIVERGED) return status;
-    return pdi_fail(r->problem.ctx, status, "relaxation",
+    return pd_fail(r->problem.ctx, status, "relaxation",
                     "the body moves without end after %d steps: its loads turn it, "
                     "or it has no stiffness against them",
                     result->iterations);

@@ -122,11 +122,11 @@ static void pdi_equilibrium_update_coarse(const pdi_equilibrium *q)
 PDI_FN void pdi_equilibrium_compute_blocks(const pdi_equilibrium *q)
 {
     int32_t count = q->solid->body->count;
-    int nt = pdi_par_threads(q->ctx, (int64_t)count * 20);
+    int nt = pd_par_threads(q->ctx, (int64_t)count * 20);
     (void)nt;
     q->solid->blocks(q->ctx, q->solid->self, q->block);
     for (int64_t k = 0; k < q->n; k++) q->diagonal[k] = q->block[k * PD_DIM + k % PD_DIM];
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < count; i++) {
         double a[PDI_EQUILIBRIUM_BLOCK], *own = q->block + (int64_t)i * PDI_EQUILIBRIUM_BLOCK;
         for (int p = 0; p < PDI_EQUILIBRIUM_BLOCK; p++) {
@@ -144,7 +144,7 @@ static pd_status pdi_equilibrium_check_finite(const pdi_equilibrium *q, const do
 {
     for (int64_t k = 0; x && k < q->n; k++)
         if (!(fabs(x[k]) < 1e200))
-            return pdi_fail(q->ctx, PD_ERR_STATE, "equilibrium", "the %s of point %.0f is %g", what,
+            return pd_fail(q->ctx, PD_ERR_STATE, "equilibrium", "the %s of point %.0f is %g", what,
                             (double)(k / PD_DIM), x[k]);
     return PD_OK;
 }
@@ -175,7 +175,7 @@ static pd_status pdi_equilibrium_check_forces(const pdi_equilibrium *q, const in
     double sum = 0.0;
     for (int a = 0; a < PD_DIM; a++)
         if (!pdi_equilibrium_is_balanced(q->solid->body, q->desc->prescribed, q->load, a, piece, count, &sum))
-            return pdi_fail(q->ctx, PD_ERR_STATE, "equilibrium",
+            return pd_fail(q->ctx, PD_ERR_STATE, "equilibrium",
                             "a piece of %d points, one of them point %d, is not held along axis %d, and its loads sum "
                             "to %g N: hold it, or balance the loads", (int)count, (int)piece[0], a, sum);
     return PD_OK;
@@ -186,8 +186,8 @@ static pd_status pdi_equilibrium_visit_components(pdi_equilibrium *q, pdi_equili
 {
     int32_t *piece = NULL, all = q->solid->body->count;
     uint8_t *seen = NULL;
-    pd_status status = PDI_NEW(q->ctx, "equilibrium", all, piece);
-    if (status == PD_OK) status = PDI_NEW(q->ctx, "equilibrium", all, seen);
+    pd_status status = PD_NEW(q->ctx, "equilibrium", all, piece);
+    if (status == PD_OK) status = PD_NEW(q->ctx, "equilibrium", all, seen);
     for (int32_t i = 0; i < all && status == PD_OK; i++) {
         pd_rigid_modes rigid;
         if (seen[i]) continue;
@@ -195,18 +195,18 @@ static pd_status pdi_equilibrium_visit_components(pdi_equilibrium *q, pdi_equili
         pdi_rigid_modes_compute(q->solid->body, q->desc->prescribed, piece, count, &rigid);
         status = visit(q, &rigid);
     }
-    PDI_DELETE(q->ctx, all, piece);
-    PDI_DELETE(q->ctx, all, seen);
+    PD_DELETE(q->ctx, all, piece);
+    PD_DELETE(q->ctx, all, seen);
     return status;
 }
 
 /* Checks the loads of a component. PD_ERR_DIVERGED: its moments do not balance. */
 static pd_status pdi_equilibrium_check_component(pdi_equilibrium *q, const pd_rigid_modes *rigid)
 {
-    PDI_TRY(pdi_equilibrium_check_forces(q, rigid->component, rigid->count));
+    PD_TRY(pdi_equilibrium_check_forces(q, rigid->component, rigid->count));
     q->has_rigid_motions = q->has_rigid_motions || rigid->motions;
     if (!pdi_equilibrium_has_unbalanced_moment(q->solid, q->desc->prescribed, q->load, rigid)) return PD_OK;
-    return pdi_fail(q->ctx, PD_ERR_DIVERGED, "equilibrium",
+    return pd_fail(q->ctx, PD_ERR_DIVERGED, "equilibrium",
                     "a piece of %d points, one of them point %d, can turn, and "
                     "its loads turn it: hold it, or balance their moments",
                     (int)rigid->count, (int)rigid->component[0]);
@@ -330,7 +330,7 @@ static pd_status pdi_equilibrium_solve_krylov(pdi_equilibrium *q, pd_krylov *kry
     result->residual = linear.residual;
     if (follows || status != PD_ERR_DIVERGED || !q->solid->linear) return status;
     if (pdi_equilibrium_check_mechanism(q, krylov->work + q->n)) return status;
-    return pdi_fail(q->ctx, PD_NOT_CONVERGED, "equilibrium", "a direction without stiffness after %d iterations: "
+    return pd_fail(q->ctx, PD_NOT_CONVERGED, "equilibrium", "a direction without stiffness after %d iterations: "
                     "residual %.3g N, target %.3g N", linear.iterations, linear.residual, target);
 }
 
@@ -353,11 +353,11 @@ static pd_status pdi_equilibrium_search_mechanism(pdi_equilibrium *q, double tar
 static pd_status pdi_equilibrium_solve_linear(pdi_equilibrium *q, double target, pd_equilibrium_result *result)
 {
     int moves = q->has_rigid_motions && q->coarse.levels, follows = pdi_equilibrium_has_interpolation(q);
-    if (moves) PDI_TRY(pdi_equilibrium_visit_components(q, pdi_equilibrium_project_residual));
+    if (moves) PD_TRY(pdi_equilibrium_visit_components(q, pdi_equilibrium_project_residual));
     pd_status status = pdi_equilibrium_solve_krylov(q, &q->krylov, follows, target, result);
     if (follows && q->solid->linear && (status == PD_NOT_CONVERGED || status == PD_ERR_DIVERGED))
         status = pdi_equilibrium_search_mechanism(q, target, result);
-    if (status >= 0 && moves) PDI_TRY(pdi_equilibrium_visit_components(q, pdi_equilibrium_remove_rigid_step));
+    if (status >= 0 && moves) PD_TRY(pdi_equilibrium_visit_components(q, pdi_equilibrium_remove_rigid_step));
     pdi_equilibrium_interpolate(q, q->step);
     return status;
 }
@@ -448,12 +448,12 @@ static pd_status pdi_equilibrium_check_scale(pdi_equilibrium *q, const double *u
                                              int *again)
 {
     double rtol = pdi_equilibrium_get_rtol(q);
-    PDI_TRY(pdi_equilibrium_compute_residual(q, u, norm));
+    PD_TRY(pdi_equilibrium_compute_residual(q, u, norm));
     double size = pdi_equilibrium_compute_scale(q);
     *again = *norm > rtol * size;
     if (!*again) return PD_OK;
     size = pdi_max(size, pdi_max(q->rounding, pdi_equilibrium_estimate_rounding(q, u)) / rtol);
-    PDI_TRY(pdi_equilibrium_compute_residual(q, u, norm));
+    PD_TRY(pdi_equilibrium_compute_residual(q, u, norm));
     *again = size<q->scale && * norm> rtol * size;
     if (*again) q->scale = size;
     *target = rtol * q->scale;
@@ -462,13 +462,13 @@ static pd_status pdi_equilibrium_check_scale(pdi_equilibrium *q, const double *u
 
 PDI_FN pd_status pdi_equilibrium_begin(pdi_equilibrium *q, const double *u, double *norm, double *target)
 {
-    PDI_TRY(pdi_equilibrium_check_finite(q, q->load, "load"));
-    PDI_TRY(pdi_equilibrium_check_finite(q, u, "displacement"));
-    if (q->load) PDI_TRY(pdi_equilibrium_visit_components(q, pdi_equilibrium_check_component));
-    PDI_TRY(pdi_array_registry_build(q->ctx, pdi_equilibrium_list, q));
+    PD_TRY(pdi_equilibrium_check_finite(q, q->load, "load"));
+    PD_TRY(pdi_equilibrium_check_finite(q, u, "displacement"));
+    if (q->load) PD_TRY(pdi_equilibrium_visit_components(q, pdi_equilibrium_check_component));
+    PD_TRY(pdi_array_registry_build(q->ctx, pdi_equilibrium_list, q));
     pd_status status = pdi_equilibrium_compute_residual(q, u, norm);
     if (status == PD_RETRY)
-        return pdi_fail(q->ctx, PD_ERR_STATE, "equilibrium", "the guess of the displacements, with what is held, is no "
+        return pd_fail(q->ctx, PD_ERR_STATE, "equilibrium", "the guess of the displacements, with what is held, is no "
                         "state of the %s material: take shorter steps", q->solid->name);
     if (status < 0) return status;
     pdi_equilibrium_compute_blocks(q);
@@ -484,15 +484,15 @@ static pd_status pdi_equilibrium_solve_inner(pdi_equilibrium *q, double *u, pd_e
     double norm, target;
     pd_status status = PD_OK;
     if (q->desc->mechanism) memset(q->desc->mechanism, 0, (size_t)q->n * sizeof *q->desc->mechanism);
-    PDI_TRY(pdi_equilibrium_begin(q, u, &norm, &target));
-    if (q->solid->moduli) PDI_TRY(pdi_coarse_fe_precond_build(q->ctx, q->solid->body, &q->coarse));
-    PDI_TRY(pdi_equilibrium_build_krylov(q, pdi_equilibrium_has_interpolation(q), &q->krylov));
+    PD_TRY(pdi_equilibrium_begin(q, u, &norm, &target));
+    if (q->solid->moduli) PD_TRY(pdi_coarse_fe_precond_build(q->ctx, q->solid->body, &q->coarse));
+    PD_TRY(pdi_equilibrium_build_krylov(q, pdi_equilibrium_has_interpolation(q), &q->krylov));
     double first = target;
     for (int again = 1; again;) {
         status = q->solid->linear ? pdi_equilibrium_solve_once(q, u, target, result)
                                   : pdi_equilibrium_solve_newton(q, u, target, norm, result);
         again = 0;
-        if (status == PD_OK) PDI_TRY(pdi_equilibrium_check_scale(q, u, &norm, &target, &again));
+        if (status == PD_OK) PD_TRY(pdi_equilibrium_check_scale(q, u, &norm, &target, &again));
     }
     /* rounding may end it before: large strains have the digits of 1, and parts may hang on few bonds */
     if ((status == PD_RETRY || status == PD_NOT_CONVERGED) && target < first && result->residual <= first) {
@@ -500,7 +500,7 @@ static pd_status pdi_equilibrium_solve_inner(pdi_equilibrium *q, double *u, pd_e
         q->scale = first / pdi_equilibrium_get_rtol(q);
     }
     if (status == PD_ERR_DIVERGED)
-        return pdi_fail(q->ctx, status, "equilibrium", "the body can turn, or a part of it can about a hinge, and its "
+        return pd_fail(q->ctx, status, "equilibrium", "the body can turn, or a part of it can about a hinge, and its "
                         "loads turn it: hold it, or balance their moments");
     result->residual = q->scale > 0.0 ? result->residual / q->scale : 0.0;
     return status;

@@ -86,11 +86,11 @@ PDI_FN void pdi_finite_strain_list(pdi_array_visitor *owner, void *object)
 static void pdi_finite_strain_find_reverse_bonds(const pd_ctx *ctx, const pd_finite_strain *f)
 {
     const pd_body *body = f->body;
-    int nt = pdi_par_threads(ctx, body->bonds * 60);
+    int nt = pd_par_threads(ctx, body->bonds * 60);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++)
-        for (pd_bond_iterator b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);)
+        for (pd_bond_iterator b = pd_body_bonds_begin(body, i); pd_body_bonds_next(&b);)
             f->reverse_bond[pdi_body_bond_number(&b)] = pdi_body_find_reverse_bond(body, i, &b);
 }
 
@@ -102,7 +102,7 @@ static void pdi_finite_strain_compute_family(const pd_finite_strain *f, int32_t 
     double *shape = f->shape + (int64_t)i * PDI_TENSOR;
     pdi_finite_strain_bond bond;
     for (int p = 0; p < PDI_TENSOR; p++) mean[p] = 0.0;
-    for (pd_bond_iterator b = pdi_body_bonds_begin(f->body, i); pdi_body_bonds_next(&b);) {
+    for (pd_bond_iterator b = pd_body_bonds_begin(f->body, i); pd_body_bonds_next(&b);) {
         if (!pdi_finite_strain_get_bond(f, i, &b, &bond)) continue;
         total += bond.weight;
         for (int p = 0; p < PDI_TENSOR; p++) {
@@ -126,7 +126,7 @@ static void pdi_finite_strain_compute_bond_vectors(const pd_finite_strain *f, in
     const double *shape = f->shape + (int64_t)i * PDI_TENSOR;
     pdi_finite_strain_bond bond;
     pdi_finite_strain_compute_family(f, i, mean);
-    for (pd_bond_iterator b = pdi_body_bonds_begin(f->body, i); pdi_body_bonds_next(&b);) {
+    for (pd_bond_iterator b = pd_body_bonds_begin(f->body, i); pd_body_bonds_next(&b);) {
         double *pull = f->force_state + pdi_body_bond_number(&b) * PD_DIM;
         int open = f->weight_sum[i] > 0.0 && pdi_finite_strain_get_bond(f, i, &b, &bond);
         for (int d = 0; d < PD_DIM; d++) pull[d] = 0.0;
@@ -145,7 +145,7 @@ static void pdi_finite_strain_sum_force(const pd_finite_strain *f, int32_t i, do
 {
     const pd_body *body = f->body;
     for (int d = 0; d < PD_DIM; d++) force[d] = 0.0;
-    for (pd_bond_iterator b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
+    for (pd_bond_iterator b = pd_body_bonds_begin(body, i); pd_body_bonds_next(&b);) {
         int64_t k = pdi_body_bond_number(&b);
         const double *own = f->force_state + k * PD_DIM,
                      *other = f->force_state + (body->first_bond[b.neighbour] + f->reverse_bond[k]) * PD_DIM;
@@ -156,18 +156,18 @@ static void pdi_finite_strain_sum_force(const pd_finite_strain *f, int32_t i, do
 /* The same of the first `count` points: all, or those that are no mirror images. */
 static void pdi_finite_strain_sum_forces(const pd_ctx *ctx, const pd_finite_strain *f, int32_t count, double *force)
 {
-    int nt = pdi_par_threads(ctx, f->body->bonds * 10);
+    int nt = pd_par_threads(ctx, f->body->bonds * 10);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < count; i++) pdi_finite_strain_sum_force(f, i, force + (int64_t)i * PD_DIM);
 }
 
 /* Tensors and bond vectors of all families. Returns the first point with a singular shape tensor; -1: none. */
 static int32_t pdi_finite_strain_compute_families(const pd_ctx *ctx, const pd_finite_strain *f)
 {
-    int nt = pdi_par_threads(ctx, f->body->bonds * 60);
+    int nt = pd_par_threads(ctx, f->body->bonds * 60);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < f->body->count; i++) pdi_finite_strain_compute_bond_vectors(f, i);
     for (int32_t i = 0; i < f->body->count; i++)
         if (!(f->weight_sum[i] > 0.0) && (!f->desc.detach_singular || pdi_body_count_intact(f->body, i))) return i;
@@ -184,7 +184,7 @@ static pd_status pdi_finite_strain_ops_update(pd_ctx *ctx, void *self)
     for (int32_t i = 0; i < body->count; i++)
         if (!(pdi_finite_strain_stiffness_factor(f, i) >= (f->desc.detach_singular ? 0.0 : 1e-100)) ||
             !(pdi_finite_strain_stiffness_factor(f, i) < 1e100))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "finite",
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "finite",
                             "the stiffness of point %d has the factor %g, expected a "
                             "finite positive one%s",
                             (int)i, pdi_finite_strain_stiffness_factor(f, i), f->desc.detach_singular ? ", or 0" : "");
@@ -195,7 +195,7 @@ static pd_status pdi_finite_strain_ops_update(pd_ctx *ctx, void *self)
         flat = pdi_finite_strain_compute_families(ctx, f);
     }
     if (flat >= 0)
-        return pdi_fail(ctx, PD_ERR_GEOMETRY, "finite",
+        return pd_fail(ctx, PD_ERR_GEOMETRY, "finite",
                         "the %.0f bonds of point %d at x = %g m do not span all directions: the body is too thin there "
                         "for its horizon",
                         (double)pdi_body_count_intact(body, flat), (int)flat, body->position[(int64_t)flat * PD_DIM]);
@@ -207,7 +207,7 @@ static pd_status pdi_finite_strain_ops_update(pd_ctx *ctx, void *self)
  * = 2 K/d^2, 12 K/(pi d^3), 18 K/(pi d^4) in 1D, 2D, 3D; here over the horizon d. */
 static double pdi_finite_strain_penalty_stiffness(const pd_finite_strain *f)
 {
-    static const double share[3] = {2.0, 12.0 / PDI_PI, 18.0 / PDI_PI};
+    static const double share[3] = {2.0, 12.0 / PD_PI, 18.0 / PD_PI};
     if (f->desc.control != PD_FINITE_STRAIN_SILLING) return 0.0;
     return f->desc.penalty * share[PD_DIM - 1] * (f->lambda + 2.0 * f->mu / PD_DIM) / pow(f->body->horizon, PD_DIM + 2);
 }
@@ -218,21 +218,21 @@ static pd_status pdi_finite_strain_build_inner(pd_ctx *ctx, pd_body *body, const
 {
     pdi_constitutive_law_params moduli;
     memset(f, 0, sizeof *f);
-    PDI_TRY(pdi_constitutive_law_init(ctx, &desc->law, &moduli));
+    PD_TRY(pdi_constitutive_law_init(ctx, &desc->law, &moduli));
     if ((int)desc->control < 0 || (int)desc->control > 2 || (int)desc->law.kind < 0 || (int)desc->law.kind > 2)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "finite", "control %d of law %d, expected ones of 0 to 2",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "finite", "control %d of law %d, expected ones of 0 to 2",
                         (int)desc->control, (int)desc->law.kind);
     if (desc->control == PD_FINITE_STRAIN_SILLING && (!(desc->penalty > 0.0) || !(desc->penalty < 1e100)))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "finite", "penalty %g, expected a finite positive one", desc->penalty);
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "finite", "penalty %g, expected a finite positive one", desc->penalty);
     f->desc = *desc;
     f->body = body;
     f->lambda = pdi_constitutive_law_plane_lambda(&moduli);
     f->mu = moduli.mu;
     f->penalty_stiffness = pdi_finite_strain_penalty_stiffness(f);
-    PDI_TRY(pdi_array_registry_build(ctx, pdi_finite_strain_list, f));
+    PD_TRY(pdi_array_registry_build(ctx, pdi_finite_strain_list, f));
     pdi_body_mark_influential(body, f->influential);
-    PDI_TRY(pdi_bond_weights_build(ctx, body, &f->weights));
-    PDI_TRY(pdi_bond_weights_compute_influence(ctx, &f->weights, desc->influence));
+    PD_TRY(pdi_bond_weights_build(ctx, body, &f->weights));
+    PD_TRY(pdi_bond_weights_compute_influence(ctx, &f->weights, desc->influence));
     pdi_finite_strain_find_reverse_bonds(ctx, f);
     return pdi_finite_strain_ops_update(ctx, f);
 }
@@ -265,7 +265,7 @@ static void pdi_finite_strain_compute_gradient(const pd_finite_strain *f, const 
 {
     double sum[PDI_TENSOR] = {0.0}, eta[PD_DIM];
     pdi_finite_strain_bond bond;
-    for (pd_bond_iterator b = pdi_body_bonds_begin(f->body, i); pdi_body_bonds_next(&b);) {
+    for (pd_bond_iterator b = pd_body_bonds_begin(f->body, i); pd_body_bonds_next(&b);) {
         if (!pdi_finite_strain_get_bond(f, i, &b, &bond)) continue;
         pdi_finite_strain_relative_displacement(u, i, b.neighbour, eta);
         for (int p = 0; p < PDI_TENSOR; p++) sum[p] += bond.weight * eta[p / PD_DIM] * bond.xi[p % PD_DIM];
@@ -332,7 +332,7 @@ static int pdi_finite_strain_compute_bond_states(const pd_finite_strain *f, cons
     double moment[PDI_TENSOR] = {0.0}, stiffness = pdi_finite_strain_stiffness_factor(f, i), along[PD_DIM];
     pdi_finite_strain_bond bond;
     if (du) pdi_finite_strain_compute_gradient(f, du, i, dh);
-    for (pd_bond_iterator b = pdi_body_bonds_begin(f->body, i); pdi_body_bonds_next(&b);) {
+    for (pd_bond_iterator b = pd_body_bonds_begin(f->body, i); pd_body_bonds_next(&b);) {
         double *pull = f->force_state + pdi_body_bond_number(&b) * PD_DIM;
         if (!pdi_finite_strain_get_bond(f, i, &b, &bond)) continue;
         pdi_finite_strain_compute_bond_gradient(f->u, h, i, b.neighbour, &bond, part);
@@ -351,7 +351,7 @@ static int pdi_finite_strain_compute_bond_states(const pd_finite_strain *f, cons
             moment[k] += bond.weight * (p[k] - along[k / PD_DIM] * bond.xi[k % PD_DIM] * bond.inv_r2);
     }
     pdi_tensor_multiply(moment, f->shape + (int64_t)i * PDI_TENSOR, part);
-    for (pd_bond_iterator b = pdi_body_bonds_begin(f->body, i); pdi_body_bonds_next(&b);) {
+    for (pd_bond_iterator b = pd_body_bonds_begin(f->body, i); pd_body_bonds_next(&b);) {
         if (!pdi_finite_strain_get_bond(f, i, &b, &bond)) continue;
         double *pull = f->force_state + pdi_body_bond_number(&b) * PD_DIM;
         pdi_tensor_multiply_vector(part, bond.xi, along);
@@ -375,7 +375,7 @@ static int pdi_finite_strain_compute_point_states(const pd_finite_strain *f, con
         return 0;
     }
     pdi_tensor_multiply(p, f->shape + (int64_t)i * PDI_TENSOR, part);
-    for (pd_bond_iterator b = pdi_body_bonds_begin(f->body, i); pdi_body_bonds_next(&b);) {
+    for (pd_bond_iterator b = pd_body_bonds_begin(f->body, i); pd_body_bonds_next(&b);) {
         double *pull = f->force_state + pdi_body_bond_number(&b) * PD_DIM;
         if (!pdi_finite_strain_get_bond(f, i, &b, &bond)) continue;
         double share = pdi_finite_strain_stiffness_factor(f, i) * bond.w;
@@ -390,9 +390,9 @@ static int pdi_finite_strain_compute_point_states(const pd_finite_strain *f, con
 static int32_t pdi_finite_strain_compute_states(const pd_ctx *ctx, const pd_finite_strain *f, const double *du)
 {
     const pdi_constitutive_law_params m = pdi_finite_strain_get_law(f);
-    int nt = pdi_par_threads(ctx, f->body->bonds * PDI_FINITE_STRAIN_OPERATIONS);
+    int nt = pd_par_threads(ctx, f->body->bonds * PDI_FINITE_STRAIN_OPERATIONS);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < f->body->count; i++) {
         f->work[i] = 0.0;
         if (!f->influential[i]) continue;
@@ -414,7 +414,7 @@ static pd_status pdi_finite_strain_ops_force(pd_ctx *ctx, void *self, const doub
     memcpy(f->u, u, (size_t)f->body->count * PD_DIM * sizeof *u);
     int32_t folded = pdi_finite_strain_compute_states(ctx, f, NULL);
     if (folded >= 0)
-        return pdi_fail(ctx, PD_RETRY, "finite", "the family of point %d at x = %g m is turned inside out", (int)folded,
+        return pd_fail(ctx, PD_RETRY, "finite", "the family of point %d at x = %g m is turned inside out", (int)folded,
                         f->body->position[(int64_t)folded * PD_DIM]);
     pdi_finite_strain_sum_forces(ctx, f, f->body->real_count, force);
     return PD_OK;
@@ -443,15 +443,15 @@ static void pdi_finite_strain_ops_blocks(const pd_ctx *ctx, void *self, double *
 {
     const pd_finite_strain *f = (const pd_finite_strain *)self;
     const pd_body *body = f->body;
-    int nt = pdi_par_threads(ctx, body->bonds * 20);
+    int nt = pd_par_threads(ctx, body->bonds * 20);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
         double *a = block + (int64_t)i * PDI_TENSOR, here = pdi_finite_strain_stiffness_factor(f, i);
         double at[PD_DIM], all[PD_DIM] = {0.0};
         pdi_finite_strain_bond bond;
         for (int k = 0; k < PDI_TENSOR; k++) a[k] = 0.0;
-        for (pd_bond_iterator b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
+        for (pd_bond_iterator b = pd_body_bonds_begin(body, i); pd_body_bonds_next(&b);) {
             int32_t j = b.neighbour;
             double there = pdi_finite_strain_stiffness_factor(f, j);
             if (!pdi_finite_strain_get_bond(f, i, &b, &bond)) continue;
@@ -480,7 +480,7 @@ static double pdi_finite_strain_energy_density(const pd_finite_strain *f, const 
     double h[PDI_TENSOR], part[PDI_TENSOR], full[PDI_TENSOR], z[PD_DIM], sum = 0.0;
     pdi_finite_strain_bond bond;
     pdi_finite_strain_compute_gradient(f, u, i, h);
-    for (pd_bond_iterator b = pdi_body_bonds_begin(f->body, i); pdi_body_bonds_next(&b);) {
+    for (pd_bond_iterator b = pd_body_bonds_begin(f->body, i); pd_body_bonds_next(&b);) {
         if (!pdi_finite_strain_get_bond(f, i, &b, &bond)) continue;
         if (pdi_finite_strain_bond_gradients(f)) {
             pdi_finite_strain_compute_bond_gradient(u, h, i, b.neighbour, &bond, part);
@@ -506,9 +506,9 @@ static double pdi_finite_strain_ops_energy(const pd_ctx *ctx, void *self, const 
     pd_finite_strain *f = (pd_finite_strain *)self;
     const pdi_constitutive_law_params m = pdi_finite_strain_get_law(f);
     pdi_compensated_sum all = {0.0, 0.0};
-    int nt = pdi_par_threads(ctx, f->body->bonds * PDI_FINITE_STRAIN_OPERATIONS);
+    int nt = pd_par_threads(ctx, f->body->bonds * PDI_FINITE_STRAIN_OPERATIONS);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < f->body->count; i++) f->work[i] = pdi_finite_strain_energy_density(f, &m, u, i);
     for (int32_t i = 0; i < f->body->count; i++) {
         if (!(f->work[i] < HUGE_VAL)) return HUGE_VAL;
@@ -526,7 +526,7 @@ static void pdi_finite_strain_visit_point(const pd_finite_strain *f, const pdi_c
     double single = 1.0, normal, all = 0.0;
     pdi_finite_strain_bond bond;
     pdi_finite_strain_compute_gradient(f, u, i, h);
-    for (pd_bond_iterator b = pdi_body_bonds_begin(f->body, i); pdi_body_bonds_next(&b);) {
+    for (pd_bond_iterator b = pd_body_bonds_begin(f->body, i); pd_body_bonds_next(&b);) {
         int64_t site = pdi_finite_strain_bond_gradients(f) ? pdi_body_bond_number(&b) : i;
         if (!pdi_finite_strain_get_bond(f, i, &b, &bond)) continue;
         memcpy(part, h, sizeof part);
@@ -552,9 +552,9 @@ static void pdi_finite_strain_visit_point(const pd_finite_strain *f, const pdi_c
 static void pdi_finite_strain_visit_all(const pd_ctx *ctx, const pd_finite_strain *f, const double *u, double *stress)
 {
     const pdi_constitutive_law_params m = pdi_finite_strain_get_law(f);
-    int nt = pdi_par_threads(ctx, f->body->bonds * PDI_FINITE_STRAIN_OPERATIONS);
+    int nt = pd_par_threads(ctx, f->body->bonds * PDI_FINITE_STRAIN_OPERATIONS);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < f->body->count; i++)
         pdi_finite_strain_visit_point(f, &m, u, i, stress ? stress + (int64_t)i * PDI_TENSOR : NULL);
 }
@@ -594,8 +594,8 @@ static double pdi_finite_strain_ops_dissipated(const void *self)
 static pd_status pdi_finite_strain_ops_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_finite_strain *f = (pd_finite_strain *)self;
-    PDI_TRY(pdi_array_registry_store(ctx, pdi_finite_strain_list, f, archive));
-    PDI_TRY(pdi_array_registry_store(ctx, pdi_body_list_state, f->body, archive));
+    PD_TRY(pdi_array_registry_store(ctx, pdi_finite_strain_list, f, archive));
+    PD_TRY(pdi_array_registry_store(ctx, pdi_body_list_state, f->body, archive));
     return archive->is_reading ? pdi_finite_strain_ops_update(ctx, f) : PD_OK;
 }
 
@@ -604,9 +604,9 @@ static void pdi_finite_strain_ops_density(const pd_ctx *ctx, void *self, const d
 {
     pd_finite_strain *f = (pd_finite_strain *)self;
     const pdi_constitutive_law_params m = pdi_finite_strain_get_law(f);
-    int nt = pdi_par_threads(ctx, f->body->bonds * PDI_FINITE_STRAIN_OPERATIONS);
+    int nt = pd_par_threads(ctx, f->body->bonds * PDI_FINITE_STRAIN_OPERATIONS);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < f->body->count; i++) density[i] = pdi_finite_strain_energy_density(f, &m, u, i);
 }
 
@@ -630,8 +630,8 @@ void pd_finite_strain_plastic_strain(const pd_ctx *ctx, const pd_finite_strain *
                             ? pdi_finite_strain_get_state(f, i)
                             : NULL;
         strain[i] = state ? state[PDI_CONSTITUTIVE_LAW_STATE - 1] : 0.0;
-        for (pd_bond_iterator b = pdi_body_bonds_begin(f->body, i);
-             pdi_finite_strain_bond_gradients(f) && f->state && pdi_body_bonds_next(&b);)
+        for (pd_bond_iterator b = pd_body_bonds_begin(f->body, i);
+             pdi_finite_strain_bond_gradients(f) && f->state && pd_body_bonds_next(&b);)
             if (pdi_finite_strain_get_bond(f, i, &b, &bond))
                 strain[i] += bond.weight / f->weight_sum[i] *
                              pdi_finite_strain_get_state(f, pdi_body_bond_number(&b))[PDI_CONSTITUTIVE_LAW_STATE - 1];
@@ -653,8 +653,8 @@ static double pdi_finite_strain_max_eigenvalue(const pd_finite_strain *f, int32_
     pdi_finite_strain_bond bond;
     if (!(f->weight_sum[i] > 0.0)) return 0.0;
     for (int d = 0; d < PD_DIM; d++) across[d * (PD_DIM + 1)] = 1.0;
-    for (pd_bond_iterator b = pdi_body_bonds_begin(f->body, i);
-         pdi_finite_strain_bond_gradients(f) && pdi_body_bonds_next(&b);)
+    for (pd_bond_iterator b = pd_body_bonds_begin(f->body, i);
+         pdi_finite_strain_bond_gradients(f) && pd_body_bonds_next(&b);)
         if (pdi_finite_strain_get_bond(f, i, &b, &bond))
             for (int k = 0; k < PDI_TENSOR; k++)
                 across[k] -= bond.weight / f->weight_sum[i] * bond.xi[k / PD_DIM] * bond.xi[k % PD_DIM] * bond.inv_r2;
@@ -680,7 +680,7 @@ static double pdi_finite_strain_ops_stable_step(const void *self, double density
     for (int32_t i = 0; i < body->count; i++) {
         pdi_finite_strain_bond bond;
         double sum = 0.0;
-        for (pd_bond_iterator b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
+        for (pd_bond_iterator b = pd_body_bonds_begin(body, i); pd_body_bonds_next(&b);) {
             if (!pdi_finite_strain_get_bond(f, i, &b, &bond)) continue;
             for (int end = 0; end < 2; end++) {
                 int32_t k = end ? b.neighbour : i;

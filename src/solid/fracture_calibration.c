@@ -93,7 +93,7 @@ static pd_status pdi_fracture_calibration_build_strip(pd_ctx *ctx, const pd_body
         desc.period[0] = 1.0;
         desc.period[PD_DIM - 1] = t->layers;
     }
-    PDI_TRY(pd_body_build(ctx, &desc, &t->body));
+    PD_TRY(pd_body_build(ctx, &desc, &t->body));
     cut.corners = PD_DIM == 3 ? 4 : 2;
     cut.corner = corner;
     for (int k = 0; k < cut.corners; k++) { /* wider than all bonds along the front */
@@ -111,7 +111,7 @@ static pd_status pdi_fracture_calibration_build_material(pd_ctx *ctx, const pd_c
     desc.stiffness_factor = NULL;
     desc.detach_singular = 1;
     desc.young = 1.0;
-    PDI_TRY(pd_correspondence_build(ctx, &t->body, &desc, &t->elastic));
+    PD_TRY(pd_correspondence_build(ctx, &t->body, &desc, &t->elastic));
     t->solid = pd_correspondence_material(&t->elastic);
     return PD_OK;
 }
@@ -124,7 +124,7 @@ static pd_status pdi_fracture_calibration_solve_equilibrium(pd_ctx *ctx, pdi_fra
     memset(&rest, 0, sizeof rest);
     rest.prescribed = t->held_dof;
     rest.rtol = PDI_FRACTURE_CALIBRATION_RTOL;
-    PDI_TRY(t->solid.update(ctx, t->solid.self));
+    PD_TRY(t->solid.update(ctx, t->solid.self));
     return pd_equilibrium_solve(ctx, &t->solid, &rest, NULL, t->unit_solution, &result);
 }
 
@@ -140,7 +140,7 @@ static pd_status pdi_fracture_calibration_compute_j(pd_ctx *ctx, pdi_fracture_ca
     crack.thickness = t->layers;
     crack.inner = 0.25 * t->height;
     crack.outer = 0.5 * t->height - 1.0;
-    PDI_TRY(pdi_fracture_calibration_solve_equilibrium(ctx, t));
+    PD_TRY(pdi_fracture_calibration_solve_equilibrium(ctx, t));
     return pd_crack_j(ctx, &t->solid, &crack, t->unit_solution, j);
 }
 
@@ -148,12 +148,12 @@ static pd_status pdi_fracture_calibration_compute_j(pd_ctx *ctx, pdi_fracture_ca
 static pd_status pdi_fracture_calibration_break_bonds(pd_ctx *ctx, pdi_fracture_calibration *t)
 {
     pd_first_failure first;
-    PDI_TRY(pdi_fracture_calibration_solve_equilibrium(ctx, t));
+    PD_TRY(pdi_fracture_calibration_solve_equilibrium(ctx, t));
     pd_bond_failure_find_first(ctx, &t->criterion, t->unit_solution, &first);
     t->factor = pdi_max(t->factor, first.factor * (1.0 + PDI_FRACTURE_CALIBRATION_MARGIN));
     for (int64_t k = 0; k < (int64_t)t->count * PD_DIM; k++) t->loaded[k] = t->factor * t->unit_solution[k];
     if (pd_bond_failure_break(ctx, &t->criterion, t->loaded, PDI_FRACTURE_CALIBRATION_EAGER)) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_STATE, "toughness", "a crack in a strip of the lattice does not run");
+    return pd_fail(ctx, PD_ERR_STATE, "toughness", "a crack in a strip of the lattice does not run");
 }
 
 /* Grows the crack by PDI_FRACTURE_CALIBRATION_ADVANCE. *j_ratio: J at the largest strain over the critical energy; J
@@ -167,12 +167,12 @@ static pd_status pdi_fracture_calibration_grow_crack(pd_ctx *ctx, pdi_fracture_c
     desc.kind = PD_BOND_FAILURE_ENERGY;
     desc.critical = 1.0;
     desc.unbreakable = t->spared;
-    PDI_TRY(pd_bond_failure_build(ctx, &t->solid, &desc, &t->criterion));
+    PD_TRY(pd_bond_failure_build(ctx, &t->solid, &desc, &t->criterion));
     while (tip[0] < t->crack_length + PDI_FRACTURE_CALIBRATION_ADVANCE) {
-        PDI_TRY(pdi_fracture_calibration_break_bonds(ctx, t));
-        PDI_TRY(pd_crack_tip(ctx, &t->body, way, 0.0, tip));
+        PD_TRY(pdi_fracture_calibration_break_bonds(ctx, t));
+        PD_TRY(pd_crack_tip(ctx, &t->body, way, 0.0, tip));
     }
-    PDI_TRY(pdi_fracture_calibration_compute_j(ctx, t, tip, &j));
+    PD_TRY(pdi_fracture_calibration_compute_j(ctx, t, tip, &j));
     *j_ratio = t->factor * t->factor * j;
     return PD_OK;
 }
@@ -189,9 +189,9 @@ static pd_status pdi_fracture_calibration_solve_strip(pd_ctx *ctx, const pd_body
     t->held_rows = 2 * reach;
     t->layers = PD_DIM == 3 ? PDI_FRACTURE_CALIBRATION_LAYERS : 1;
     t->count = t->layers * (t->height + 2 * t->held_rows) * t->length;
-    PDI_TRY(pdi_array_registry_build(ctx, pdi_fracture_calibration_list, t));
-    PDI_TRY(pdi_fracture_calibration_build_strip(ctx, body, t));
-    PDI_TRY(pdi_fracture_calibration_build_material(ctx, elastic, t));
+    PD_TRY(pdi_array_registry_build(ctx, pdi_fracture_calibration_list, t));
+    PD_TRY(pdi_fracture_calibration_build_strip(ctx, body, t));
+    PD_TRY(pdi_fracture_calibration_build_material(ctx, elastic, t));
     return pdi_fracture_calibration_grow_crack(ctx, t, j_ratio);
 }
 
@@ -203,11 +203,11 @@ PDI_FN pd_status pdi_fracture_calibration_compute_critical(pd_ctx *ctx, const pd
     pdi_fracture_calibration t;
     memset(&t, 0, sizeof t);
     if (!(h > 0.0))
-        return pdi_fail(ctx, PD_ERR_GEOMETRY, "toughness", "the points are those of no lattice: expected a spacing");
+        return pd_fail(ctx, PD_ERR_GEOMETRY, "toughness", "the points are those of no lattice: expected a spacing");
     if (PD_DIM == 3 &&
         (body->horizon < PDI_FRACTURE_CALIBRATION_MIN_HORIZON * h * (1.0 - PDI_FRACTURE_CALIBRATION_MARGIN) ||
          body->horizon > PDI_FRACTURE_CALIBRATION_MAX_HORIZON * h * (1.0 + PDI_FRACTURE_CALIBRATION_MARGIN)))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "toughness",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "toughness",
                         "a horizon of %g spacings with the energy of a crack in 3D, "
                         "expected %g to %g",
                         body->horizon / h, PDI_FRACTURE_CALIBRATION_MIN_HORIZON, PDI_FRACTURE_CALIBRATION_MAX_HORIZON);

@@ -86,7 +86,7 @@ static double pdi_microelastic_axial_modulus(const pd_microelastic *m)
  * 8.2). */
 static void pdi_microelastic_calibrate(pd_microelastic *m)
 {
-    static const double mean[3] = {1.0, 2.0 / PDI_PI, 0.5}; /* of |n.e| over all directions */
+    static const double mean[3] = {1.0, 2.0 / PD_PI, 0.5}; /* of |n.e| over all directions */
     double wanted = pdi_microelastic_axial_modulus(m);
     pdi_microelastic_sums plain, cubic;
     if (PD_DIM > 1) {
@@ -152,7 +152,7 @@ static void pdi_microelastic_compute_family_moments(const pd_microelastic *m, in
     const pd_body *body = m->body;
     pdi_compensated_sum sum[PD_DIM];
     memset(sum, 0, sizeof sum);
-    for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pd_body_bonds_begin(body, i); pd_body_bonds_next(&f);) {
         double xi[PD_DIM], volume = body->volume[f.neighbour];
         pdi_bond_force_compute_offset(&m->springs, i, f.neighbour, xi);
         double square = pdi_vec_dot(xi, xi);
@@ -169,7 +169,7 @@ static void pdi_microelastic_compute_family_moments(const pd_microelastic *m, in
 static double pdi_microelastic_stiffness_bound(const pd_microelastic *m, int32_t i)
 {
     double stiff[PD_DIM * PD_DIM] = {0.0}, most = 0.0;
-    for (pd_bond_iterator f = pdi_body_bonds_begin(m->body, i); pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pd_body_bonds_begin(m->body, i); pd_body_bonds_next(&f);) {
         double xi[PD_DIM], weight = (double)pdi_bond_weights_get(&m->weights, i, &f);
         pdi_bond_force_compute_offset(&m->springs, i, f.neighbour, xi);
         double square = pdi_vec_dot(xi, xi), over = weight * m->body->volume[f.neighbour] / (square * sqrt(square));
@@ -187,7 +187,7 @@ static double pdi_microelastic_stiffness_bound(const pd_microelastic *m, int32_t
 static pd_status pdi_microelastic_compute_weights(pd_ctx *ctx, pd_microelastic *m, double *work)
 {
     const pd_body *body = m->body;
-    int nt = pdi_par_threads(ctx, body->bonds * 50);
+    int nt = pd_par_threads(ctx, body->bonds * 50);
     pdi_microelastic_weight_params make;
     (void)nt;
     memset(&make, 0, sizeof make);
@@ -197,17 +197,17 @@ static pd_status pdi_microelastic_compute_weights(pd_ctx *ctx, pd_microelastic *
     make.correction.axial_moment = make.complete.axis;
     make.correction.length = sqrt(make.complete.stretch / make.complete.inverse);
     if (m->multiplier) {
-        PDI_TRY(pdi_bond_weights_compute(ctx, &m->weights, pdi_microelastic_uncorrected_weight, m));
-        PDI_TRY(pdi_surface_correction_solve(ctx, &make.correction, m->multiplier));
+        PD_TRY(pdi_bond_weights_compute(ctx, &m->weights, pdi_microelastic_uncorrected_weight, m));
+        PD_TRY(pdi_surface_correction_solve(ctx, &make.correction, m->multiplier));
     } else if (m->desc.surface != PD_MICROELASTIC_NONE) {
         make.family_moments = work;
-        PDI_PARALLEL_FOR(nt)
+        PD_PARALLEL_FOR(nt)
         for (int32_t i = 0; i < body->count; i++)
             pdi_microelastic_compute_family_moments(m, i, work + (int64_t)i * PD_DIM);
     }
-    PDI_TRY(pdi_bond_weights_compute(ctx, &m->weights, pdi_microelastic_corrected_weight, &make));
+    PD_TRY(pdi_bond_weights_compute(ctx, &m->weights, pdi_microelastic_corrected_weight, &make));
     if (PD_DIM == 1) return PD_OK;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) work[i] = pdi_microelastic_stiffness_bound(m, i);
     m->stiffness_bound = (double)(float)pdi_par_max_abs(ctx, body->count, work);
     return PD_OK;
@@ -220,19 +220,19 @@ static pd_status pdi_microelastic_build_inner(pd_ctx *ctx, pd_body *body, const 
     memset(m, 0, sizeof *m);
     if (!(desc->young > 0.0) || !(desc->young < 1e100) || !(desc->fracture >= 0.0) || !(desc->fracture < 1e100) ||
         !(body->spacing > 0.0) || pdi_body_is_periodic(body))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "microelastic", "E = %g Pa, %g J/m2 of a crack, a spacing of %g m and a "
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "microelastic", "E = %g Pa, %g J/m2 of a crack, a spacing of %g m and a "
                         "period of %g m: expected positive and finite values, and no period", desc->young,
                         desc->fracture, body->spacing, body->period[PD_DIM - 1]);
     if ((int)desc->surface < 0 || desc->surface > PD_MICROELASTIC_NONE)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "microelastic", "method %d of surfaces, expected 0 to %d",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "microelastic", "method %d of surfaces, expected 0 to %d",
                         (int)desc->surface, (int)PD_MICROELASTIC_NONE);
     m->desc = *desc;
     m->body = body;
-    PDI_TRY(pdi_array_registry_build(ctx, pdi_microelastic_list, m));
-    PDI_TRY(pdi_bond_weights_build(ctx, body, &m->weights));
-    PDI_TRY(pdi_bond_force_build(ctx, body, &m->weights, &m->springs));
+    PD_TRY(pdi_array_registry_build(ctx, pdi_microelastic_list, m));
+    PD_TRY(pdi_bond_weights_build(ctx, body, &m->weights));
+    PD_TRY(pdi_bond_force_build(ctx, body, &m->weights, &m->springs));
     pdi_microelastic_calibrate(m);
-    PDI_TRY(pdi_microelastic_compute_weights(ctx, m, m->last_u));
+    PD_TRY(pdi_microelastic_compute_weights(ctx, m, m->last_u));
     pdi_par_zero(ctx, (int64_t)body->count * PD_DIM, m->last_u);
     return pdi_bond_force_update(ctx, &m->springs);
 }
@@ -290,7 +290,7 @@ PDI_FN void pdi_microelastic_compute_edge(const pd_microelastic *m, int32_t i, d
     double over = 3.0 * m->modulus / ((PD_DIM + 2.0) * pdi_microelastic_axial_modulus(m)) * m->body->spacing,
            xi[PD_DIM];
     int64_t units[PD_DIM] = {0}; /* whole numbers, so that mirror images have the same bits */
-    for (pd_bond_iterator f = pdi_body_bonds_begin(m->body, i); pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pd_body_bonds_begin(m->body, i); pd_body_bonds_next(&f);) {
         pdi_bond_force_compute_offset(&m->springs, i, f.neighbour, xi);
         double weight = over * (double)pdi_bond_weights_get(&m->weights, i, &f) * m->body->volume[f.neighbour];
         double most = weight / pdi_vec_norm(xi) * PDI_MICROELASTIC_FIXED_POINT;
@@ -304,7 +304,7 @@ static double pdi_microelastic_energy_density(const pd_microelastic *m, const do
 {
     const pd_body *body = m->body;
     double sum = 0.0, y[PD_DIM], r, length;
-    for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pd_body_bonds_begin(body, i); pd_body_bonds_next(&f);) {
         double weight = pdi_bond_weights_get_intact(&m->weights, i, &f) * body->volume[f.neighbour];
         if (!(weight > 0.0)) continue;
         double s = pdi_microelastic_compute_stretch(body, u, i, f.neighbour, y, &r, &length);
@@ -354,12 +354,12 @@ static void pdi_microelastic_ops_tangent(const pd_ctx *ctx, void *self, const do
 {
     const pd_microelastic *m = (const pd_microelastic *)self;
     const pd_body *body = m->body;
-    int nt = pdi_par_threads(ctx, body->bonds * 20);
+    int nt = pd_par_threads(ctx, body->bonds * 20);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
         double sum[PD_DIM] = {0.0}, n[PD_DIM], along, across;
-        for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+        for (pd_bond_iterator f = pd_body_bonds_begin(body, i); pd_body_bonds_next(&f);) {
             const double *own = du + (int64_t)i * PD_DIM, *far = du + (int64_t)f.neighbour * PD_DIM;
             double volume = body->volume[f.neighbour], longer = 0.0;
             if (!pdi_microelastic_bond_stiffness(m, m->last_u, i, &f, n, &along, &across)) continue;
@@ -376,13 +376,13 @@ static void pdi_microelastic_ops_blocks(const pd_ctx *ctx, void *self, double *b
 {
     const pd_microelastic *m = (const pd_microelastic *)self;
     const pd_body *body = m->body;
-    int nt = pdi_par_threads(ctx, body->bonds * 20);
+    int nt = pd_par_threads(ctx, body->bonds * 20);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
         double *a = block + (int64_t)i * PD_DIM * PD_DIM, n[PD_DIM], along, across;
         for (int p = 0; p < PD_DIM * PD_DIM; p++) a[p] = 0.0;
-        for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+        for (pd_bond_iterator f = pd_body_bonds_begin(body, i); pd_body_bonds_next(&f);) {
             double volume = body->volume[i] * body->volume[f.neighbour];
             if (!pdi_microelastic_bond_stiffness(m, m->last_u, i, &f, n, &along, &across)) continue;
             across = pdi_max(across, PDI_MICROELASTIC_MIN_TRANSVERSE * along);
@@ -404,9 +404,9 @@ static double pdi_microelastic_ops_energy(const pd_ctx *ctx, void *self, const d
 static void pdi_microelastic_ops_density(const pd_ctx *ctx, void *self, const double *u, double *density)
 {
     const pd_microelastic *m = (const pd_microelastic *)self;
-    int nt = pdi_par_threads(ctx, m->body->bonds * 20);
+    int nt = pd_par_threads(ctx, m->body->bonds * 20);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < m->body->count; i++) density[i] = pdi_microelastic_energy_density(m, u, i);
 }
 
@@ -444,8 +444,8 @@ static double pdi_microelastic_ops_stable_step(const void *self, double density)
 static pd_status pdi_microelastic_ops_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_microelastic *m = (pd_microelastic *)self;
-    PDI_TRY(pdi_array_registry_store(ctx, pdi_microelastic_list, m, archive));
-    PDI_TRY(pdi_array_registry_store(ctx, pdi_body_list_state, m->body, archive));
+    PD_TRY(pdi_array_registry_store(ctx, pdi_microelastic_list, m, archive));
+    PD_TRY(pdi_array_registry_store(ctx, pdi_body_list_state, m->body, archive));
     return archive->is_reading ? pdi_bond_force_update(ctx, &m->springs) : PD_OK;
 }
 

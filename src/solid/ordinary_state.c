@@ -62,7 +62,7 @@ static pd_status pdi_ordinary_state_compute_weights(pd_ctx *ctx, pd_ordinary_sta
     weigh.influence = o->desc.influence;
     if (o->desc.surface == PD_ORDINARY_STATE_ENERGY) weigh.correction = PDI_WEIGHT_CALIBRATION_ENERGY;
     if (o->desc.surface == PD_ORDINARY_STATE_VOLUME) weigh.correction = PDI_WEIGHT_CALIBRATION_VOLUME;
-    PDI_TRY(pdi_weight_calibration_calibrate(ctx, &weigh, !strain && !o->desc.isotropic_off));
+    PD_TRY(pdi_weight_calibration_calibrate(ctx, &weigh, !strain && !o->desc.isotropic_off));
     const pdi_weight_calibration_sums *whole = &weigh.whole;
     o->isotropy = weigh.anisotropy;
     o->bulk_weighted_volume = whole->weighted_volume;
@@ -104,7 +104,7 @@ static int pdi_ordinary_state_compute_moment(const pd_ordinary_state *o, int32_t
         xi[PD_DIM];
     memset(moment, 0, PDI_SYM_COMPONENTS * PDI_SYM_COMPONENTS * sizeof *moment);
     *weighted_volume = 0.0;
-    for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pd_body_bonds_begin(body, i); pd_body_bonds_next(&f);) {
         double weight = pdi_bond_weights_get_intact(&o->weights, i, &f) * body->volume[f.neighbour];
         if (!(weight > 0.0)) continue;
         pdi_body_bond_vector(body, i, &f, xi);
@@ -173,7 +173,7 @@ static double pdi_ordinary_state_frequency_bound(const pd_ordinary_state *o, int
 {
     const pd_body *body = o->body;
     double sum[PD_DIM * PD_DIM] = {0.0}, xi[PD_DIM];
-    for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pd_body_bonds_begin(body, i); pd_body_bonds_next(&f);) {
         double weight = pdi_bond_weights_get_intact(&o->weights, i, &f) * body->volume[f.neighbour];
         pdi_body_bond_vector(body, i, &f, xi);
         double share = 2.0 * weight * (o->energy_bound[i] + o->energy_bound[f.neighbour]) / pdi_vec_dot(xi, xi);
@@ -190,7 +190,7 @@ static void pdi_ordinary_state_compute_state(const pd_ordinary_state *o, int lin
 {
     pdi_ordinary_state_bond bond;
     double sum[PDI_SYM_COMPONENTS] = {0.0};
-    for (pd_bond_iterator f = pdi_body_bonds_begin(o->body, i); pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pd_body_bonds_begin(o->body, i); pd_body_bonds_next(&f);) {
         if (!pdi_ordinary_state_get_bond(o, linear, u, i, &f, &bond)) continue;
         double x = bond.extension;
         if (du) {
@@ -249,12 +249,12 @@ static void pdi_ordinary_state_compute_force(const pd_ctx *ctx, const pd_ordinar
 {
     const pd_body *body = o->body;
     const pd_point_batch *band = &o->band;
-    int nt = pdi_par_threads(ctx, body->bonds * 20);
+    int nt = pd_par_threads(ctx, body->bonds * 20);
     (void)nt;
     pdi_point_batch_set_displacements(ctx, band, u);
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t k = 0; k < band->batches; k++) pdi_ordinary_state_compute_batch(o, k, linear, state, NULL);
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t k = 0; k < band->batches; k++)
         if (band->first[k] < body->real_count) pdi_bond_extension_compute_force(band, k, linear, force);
     pdi_ordinary_state_clear_images(body, force);
@@ -275,18 +275,18 @@ static void pdi_ordinary_state_compute_tangent(const pd_ctx *ctx, const pd_ordin
                                                double *df)
 {
     const pd_body *body = o->body;
-    int nt = pdi_par_threads(ctx, body->bonds * 80);
+    int nt = pd_par_threads(ctx, body->bonds * 80);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++)
         if (o->influential[i])
             pdi_ordinary_state_compute_state(o, 0, o->last_u, du, i, o->change + (int64_t)i * PDI_SYM_COMPONENTS);
     pdi_ordinary_state_clear_images(body, df);
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->real_count; i++) {
         pdi_ordinary_state_bond bond;
         double sum[PD_DIM] = {0.0}, eta[PD_DIM];
-        for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+        for (pd_bond_iterator f = pd_body_bonds_begin(body, i); pd_body_bonds_next(&f);) {
             int32_t j = f.neighbour;
             if (!pdi_ordinary_state_get_bond(o, 0, o->last_u, i, &f, &bond)) continue;
             for (int d = 0; d < PD_DIM; d++) eta[d] = du[(int64_t)j * PD_DIM + d] - du[(int64_t)i * PD_DIM + d];
@@ -317,7 +317,7 @@ static void pdi_ordinary_state_compute_block(const pd_ordinary_state *o, int32_t
     pdi_ordinary_state_bond bond;
     memset(own, 0, sizeof own);
     memset(block, 0, PD_DIM * PD_DIM * sizeof *block);
-    for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pd_body_bonds_begin(body, i); pd_body_bonds_next(&f);) {
         int32_t j = f.neighbour;
         if (!pdi_ordinary_state_get_bond(o, o->desc.linear, o->last_u, i, &f, &bond)) continue;
         pdi_mandel_multiply(o->law + (int64_t)j * PDI_MANDEL_MATRIX_SIZE, bond.dyad, carried);
@@ -348,9 +348,9 @@ static void pdi_ordinary_state_compute_block(const pd_ordinary_state *o, int32_t
 static void pdi_ordinary_state_ops_blocks(const pd_ctx *ctx, void *self, double *block)
 {
     const pd_ordinary_state *o = (const pd_ordinary_state *)self;
-    int nt = pdi_par_threads(ctx, o->body->bonds * 80);
+    int nt = pd_par_threads(ctx, o->body->bonds * 80);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < o->body->count; i++)
         pdi_ordinary_state_compute_block(o, i, block + (int64_t)i * PD_DIM * PD_DIM);
 }
@@ -361,10 +361,10 @@ static void pdi_ordinary_state_ops_blocks(const pd_ctx *ctx, void *self, double 
 static void pdi_ordinary_state_ops_density(const pd_ctx *ctx, void *self, const double *u, double *density)
 {
     const pd_ordinary_state *o = (const pd_ordinary_state *)self;
-    int nt = pdi_par_threads(ctx, o->body->bonds * 10);
+    int nt = pd_par_threads(ctx, o->body->bonds * 10);
     (void)nt;
     pdi_point_batch_set_displacements(ctx, &o->band, u);
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t k = 0; k < o->band.batches; k++) {
         double energy[PD_POINT_BATCH_MAX];
         int32_t count = pdi_ordinary_state_compute_batch(o, k, o->desc.linear, o->change, energy);
@@ -391,14 +391,14 @@ static double pdi_ordinary_state_ops_energy(const pd_ctx *ctx, void *self, const
 static void pdi_ordinary_state_ops_bond_energy(const pd_ctx *ctx, void *self, const double *u, double *energy)
 {
     const pd_ordinary_state *o = (const pd_ordinary_state *)self;
-    int linear = o->desc.linear, nt = pdi_par_threads(ctx, o->body->bonds * 50);
+    int linear = o->desc.linear, nt = pd_par_threads(ctx, o->body->bonds * 50);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < o->body->count; i++) {
         double q[PDI_SYM_COMPONENTS];
         pdi_ordinary_state_bond bond;
         pdi_ordinary_state_compute_state(o, linear, u, NULL, i, q);
-        for (pd_bond_iterator f = pdi_body_bonds_begin(o->body, i); pdi_body_bonds_next(&f);) {
+        for (pd_bond_iterator f = pd_body_bonds_begin(o->body, i); pd_body_bonds_next(&f);) {
             double *each = energy + pdi_body_bond_number(&f);
             *each = 0.0;
             if (!pdi_ordinary_state_get_bond(o, linear, u, i, &f, &bond)) continue;
@@ -414,7 +414,7 @@ static double pdi_ordinary_state_volume_ratio(const pd_ordinary_state *o, const 
     double k[PD_DIM * PD_DIM] = {0.0}, y[PD_DIM * PD_DIM] = {0.0}, f[PD_DIM * PD_DIM];
     double none[PD_DIM] = {0.0}, swell = 1.0;
     pdi_ordinary_state_bond bond;
-    for (pd_bond_iterator w = pdi_body_bonds_begin(o->body, i); pdi_body_bonds_next(&w);) {
+    for (pd_bond_iterator w = pd_body_bonds_begin(o->body, i); pd_body_bonds_next(&w);) {
         if (!pdi_ordinary_state_get_bond(o, 0, u, i, &w, &bond)) continue;
         for (int p = 0; p < PD_DIM * PD_DIM; p++) {
             k[p] += bond.weight * bond.xi[p / PD_DIM] * bond.xi[p % PD_DIM];
@@ -439,10 +439,10 @@ static double pdi_ordinary_state_volume_ratio(const pd_ordinary_state *o, const 
 static void pdi_ordinary_state_ops_stress(const pd_ctx *ctx, void *self, const double *u, double *stress)
 {
     const pd_ordinary_state *o = (const pd_ordinary_state *)self;
-    int linear = o->desc.linear, nt = pdi_par_threads(ctx, o->body->bonds * 20);
+    int linear = o->desc.linear, nt = pd_par_threads(ctx, o->body->bonds * 20);
     (void)nt;
     pdi_point_batch_set_displacements(ctx, &o->band, u);
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t k = 0; k < o->band.batches; k++) {
         double sum[PDI_SYM_COMPONENTS][PD_POINT_BATCH_MAX];
         int32_t count = pdi_ordinary_state_compute_batch(o, k, linear, o->change, NULL);
@@ -492,20 +492,20 @@ static pd_status pdi_ordinary_state_compute_edges(pd_ctx *ctx, const pd_ordinary
 {
     int64_t n = (int64_t)o->body->count * PD_DIM;
     double *u = NULL, *force = NULL;
-    pd_status status = PDI_NEW(ctx, "ordinary", n, u);
-    if (status == PD_OK) status = PDI_NEW(ctx, "ordinary", n, force);
+    pd_status status = PD_NEW(ctx, "ordinary", n, u);
+    if (status == PD_OK) status = PD_NEW(ctx, "ordinary", n, force);
     if (status == PD_OK) pdi_ordinary_state_fit_edges(ctx, o, u, force);
-    PDI_DELETE(ctx, n, force);
-    PDI_DELETE(ctx, n, u);
+    PD_DELETE(ctx, n, force);
+    PD_DELETE(ctx, n, u);
     return status;
 }
 
 /* Computes the bound of all frequencies. */
 static void pdi_ordinary_state_compute_frequency_bound(const pd_ctx *ctx, pd_ordinary_state *o)
 {
-    int nt = pdi_par_threads(ctx, o->body->bonds * 60);
+    int nt = pd_par_threads(ctx, o->body->bonds * 60);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < o->body->count; i++) o->last_u[i] = pdi_ordinary_state_frequency_bound(o, i);
     o->frequency_bound = 0.0;
     for (int32_t i = 0; i < o->body->count; i++) o->frequency_bound = pdi_max(o->frequency_bound, o->last_u[i]);
@@ -516,9 +516,9 @@ static int32_t pdi_ordinary_state_compute_laws(const pd_ctx *ctx, const pd_ordin
 {
     const pd_body *body = o->body;
     int32_t bad = -1;
-    int nt = pdi_par_threads(ctx, body->bonds * 60);
+    int nt = pd_par_threads(ctx, body->bonds * 60);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
         int good = pdi_ordinary_state_compute_law(o, i);
         if (good < 1) o->energy_bound[i] = good;
@@ -539,7 +539,7 @@ static pd_status pdi_ordinary_state_compute_stable_laws(pd_ctx *ctx, pd_ordinary
         bad = pdi_ordinary_state_compute_laws(ctx, o);
     }
     if (bad < 0) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_GEOMETRY, "ordinary", "the %.0f bonds of point %d at x = %g m %s",
+    return pd_fail(ctx, PD_ERR_GEOMETRY, "ordinary", "the %.0f bonds of point %d at x = %g m %s",
                     (double)pdi_body_count_intact(body, bad), (int)bad, body->position[(int64_t)bad * PD_DIM],
                     o->energy_bound[bad] < 0.0 ? "leave a strain without energy: use the position method"
                                                : "do not tell all strains: the body is too thin there for its horizon");
@@ -551,7 +551,7 @@ static pd_status pdi_ordinary_state_apply_stiffness(pd_ctx *ctx, const pd_ordina
     for (int64_t i = 0; i < o->body->count && o->desc.stiffness_factor; i++) {
         double part = o->desc.stiffness_factor[i];
         if (!(part >= 0.0) || !(part < 1e100))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "ordinary", "point %d has the part %g of E, expected a finite one of "
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "ordinary", "point %d has the part %g of E, expected a finite one of "
                             "at least 0", (int)i, part);
         o->alpha[i] *= part;
         o->energy_bound[i] *= part;
@@ -574,10 +574,10 @@ static double pdi_ordinary_state_ops_normal_stress(const void *self, int32_t i, 
 static pd_status pdi_ordinary_state_ops_update(pd_ctx *ctx, void *self)
 {
     pd_ordinary_state *o = (pd_ordinary_state *)self;
-    PDI_TRY(pdi_ordinary_state_compute_stable_laws(ctx, o));
-    PDI_TRY(pdi_point_batch_update(ctx, &o->band));
-    PDI_TRY(pdi_ordinary_state_compute_edges(ctx, o));
-    PDI_TRY(pdi_ordinary_state_apply_stiffness(ctx, o));
+    PD_TRY(pdi_ordinary_state_compute_stable_laws(ctx, o));
+    PD_TRY(pdi_point_batch_update(ctx, &o->band));
+    PD_TRY(pdi_ordinary_state_compute_edges(ctx, o));
+    PD_TRY(pdi_ordinary_state_apply_stiffness(ctx, o));
     pdi_ordinary_state_compute_frequency_bound(ctx, o);
     pdi_par_zero(ctx, (int64_t)o->body->count * PD_DIM, o->last_u);
     pdi_par_zero(ctx, (int64_t)o->body->count * PDI_SYM_COMPONENTS, o->state);
@@ -593,7 +593,7 @@ static double pdi_ordinary_state_ops_stable_step(const void *self, double densit
 /* pd_material_interface.store: broken bonds. */
 static pd_status pdi_ordinary_state_ops_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
-    PDI_TRY(pdi_array_registry_store(ctx, pdi_body_list_state, ((pd_ordinary_state *)self)->body, archive));
+    PD_TRY(pdi_array_registry_store(ctx, pdi_body_list_state, ((pd_ordinary_state *)self)->body, archive));
     return archive->is_reading ? pdi_ordinary_state_ops_update(ctx, self) : PD_OK;
 }
 
@@ -619,11 +619,11 @@ static pd_status pdi_ordinary_state_build_inner(pd_ctx *ctx, pd_body *body, cons
     int mends = desc->surface == PD_ORDINARY_STATE_ENERGY || desc->surface == PD_ORDINARY_STATE_VOLUME;
     memset(o, 0, sizeof *o);
     if (!(desc->young > 0.0) || !(desc->young < 1e100) || !(nu > -1.0) || !(nu < 0.5))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "ordinary",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "ordinary",
                         "E = %g Pa and nu = %g, expected a finite positive E and nu between -1 and 0.5", desc->young,
                         desc->poisson);
     if ((int)desc->surface < 0 || desc->surface > PD_ORDINARY_STATE_VOLUME || (mends && !(body->spacing > 0.0)))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "ordinary",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "ordinary",
                         "method %d of surfaces and a spacing of %g m, expected 0 to "
                         "%d, and a spacing for those that compare with a whole family",
                         (int)desc->surface, body->spacing, (int)PD_ORDINARY_STATE_VOLUME);
@@ -633,11 +633,11 @@ static pd_status pdi_ordinary_state_build_inner(pd_ctx *ctx, pd_body *body, cons
     o->lambda = desc->young * nu / ((1.0 + nu) * (1.0 - 2.0 * nu));
     if (PD_DIM == 2 && desc->plane == PD_PLANE_STRESS) o->lambda = desc->young * nu / (1.0 - nu * nu);
     if (PD_DIM == 1) o->lambda = o->mu = desc->young / 3.0; /* a chain of springs */
-    PDI_TRY(pdi_array_registry_build(ctx, pdi_ordinary_state_list, o));
+    PD_TRY(pdi_array_registry_build(ctx, pdi_ordinary_state_list, o));
     pdi_body_mark_influential(body, o->influential);
-    PDI_TRY(pdi_bond_weights_build(ctx, body, &o->weights));
-    PDI_TRY(pdi_ordinary_state_compute_weights(ctx, o));
-    PDI_TRY(pdi_point_batch_build(ctx, body, &o->weights, PDI_BOND_EXTENSION_FIELDS, &o->band));
+    PD_TRY(pdi_bond_weights_build(ctx, body, &o->weights));
+    PD_TRY(pdi_ordinary_state_compute_weights(ctx, o));
+    PD_TRY(pdi_point_batch_build(ctx, body, &o->weights, PDI_BOND_EXTENSION_FIELDS, &o->band));
     return pdi_ordinary_state_ops_update(ctx, o);
 }
 

@@ -17,7 +17,7 @@ static double pdi_partial_volume_disc_corner_area(double p, double q, double r)
     if (!(p * p + q * q < square)) return 0.0;
     double along = pdi_partial_volume_sqrt_positive(square - p * p),
            across = pdi_partial_volume_sqrt_positive(square - q * q);
-    double angle = 0.5 * PDI_PI - atan2(p, along) - atan2(q, across);
+    double angle = 0.5 * PD_PI - atan2(p, along) - atan2(q, across);
     return 0.5 * (square * angle - p * (along - q) - q * (across - p));
 }
 
@@ -33,7 +33,7 @@ static double pdi_partial_volume_ball_corner_volume(double a, double b, double c
 {
     double rest = 1.0 - a * a - b * b;
     if (!(rest > c * c)) return 0.0;
-    double top = sqrt(rest), sphere = 0.5 * PDI_PI * (top - c);
+    double top = sqrt(rest), sphere = 0.5 * PD_PI * (top - c);
     sphere -= pdi_partial_volume_integrate_asin(a, top, b) -
               pdi_partial_volume_integrate_asin(a, c, pdi_partial_volume_sqrt_positive(1.0 - a * a - c * c));
     sphere -= pdi_partial_volume_integrate_asin(b, top, a) -

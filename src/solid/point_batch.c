@@ -59,7 +59,7 @@ PDI_FN pd_status pdi_point_batch_build(pd_ctx *ctx, const pd_body *body, const p
 
 PDI_FN void pdi_point_batch_free(pd_ctx *ctx, pd_point_batch *band)
 {
-    PDI_DELETE(ctx, band->capacity, band->bond);
+    PD_DELETE(ctx, band->capacity, band->bond);
     pdi_array_registry_free(ctx, pdi_point_batch_list, band);
     memset(band, 0, sizeof *band);
 }
@@ -88,9 +88,9 @@ static void pdi_point_batch_list_bonds(const pd_point_batch *band, int32_t i, in
                                        pdi_point_batch_bond_list *bonds)
 {
     bonds->count = 0;
-    for (pd_bond_iterator f = pdi_body_bonds_begin(band->body, i); pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pd_body_bonds_begin(band->body, i); pd_body_bonds_next(&f);) {
         float weight = pdi_bond_weights_get(band->weights, i, &f);
-        if (!(weight > 0.0f) || (intact && pdi_body_bond_is_broken(&f))) continue;
+        if (!(weight > 0.0f) || (intact && pd_body_bond_is_broken(&f))) continue;
         bonds->bond[bonds->count].offset = f.neighbour - i;
         bonds->bond[bonds->count].image = pdi_body_bond_image(&f);
         bonds->bond[bonds->count].weight = weight;
@@ -153,7 +153,7 @@ static pd_status pdi_point_batch_reserve(pd_ctx *ctx, pd_point_batch *band, int6
     int64_t room = band->capacity + band->capacity / 2;
     if (wanted <= band->capacity) return PD_OK;
     if (room < wanted) room = wanted;
-    PDI_TRY(PDI_GROW(ctx, "band", band->capacity, room, band->bond));
+    PD_TRY(PD_GROW(ctx, "band", band->capacity, room, band->bond));
     band->capacity = room;
     return PD_OK;
 }
@@ -166,7 +166,7 @@ static pd_status pdi_point_batch_build_batches(pd_ctx *ctx, pd_point_batch *band
     int64_t bonds = 0;
     for (int32_t i = 0; i < count;) {
         pdi_point_batch_bond_list all;
-        PDI_TRY(pdi_point_batch_reserve(ctx, band, bonds + longest));
+        PD_TRY(pdi_point_batch_reserve(ctx, band, bonds + longest));
         all.bond = band->bond + bonds;
         int32_t end = pdi_point_batch_find_batch(band, i, &all, one);
         band->first[band->batches] = i;
@@ -188,9 +188,9 @@ PDI_FN pd_status pdi_point_batch_update(pd_ctx *ctx, pd_point_batch *band)
     pdi_point_batch_bond_list one = {0, NULL};
     int64_t longest = body->stencil_bonds > 0 ? body->stencil_bonds : 1;
     band->batches = 0;
-    pd_status status = PDI_NEW(ctx, "band", longest, one.bond);
+    pd_status status = PD_NEW(ctx, "band", longest, one.bond);
     if (status == PD_OK) status = pdi_point_batch_build_batches(ctx, band, (int32_t)longest, &one);
-    PDI_DELETE(ctx, longest, one.bond);
+    PD_DELETE(ctx, longest, one.bond);
     return status;
 }
 
@@ -198,9 +198,9 @@ PDI_FN void pdi_point_batch_set_displacements(const pd_ctx *ctx, const pd_point_
 {
     int32_t count = band->body->count;
     double *move = pdi_point_batch_get_field(band, PDI_POINT_BATCH_DISPLACEMENT);
-    int nt = pdi_par_threads(ctx, (int64_t)count * PD_DIM);
+    int nt = pd_par_threads(ctx, (int64_t)count * PD_DIM);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < count; i++)
         for (int d = 0; d < PD_DIM; d++) move[d * band->stride + i] = u[(int64_t)i * PD_DIM + d];
 }
@@ -245,7 +245,7 @@ PDI_FN int32_t pdi_point_batch_compute_sums(const pd_point_batch *band, int32_t 
     double shift[PD_DIM];
     for (int p = 0; p < PDI_POINT_BATCH_TENSOR; p++)
         for (int n = 0; n < whole; n++) sums->moment[p][n] = sums->unit_moment[p][n] = sums->axial_moment[p][n] = 0.0;
-    for (pd_bond_iterator f = pdi_body_bonds_begin(band->body, i); count == 1 && pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pd_body_bonds_begin(band->body, i); count == 1 && pd_body_bonds_next(&f);) {
         double w = pdi_bond_weights_get_intact(band->weights, i, &f);
         pdi_point_batch_image_shift(band->body, pdi_body_bond_image(&f), shift);
         if (w > 0.0)
@@ -323,7 +323,7 @@ PDI_INLINE_HOT void pdi_point_batch_sum_forces(const pd_point_batch *band, int32
     int64_t total = band->stride;
     const double *own = pdi_point_batch_get_field(band, 0) + i;
     double shift[PD_DIM];
-    for (pd_bond_iterator f = pdi_body_bonds_begin(band->body, i); count == 1 && pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pd_body_bonds_begin(band->body, i); count == 1 && pd_body_bonds_next(&f);) {
         double w = pdi_bond_weights_get_intact(band->weights, i, &f);
         pdi_point_batch_image_shift(band->body, pdi_body_bond_image(&f), shift);
         if (w > 0.0)

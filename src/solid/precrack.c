@@ -109,7 +109,7 @@ static int pdi_precrack_is_crossed(const pdi_precrack_plane *p, const double *lo
 static pd_status pdi_precrack_reject(pd_ctx *ctx, int index, const pd_precrack *cut, const char *text)
 {
     const double *x = cut->corner;
-    return pdi_fail(ctx, PD_ERR_ARGUMENT, "cut", "cut %d of %d corners, the first one at x = %g m: %s", index,
+    return pd_fail(ctx, PD_ERR_ARGUMENT, "cut", "cut %d of %d corners, the first one at x = %g m: %s", index,
                     cut->corners, x && cut->corners > 0 ? x[0] : 0.0, text);
 }
 
@@ -196,7 +196,7 @@ static pd_status pdi_precrack_build_planes(pd_ctx *ctx, const pd_body *body, con
     double far = 0.0, reach = pdi_precrack_max_bond_length(body);
     for (int64_t k = 0; k < (int64_t)body->count * PD_DIM; k++) far = pdi_max(far, fabs(body->position[k]));
     for (int c = 0; c < count; c++) {
-        PDI_TRY(pdi_precrack_check(ctx, &cuts[c], c, PDI_PRECRACK_ROUNDING * body->horizon, far, &planes[c]));
+        PD_TRY(pdi_precrack_check(ctx, &cuts[c], c, PDI_PRECRACK_ROUNDING * body->horizon, far, &planes[c]));
         for (int d = 0; d < PD_DIM; d++) {
             planes[c].lo[d] -= reach + planes[c].tolerance;
             planes[c].hi[d] += reach + planes[c].tolerance;
@@ -216,9 +216,9 @@ static int64_t pdi_precrack_break_family(pd_body *body, const pdi_precrack_plane
         if (x[d] < p->lo[d] || x[d] > p->hi[d]) return 0;
     double own = pdi_precrack_plane_distance(p, x);
     if (fabs(own) > pdi_precrack_max_bond_length(body)) return 0;
-    for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pd_body_bonds_begin(body, i); pd_body_bonds_next(&f);) {
         double y[PD_DIM];
-        if (pdi_body_bond_is_broken(&f)) continue;
+        if (pd_body_bond_is_broken(&f)) continue;
         memcpy(y, body->position + (int64_t)f.neighbour * PD_DIM, sizeof y);
         for (int d = 0; d < PD_DIM && f.image; d++) y[d] += pdi_body_bond_image(&f) * body->period[d];
         double other = pdi_precrack_plane_distance(p, y);
@@ -237,11 +237,11 @@ static int64_t pdi_precrack_break_reverse(pd_body *body)
 {
     int64_t found = 0;
     for (int32_t i = 0; i < body->count && pdi_body_is_periodic(body); i++)
-        for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
-            if (!pdi_body_bond_is_broken(&f)) continue;
-            pd_bond_iterator back = pdi_body_bonds_begin(body, f.neighbour);
+        for (pd_bond_iterator f = pd_body_bonds_begin(body, i); pd_body_bonds_next(&f);) {
+            if (!pd_body_bond_is_broken(&f)) continue;
+            pd_bond_iterator back = pd_body_bonds_begin(body, f.neighbour);
             back.number = pdi_body_find_reverse_bond(body, i, &f);
-            found += !pdi_body_bond_is_broken(&back);
+            found += !pd_body_bond_is_broken(&back);
             pdi_body_mark_broken(body, f.neighbour, back.number);
         }
     return found;
@@ -252,9 +252,9 @@ static int64_t pdi_precrack_break_bonds(const pd_ctx *ctx, pd_body *body, const 
 {
     enum { parts = 256 };
     int64_t found[parts], all = 0, points = body->count;
-    int nt = pdi_par_threads(ctx, points * count * 4 + body->bonds);
+    int nt = pd_par_threads(ctx, points * count * 4 + body->bonds);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int q = 0; q < parts; q++) {
         found[q] = 0;
         for (int64_t i = points * q / parts; i < points * (q + 1) / parts; i++)
@@ -269,28 +269,28 @@ pd_status pd_body_apply_precracks(pd_ctx *ctx, pd_body *body, const pd_precrack 
     pdi_precrack_plane *planes = NULL;
     if (broken) *broken = 0;
     if (count < 0 || (count && !cuts))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "cut", "%d cuts, expected a list of none or more", count);
-    PDI_TRY(PDI_NEW(ctx, "cut", count, planes));
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "cut", "%d cuts, expected a list of none or more", count);
+    PD_TRY(PD_NEW(ctx, "cut", count, planes));
     pd_status status = pdi_precrack_build_planes(ctx, body, cuts, count, planes);
     if (status == PD_OK) {
         int64_t all = pdi_precrack_break_bonds(ctx, body, planes, count);
         if (broken) *broken = all;
     }
-    PDI_DELETE(ctx, count, planes);
+    PD_DELETE(ctx, count, planes);
     return status;
 }
 
 void pd_body_damage(const pd_ctx *ctx, const pd_body *body, double *damage)
 {
-    int nt = pdi_par_threads(ctx, body->bonds);
+    int nt = pd_par_threads(ctx, body->bonds);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
         double all = 0.0, lost = 0.0;
-        for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+        for (pd_bond_iterator f = pd_body_bonds_begin(body, i); pd_body_bonds_next(&f);) {
             double volume = body->volume[f.neighbour];
             all += volume;
-            lost += pdi_body_bond_is_broken(&f) ? volume : 0.0;
+            lost += pd_body_bond_is_broken(&f) ? volume : 0.0;
         }
         damage[i] = all > 0.0 ? lost / all : 0.0;
     }

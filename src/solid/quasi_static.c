@@ -45,7 +45,7 @@ pd_status pd_quasi_static_build(pd_ctx *ctx, const pd_material_interface *solid,
 {
     memset(q, 0, sizeof *q);
     if (!(desc->break_fraction <= 1.0) || !(desc->rtol >= 0.0) || !(desc->rtol < 1.0))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "quasi_static",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "quasi_static",
                         "%g of what is beyond the criterion and rtol = %g: "
                         "expected 0 to 1",
                         desc->break_fraction, desc->rtol);
@@ -98,7 +98,7 @@ static void pdi_quasi_static_scale_interpolated(pd_quasi_static *q, double part)
 static pd_status pdi_quasi_static_set_loads(pd_ctx *ctx, pd_quasi_static *q, double t, double part)
 {
     for (int64_t k = 0; k < q->n; k++) q->load[k] = 0.0;
-    PDI_TRY(q->desc.load(ctx, q->desc.user, t, q->u, q->load));
+    PD_TRY(q->desc.load(ctx, q->desc.user, t, q->u, q->load));
     for (int64_t k = 0; k < q->n; k++) {
         const double *start = q->start + k;
         if (q->detached[k / PD_DIM]) q->load[k] = 0.0;
@@ -145,8 +145,8 @@ static pd_status pdi_quasi_static_detach_components(pd_ctx *ctx, pd_quasi_static
 {
     int32_t *piece = NULL, all = q->solid.body->count;
     uint8_t *seen = NULL;
-    pd_status status = PDI_NEW(ctx, "quasi_static", all, piece);
-    if (status == PD_OK) status = PDI_NEW(ctx, "quasi_static", all, seen);
+    pd_status status = PD_NEW(ctx, "quasi_static", all, piece);
+    if (status == PD_OK) status = PD_NEW(ctx, "quasi_static", all, seen);
     if (status == PD_OK) q->components = 0;
     for (int32_t i = 0; i < all && status == PD_OK; i++) {
         if (seen[i]) continue;
@@ -155,8 +155,8 @@ static pd_status pdi_quasi_static_detach_components(pd_ctx *ctx, pd_quasi_static
         if (count == all || !pdi_quasi_static_is_unsupported(q, piece, count)) continue;
         for (int32_t k = 0; k < count; k++) pdi_quasi_static_detach_point(q, piece[k], t);
     }
-    PDI_DELETE(ctx, all, piece);
-    PDI_DELETE(ctx, all, seen);
+    PD_DELETE(ctx, all, piece);
+    PD_DELETE(ctx, all, seen);
     if (!q->initial_components) q->initial_components = q->components;
     if (q->components > q->initial_components && q->separation_time < 0.0) q->separation_time = t;
     return status;
@@ -166,9 +166,9 @@ static pd_status pdi_quasi_static_detach_components(pd_ctx *ctx, pd_quasi_static
 static double pdi_quasi_static_rotation_rate(const pd_body *body, int32_t i, const double *motion)
 {
     double most = 0.0;
-    for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pd_body_bonds_begin(body, i); pd_body_bonds_next(&f);) {
         double xi[PD_DIM], length = 0.0, way = 0.0;
-        if (pdi_body_bond_is_broken(&f)) continue;
+        if (pd_body_bond_is_broken(&f)) continue;
         pdi_body_bond_vector(body, i, &f, xi);
         for (int d = 0; d < PD_DIM; d++) {
             double eta = motion[(int64_t)f.neighbour * PD_DIM + d] - motion[(int64_t)i * PD_DIM + d];
@@ -261,7 +261,7 @@ static pd_status pdi_quasi_static_compute_force(pd_ctx *ctx, pd_quasi_static *q)
 {
     pd_status status = q->solid.force(ctx, q->solid.self, q->u, q->force);
     if (status <= PD_OK) return status;
-    return pdi_fail(ctx, PD_ERR_STATE, "quasi_static", "the balance at %g s is no state of the %s material", q->time,
+    return pd_fail(ctx, PD_ERR_STATE, "quasi_static", "the balance at %g s is no state of the %s material", q->time,
                     q->solid.name);
 }
 
@@ -269,8 +269,8 @@ static pd_status pdi_quasi_static_compute_force(pd_ctx *ctx, pd_quasi_static *q)
 static pd_status pdi_quasi_static_update_material(pd_ctx *ctx, pd_quasi_static *q, double *taken)
 {
     double was = q->stored;
-    PDI_TRY(q->solid.update(ctx, q->solid.self));
-    PDI_TRY(pdi_quasi_static_compute_force(ctx, q));
+    PD_TRY(q->solid.update(ctx, q->solid.self));
+    PD_TRY(pdi_quasi_static_compute_force(ctx, q));
     q->stored = q->solid.energy(ctx, q->solid.self, q->u);
     *taken += was - q->stored;
     q->stale = 0;
@@ -294,7 +294,7 @@ static pd_status pdi_quasi_static_check_boundary(pd_ctx *ctx, pd_quasi_static *q
     double *u = q->correction + q->n, *load = q->correction + 2 * q->n;
     memcpy(u, q->u, (size_t)q->n * sizeof *u);
     memcpy(load, q->load, (size_t)q->n * sizeof *load);
-    PDI_TRY(pdi_quasi_static_set_loads(ctx, q, t, part));
+    PD_TRY(pdi_quasi_static_set_loads(ctx, q, t, part));
     *differs = pdi_quasi_static_differs(ctx, q, u, q->u) || pdi_quasi_static_differs(ctx, q, load, q->load);
     for (int64_t k = 0; k < q->n; k++) q->correction[k] = pdi_quasi_static_is_held(q, k) ? q->u[k] - u[k] : 0.0;
     memcpy(q->u, u, (size_t)q->n * sizeof *u);
@@ -312,7 +312,7 @@ static pd_status pdi_quasi_static_move_prescribed(pd_ctx *ctx, pd_quasi_static *
     }
     if (!q->acceleration.n) {
         for (int64_t k = 0; k < q->n; k++) q->acceleration.n += pdi_quasi_static_is_held(q, k);
-        PDI_TRY(pdi_array_registry_build(ctx, pdi_anderson_list, &q->acceleration));
+        PD_TRY(pdi_array_registry_build(ctx, pdi_anderson_list, &q->acceleration));
     }
     x = q->correction + q->n; /* the rest of `asked` is free until loads are asked for again */
     step = q->correction + 2 * q->n;
@@ -340,14 +340,14 @@ static pd_status pdi_quasi_static_iterate_boundary(pd_ctx *ctx, pd_quasi_static 
 {
     int differs = 1;
     for (int again = 0; again < PDI_QUASI_STATIC_MAX_ROUNDS; again++) {
-        PDI_TRY(pdi_quasi_static_check_boundary(ctx, q, t, part, &differs));
+        PD_TRY(pdi_quasi_static_check_boundary(ctx, q, t, part, &differs));
         if (again && !differs) return PD_OK;
-        if (differs) PDI_TRY(pdi_quasi_static_move_prescribed(ctx, q, again == 0));
-        PDI_TRY(pdi_quasi_static_detach_components(ctx, q, t));
+        if (differs) PD_TRY(pdi_quasi_static_move_prescribed(ctx, q, again == 0));
+        PD_TRY(pdi_quasi_static_detach_components(ctx, q, t));
         pd_status status = pdi_quasi_static_solve_equilibrium(ctx, q, t);
         if (status != PD_OK) return status;
     }
-    return pdi_fail(ctx, PD_ERR_STATE, "quasi_static",
+    return pd_fail(ctx, PD_ERR_STATE, "quasi_static",
                     "what holds the body at %g s depends on how it moves, and does "
                     "not come to rest in %d rounds, as where the %s material beside it flows without end",
                     t, PDI_QUASI_STATIC_MAX_ROUNDS, q->solid.name);
@@ -376,16 +376,16 @@ static pd_status pdi_quasi_static_equilibrate(pd_ctx *ctx, pd_quasi_static *q, d
         }
         pd_status middle = pdi_quasi_static_midpoint_force(ctx, q);
         if (middle < 0) return middle;
-        PDI_TRY(pdi_quasi_static_compute_force(ctx, q));
+        PD_TRY(pdi_quasi_static_compute_force(ctx, q));
         pdi_quasi_static_add_work(q, middle == PD_OK);
         q->stored = q->solid.energy(ctx, q->solid.self, q->u);
-        if (q->solid.commit) PDI_TRY(q->solid.commit(ctx, q->solid.self, q->u));
+        if (q->solid.commit) PD_TRY(q->solid.commit(ctx, q->solid.self, q->u));
         if (status != PD_OK) return status;
         int64_t broken = pd_bond_failure_break(ctx, &q->criterion, q->u, q->desc.break_fraction);
         if (!broken) return PD_OK;
-        PDI_TRY(pdi_check_cancel(ctx, "quasi_static", q->solves));
+        PD_TRY(pd_check_cancel(ctx, "quasi_static", q->solves));
         q->broken += broken;
-        PDI_TRY(pdi_quasi_static_update_material(ctx, q, &q->released));
+        PD_TRY(pdi_quasi_static_update_material(ctx, q, &q->released));
         pdi_quasi_static_save_state(q);
     }
 }
@@ -407,7 +407,7 @@ static pd_status pdi_quasi_static_advance(pd_ctx *ctx, pd_quasi_static *q, doubl
         }
         part *= 0.5;
         if (part < least)
-            return pdi_fail(ctx, PD_ERR_STATE, "quasi_static", "no balance from %g to %g s: after %.4g of the step the "
+            return pd_fail(ctx, PD_ERR_STATE, "quasi_static", "no balance from %g to %g s: after %.4g of the step the "
                             "%s material bears no more, as where metal flows without end, or the body buckles",
                             q->time, t, done, q->solid.name);
     }
@@ -418,10 +418,10 @@ pd_status pd_quasi_static_solve_at(pd_ctx *ctx, pd_quasi_static *q, double t)
 {
     int moves = !q->solved || q->stale;
     pd_status status = PD_OK;
-    if (q->stale) PDI_TRY(pdi_quasi_static_update_material(ctx, q, &q->dissolved_energy));
+    if (q->stale) PD_TRY(pdi_quasi_static_update_material(ctx, q, &q->dissolved_energy));
     if (!moves) {
         memcpy(q->start, q->load, (size_t)q->n * sizeof *q->load);
-        PDI_TRY(pdi_quasi_static_check_boundary(ctx, q, t, 1.0, &moves));
+        PD_TRY(pdi_quasi_static_check_boundary(ctx, q, t, 1.0, &moves));
         memcpy(q->load, q->start, (size_t)q->n * sizeof *q->load);
     }
     if (moves) status = pdi_quasi_static_advance(ctx, q, t);
@@ -443,7 +443,7 @@ static pd_status pdi_quasi_static_process_solve_at(pd_ctx *ctx, void *self, doub
 static pd_status pdi_quasi_static_process_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_quasi_static *q = (pd_quasi_static *)self;
-    PDI_TRY(pdi_array_registry_store(ctx, pdi_quasi_static_list, q, archive));
+    PD_TRY(pdi_array_registry_store(ctx, pdi_quasi_static_list, q, archive));
     return q->solid.store ? q->solid.store(ctx, q->solid.self, archive) : PD_OK;
 }
 

@@ -22,7 +22,7 @@ static pd_status pdi_sequentially_linear_build_inner(pd_ctx *ctx, const pd_mater
 {
     memset(s, 0, sizeof *s);
     if (!solid->linear || !desc->unit_displacement == !desc->load || (desc->unit_displacement && !desc->prescribed))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "sequential",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "sequential",
                         "the %s material, %s: expected linear forces, and either "
                         "loads or points that are held and moved",
                         solid->name,
@@ -31,11 +31,11 @@ static pd_status pdi_sequentially_linear_build_inner(pd_ctx *ctx, const pd_mater
     s->desc = *desc;
     s->solid = *solid;
     s->n = (int64_t)solid->body->count * PD_DIM;
-    PDI_TRY(pd_bond_failure_build(ctx, solid, &desc->criterion, &s->criterion));
+    PD_TRY(pd_bond_failure_build(ctx, solid, &desc->criterion, &s->criterion));
     if (!(s->criterion.critical > 0.0))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "sequential", "no bond breaks, expected a critical value or the energy of"
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "sequential", "no bond breaks, expected a critical value or the energy of"
                         " a crack");
-    PDI_TRY(pdi_array_registry_build(ctx, pdi_sequentially_linear_list, s));
+    PD_TRY(pdi_array_registry_build(ctx, pdi_sequentially_linear_list, s));
     for (int64_t k = 0; k < s->n && desc->unit_displacement; k++)
         s->u[k] = desc->prescribed[k] ? desc->unit_displacement[k] : 0.0;
     return PD_OK;
@@ -64,7 +64,7 @@ static pd_status pdi_sequentially_linear_solve_equilibrium(pd_ctx *ctx, pd_seque
     memset(&desc, 0, sizeof desc);
     desc.prescribed = s->desc.prescribed;
     desc.rtol = s->desc.rtol;
-    if (s->broken && s->solid.update) PDI_TRY(s->solid.update(ctx, s->solid.self));
+    if (s->broken && s->solid.update) PD_TRY(s->solid.update(ctx, s->solid.self));
     pd_status status = pd_equilibrium_solve(ctx, &s->solid, &desc, s->desc.load, s->u, &result);
     s->iterations = result.iterations;
     if (s->broken && s->desc.load && (status == PD_ERR_STATE || status == PD_ERR_DIVERGED)) {
@@ -118,7 +118,7 @@ static int64_t pdi_sequentially_linear_break_bonds(const pd_ctx *ctx, pd_sequent
 pd_status pd_sequentially_linear_next_event(pd_ctx *ctx, pd_sequentially_linear *s)
 {
     for (int64_t parted = 1; parted && !s->done; s->broken += parted) {
-        PDI_TRY(pdi_sequentially_linear_solve_equilibrium(ctx, s));
+        PD_TRY(pdi_sequentially_linear_solve_equilibrium(ctx, s));
         double energy = s->done ? 0.0 : s->solid.energy(ctx, s->solid.self, s->u);
         if (!s->events) s->initial_energy = energy;
         int apart = s->done || (s->desc.load ? 0 : !(energy > PDI_SEQUENTIALLY_LINEAR_SEPARATED * s->initial_energy));
@@ -137,7 +137,7 @@ pd_status pd_sequentially_linear_next_event(pd_ctx *ctx, pd_sequentially_linear 
     int64_t broken = pdi_sequentially_linear_break_bonds(
         ctx, s, 1.0 + PDI_SEQUENTIALLY_LINEAR_TIE / pdi_min(s->criterion.critical, 1.0));
     if (!broken)
-        return pdi_fail(ctx, PD_ERR_INTERNAL, "sequential", "no bond breaks at the factor %g at which one does",
+        return pd_fail(ctx, PD_ERR_INTERNAL, "sequential", "no bond breaks at the factor %g at which one does",
                         s->factor);
     for (int64_t k = 0; k < s->n; k++) s->event_u[k] = s->factor * s->u[k];
     s->broken += broken;

@@ -101,7 +101,7 @@ static void pdi_surface_correction_compute_residual(const pdi_surface_correction
     const double *own = share + (int64_t)i * all;
     for (int k = 0; k < all; k++) gap[k] = (k < PD_DIM ? 1.0 : 0.0) - pdi_surface_correction_get_penalty(k) * own[k];
     for (int k = 0; k < all * all && matrix; k++) matrix[k] = 0.0;
-    for (pd_bond_iterator b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
+    for (pd_bond_iterator b = pd_body_bonds_begin(body, i); pd_body_bonds_next(&b);) {
         double xi[PD_DIM], f[all], slope, weight;
         pdi_bond_force_compute_offset(o->bonds, i, b.neighbour, xi);
         weight = (double)pdi_bond_weights_get(o->bonds->weights, i, &b) * body->volume[b.neighbour];
@@ -185,9 +185,9 @@ static void pdi_surface_correction_reflection_signs(int flip, double *sign)
 /* Multipliers of mirror images: those of their points, reflected. */
 static void pdi_surface_correction_update_images(const pd_ctx *ctx, const pd_body *body, double *share)
 {
-    int nt = pdi_par_threads(ctx, ((int64_t)body->count - body->real_count) * PD_SURFACE_CORRECTION_MOMENTS);
+    int nt = pd_par_threads(ctx, ((int64_t)body->count - body->real_count) * PD_SURFACE_CORRECTION_MOMENTS);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = body->real_count; i < body->count; i++) {
         const double *own = share + (int64_t)body->image_source[i - body->real_count] * PD_SURFACE_CORRECTION_MOMENTS;
         double *image = share + (int64_t)i * PD_SURFACE_CORRECTION_MOMENTS, sign[PD_SURFACE_CORRECTION_MOMENTS];
@@ -201,10 +201,10 @@ static int32_t pdi_surface_correction_find_incomplete(const pd_ctx *ctx, const p
                                                       const double *share, int32_t *cut)
 {
     const pd_body *body = o->bonds->body;
-    int nt = pdi_par_threads(ctx, body->bonds * 50);
+    int nt = pd_par_threads(ctx, body->bonds * 50);
     int32_t found = 0;
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->real_count; i++) {
         double gap[PD_SURFACE_CORRECTION_MOMENTS], most = 0.0;
         pdi_surface_correction_compute_residual(o, share, i, gap, NULL);
@@ -223,10 +223,10 @@ static void pdi_surface_correction_iterate(const pd_ctx *ctx, const pdi_surface_
 {
     enum { all = PD_SURFACE_CORRECTION_MOMENTS, packed = PDI_SURFACE_CORRECTION_PACKED };
     const pd_body *body = o->bonds->body;
-    int nt = pdi_par_threads(ctx, body->bonds / body->count * cuts * 150);
+    int nt = pd_par_threads(ctx, body->bonds / body->count * cuts * 150);
     (void)nt;
     for (int sweep = 0; sweep < PDI_SURFACE_CORRECTION_MAX_SWEEPS; sweep++) {
-        PDI_PARALLEL_FOR(nt)
+        PD_PARALLEL_FOR(nt)
         for (int32_t p = 0; p < cuts; p++)
             pdi_surface_correction_newton_step(o, share, cut[p], (sweep & (sweep - 1)) == 0,
                                                factor + (int64_t)p * packed, change + (int64_t)p * all);
@@ -245,19 +245,19 @@ PDI_FN pd_status pdi_surface_correction_solve(pd_ctx *ctx, const pdi_surface_cor
     double *change = NULL;
     float *factor = NULL;
     pdi_par_zero(ctx, (int64_t)count * PD_SURFACE_CORRECTION_MOMENTS, share);
-    PDI_TRY(PDI_NEW(ctx, "mend", own, cut));
+    PD_TRY(PD_NEW(ctx, "mend", own, cut));
     int32_t cuts = pdi_surface_correction_find_incomplete(ctx, o, share, cut);
     int64_t room = (int64_t)(cuts > 0 ? cuts : 1) * PD_SURFACE_CORRECTION_MOMENTS,
             wide = room / PD_SURFACE_CORRECTION_MOMENTS * PDI_SURFACE_CORRECTION_PACKED;
-    pd_status status = PDI_NEW(ctx, "mend", room, change);
-    if (status == PD_OK) status = PDI_NEW(ctx, "mend", wide, factor);
+    pd_status status = PD_NEW(ctx, "mend", room, change);
+    if (status == PD_OK) status = PD_NEW(ctx, "mend", wide, factor);
     if (status == PD_OK) {
         pdi_par_zero(ctx, room, change);
         pdi_surface_correction_iterate(ctx, o, cut, cuts, factor, change, share);
     }
-    PDI_DELETE(ctx, wide, factor);
-    PDI_DELETE(ctx, room, change);
-    PDI_DELETE(ctx, own, cut);
+    PD_DELETE(ctx, wide, factor);
+    PD_DELETE(ctx, room, change);
+    PD_DELETE(ctx, own, cut);
     return status;
 }
 

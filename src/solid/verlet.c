@@ -29,7 +29,7 @@ pd_status pd_verlet_build(pd_ctx *ctx, const pd_material_interface *solid, const
     memset(d, 0, sizeof *d);
     if (!(desc->density > 0.0) || !(desc->density < 1e100) || !(desc->step_fraction >= 0.0) ||
         !(desc->step_fraction <= PDI_VERLET_MAX_FRACTION))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "verlet",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "verlet",
                         "a density of %g kg/m3 and %g of the stable step, expected a positive density and 0 to 1",
                         desc->density, desc->step_fraction);
     d->desc = *desc;
@@ -106,9 +106,9 @@ static double pdi_verlet_half_step(const pd_ctx *ctx, pd_verlet *d, double dt, i
     int64_t n = (int64_t)d->solid.body->count * PD_DIM;
     double most[parts], all = 0.0;
     pdi_compensated_sum work[parts], sum = {0.0, 0.0};
-    int nt = pdi_par_threads(ctx, n * 6);
+    int nt = pd_par_threads(ctx, n * 6);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int q = 0; q < parts; q++) {
         most[q] = work[q].sum = work[q].compensation = 0.0;
         for (int64_t k = n * q / parts; k < n * (q + 1) / parts; k += block) {
@@ -133,7 +133,7 @@ static pd_status pdi_verlet_process_limit(pd_ctx *ctx, void *self, pd_step *s)
 {
     const pd_verlet *d = (const pd_verlet *)self;
     s->dt = pdi_min(s->dt, d->max_step);
-    PDI_TRY(pdi_physics_limit_max_step(ctx, self, s));
+    PD_TRY(pdi_physics_limit_max_step(ctx, self, s));
     s->dt = pdi_physics_equal_steps(s->latest_end - s->time, s->dt);
     return PD_OK;
 }
@@ -148,7 +148,7 @@ static pd_status pdi_verlet_compute_force(pd_ctx *ctx, pd_verlet *d, const doubl
     }
     pd_status status = solid->force(ctx, solid->self, d->u, d->force);
     if (status <= PD_OK) return status;
-    return pdi_fail(ctx, PD_ERR_STATE, "verlet", "at t = %g s displacements are no state of the %s material", d->time,
+    return pd_fail(ctx, PD_ERR_STATE, "verlet", "at t = %g s displacements are no state of the %s material", d->time,
                     solid->name);
 }
 
@@ -156,13 +156,13 @@ static pd_status pdi_verlet_compute_force(pd_ctx *ctx, pd_verlet *d, const doubl
 static pd_status pdi_verlet_process_attempt(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_verlet *d = (pd_verlet *)self;
-    if (d->steps == 0) PDI_TRY(pdi_verlet_compute_force(ctx, d, NULL, 0.0));
+    if (d->steps == 0) PD_TRY(pdi_verlet_compute_force(ctx, d, NULL, 0.0));
     double most = pdi_verlet_half_step(ctx, d, s->dt, 1);
-    PDI_TRY(pdi_verlet_compute_force(ctx, d, d->v, s->dt));
+    PD_TRY(pdi_verlet_compute_force(ctx, d, d->v, s->dt));
     pdi_verlet_half_step(ctx, d, s->dt, 0);
     d->steps++;
     if (most < PDI_VERLET_DIVERGED * d->solid.body->horizon) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_STATE, "verlet", "displacements of %g m at t = %g s: a piece is free and is loaded, or "
+    return pd_fail(ctx, PD_ERR_STATE, "verlet", "displacements of %g m at t = %g s: a piece is free and is loaded, or "
                     "the step of %g s is too long", most, s->time, s->dt);
 }
 
@@ -178,7 +178,7 @@ static pd_status pdi_verlet_process_accept(pd_ctx *ctx, void *self, pd_step *s)
 static pd_status pdi_verlet_process_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     const pd_material_interface *solid = &((pd_verlet *)self)->solid;
-    if (solid->store) PDI_TRY(solid->store(ctx, solid->self, archive));
+    if (solid->store) PD_TRY(solid->store(ctx, solid->self, archive));
     return pdi_array_registry_store(ctx, pdi_verlet_list, self, archive);
 }
 

@@ -115,20 +115,20 @@ PDI_FN pd_status pdi_visibility_build(pd_ctx *ctx, double bond_length, pdi_visib
 {
     double hi[PD_DIM];
     if (v->faces > INT32_MAX / 2)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "body", "%g faces of the surface, too many", (double)v->faces);
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "body", "%g faces of the surface, too many", (double)v->faces);
     for (int d = 0; d < PD_DIM; d++) {
         v->lo[d] = HUGE_VAL;
         hi[d] = -HUGE_VAL;
     }
     for (int64_t k = 0; k < v->faces * PDI_VISIBILITY_FACE; k++) {
         if (!(fabs(v->face[k]) < 1e100))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "body", "face %.0f of the surface has a corner at %g m, expected a "
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "body", "face %.0f of the surface has a corner at %g m, expected a "
                             "finite place", (double)(k / PDI_VISIBILITY_FACE), v->face[k]);
         v->lo[k % PD_DIM] = pdi_min(v->lo[k % PD_DIM], v->face[k]);
         hi[k % PD_DIM] = pdi_max(hi[k % PD_DIM], v->face[k]);
     }
     if (v->faces) pdi_visibility_init_bins(v, hi, bond_length);
-    PDI_TRY(pdi_array_registry_build(ctx, pdi_visibility_list, v));
+    PD_TRY(pdi_array_registry_build(ctx, pdi_visibility_list, v));
     if (v->faces) pdi_visibility_fill_bins(v);
     return PD_OK;
 }
@@ -234,7 +234,7 @@ PDI_FN int pdi_visibility_is_joined(void *user, int32_t i, int32_t j, const doub
     if (how != PDI_VISIBILITY_TOUCHES || PD_DIM == 1) return how == PDI_VISIBILITY_MISSES;
     pdi_visibility_compute_normals(xi, across);
     for (int k = 0; k < PDI_VISIBILITY_PROBES; k++) {
-        double angle = PDI_VISIBILITY_FIRST_ANGLE + 2.0 * PDI_PI * k / PDI_VISIBILITY_PROBES;
+        double angle = PDI_VISIBILITY_FIRST_ANGLE + 2.0 * PD_PI * k / PDI_VISIBILITY_PROBES;
         double first = PD_DIM == 2 ? (k % 2 ? -1.0 : 1.0) : cos(angle), second = PD_DIM == 2 ? 0.0 : sin(angle);
         for (int d = 0; d < PD_DIM; d++)
             beside[d] = x[d] + PDI_VISIBILITY_OFFSET * (first * across[0][d] + second * across[1][d]);

@@ -38,7 +38,7 @@ PDI_FN double pdi_weight_calibration_compute_anisotropy(double (*crack)(const vo
 {
     double least = HUGE_VAL, most = 0.0;
     for (int k = 0; k < PDI_WEIGHT_CALIBRATION_DIRECTIONS; k++) {
-        double n[3] = {1.0, 0.0, 0.0}, turn = 0.5 * PDI_PI * k / PDI_WEIGHT_CALIBRATION_DIRECTIONS;
+        double n[3] = {1.0, 0.0, 0.0}, turn = 0.5 * PD_PI * k / PDI_WEIGHT_CALIBRATION_DIRECTIONS;
         if (PD_DIM > 1) n[1] = tan(0.5 * turn);
         if (PD_DIM > 2) n[2] = n[1] * (k % 4) / 3.0;
         double energy = crack(self, n);
@@ -83,7 +83,7 @@ PDI_FN pd_status pdi_weight_calibration_calibrate(pd_ctx *ctx, pdi_weight_calibr
     }
     pdi_weight_calibration_sum_family(o, 1.0, o->anisotropy, &o->whole);
     if (o->whole.min_weight > 0.0) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_ARGUMENT, "ordinary",
+    return pd_fail(ctx, PD_ERR_ARGUMENT, "ordinary",
                     "no weights make a horizon of %g spacings the same in all "
                     "directions: use the position method, or a larger horizon",
                     o->body->horizon / o->body->spacing);
@@ -96,7 +96,7 @@ static void pdi_weight_calibration_compute_family_moments(const pdi_weight_calib
 {
     const pd_body *body = o->body;
     for (int d = 0; d < PD_DIM; d++) part[d] = 0.0;
-    for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pd_body_bonds_begin(body, i); pd_body_bonds_next(&f);) {
         double xi[PD_DIM], volume = body->volume[f.neighbour];
         pdi_body_bond_vector(body, i, &f, xi);
         double square = pdi_vec_dot(xi, xi), weight = pdi_body_compute_bond_weight(body, o->influence, xi);
@@ -145,19 +145,19 @@ PDI_FN pd_status pdi_weight_calibration_compute_weights(pd_ctx *ctx, const pdi_w
                                                         pd_bond_weights *weights)
 {
     const pd_body *body = o->body;
-    int nt = pdi_par_threads(ctx, body->bonds * 20);
+    int nt = pd_par_threads(ctx, body->bonds * 20);
     pdi_weight_calibration with = *o;
     double *part = NULL;
     (void)nt;
     if (o->correction != PDI_WEIGHT_CALIBRATION_NONE) {
-        PDI_TRY(PDI_NEW(ctx, "ordinary", (int64_t)body->count * PD_DIM, part));
-        PDI_PARALLEL_FOR(nt)
+        PD_TRY(PD_NEW(ctx, "ordinary", (int64_t)body->count * PD_DIM, part));
+        PD_PARALLEL_FOR(nt)
         for (int32_t i = 0; i < body->count; i++)
             pdi_weight_calibration_compute_family_moments(o, i, part + (int64_t)i * PD_DIM);
     }
     with.family_moments = part;
     pd_status status = pdi_bond_weights_compute(ctx, weights, pdi_weight_calibration_bond_weight, &with);
-    PDI_DELETE(ctx, (int64_t)body->count * PD_DIM, part);
+    PD_DELETE(ctx, (int64_t)body->count * PD_DIM, part);
     return status;
 }
 

@@ -103,7 +103,7 @@ PDI_FN double pdi_arnoldi_orthogonalise(const pd_ctx *ctx, int64_t n, int j, pdi
 {
     double sums[2][PDI_ARNOLDI_BATCH][PDI_PAR_GROUP];
     pdi_arnoldi_job job;
-    int nt = pdi_par_threads(ctx, 2 * n * (j + 1));
+    int nt = pd_par_threads(ctx, 2 * n * (j + 1));
     job.n = n;
     job.j = j;
     job.basis = basis;

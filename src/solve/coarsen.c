@@ -60,9 +60,9 @@ PDI_FN void pdi_coarsen_free(pd_ctx *ctx, pd_smoother_level *level)
 static pd_status pdi_coarsen_reserve_array(pd_ctx *ctx, int32_t **list, int32_t *capacity, int32_t count)
 {
     if (count <= *capacity) return PD_OK;
-    PDI_DELETE(ctx, *capacity, *list);
+    PD_DELETE(ctx, *capacity, *list);
     *capacity = 0;
-    PDI_TRY(PDI_NEW(ctx, "multigrid", count, *list));
+    PD_TRY(PD_NEW(ctx, "multigrid", count, *list));
     *capacity = count;
     return PD_OK;
 }
@@ -74,7 +74,7 @@ static pd_status pdi_coarsen_reserve_cells(pd_ctx *ctx, int contrast, pd_smoothe
     size_t room = (size_t)cells;
     pdi_coarsen_free(ctx, level);
     level->contrast = contrast;
-    PDI_TRY(pdi_array_registry_rebuild(ctx, pdi_coarsen_list, level, &level->cell_capacity, cells));
+    PD_TRY(pdi_array_registry_rebuild(ctx, pdi_coarsen_list, level, &level->cell_capacity, cells));
     level->x = level->values;
     level->b = level->x + room;
     level->r = level->b + room;
@@ -94,7 +94,7 @@ static pd_status pdi_coarsen_reserve_links(pd_ctx *ctx, int symmetric, pd_smooth
     if (other) pdi_array_registry_free(ctx, pdi_coarsen_link_list, level);
     level->symmetric = symmetric;
     if (other || links > level->link_capacity || !level->a)
-        PDI_TRY(pdi_array_registry_rebuild(ctx, pdi_coarsen_link_list, level, &level->link_capacity,
+        PD_TRY(pdi_array_registry_rebuild(ctx, pdi_coarsen_link_list, level, &level->link_capacity,
                                            links + PDI_COARSEN_SPARE_LINKS));
     level->reverse = symmetric ? level->a : level->a + level->link_capacity;
     return PD_OK;
@@ -177,7 +177,7 @@ static void pdi_coarsen_relax_compatibly(const pd_ctx *ctx, const pdi_coarsen_op
         level->x[c] = level->inverse_diagonal[c] > 0.0f ? 1.0f : 0.0f;
         level->b[c] = 0.0f;
     }
-    int nt = pdi_par_threads(ctx, (int64_t)level->cells * PDI_SMOOTHER_WORK);
+    int nt = pd_par_threads(ctx, (int64_t)level->cells * PDI_SMOOTHER_WORK);
     PDI_PARALLEL_TEAM_CALL(nt, pdi_coarsen_relax_thread(team, level));
     memcpy(level->r, level->x, bytes);
     memcpy(level->x, level->parent, bytes);
@@ -188,10 +188,10 @@ PDI_FN int pdi_coarsen_choose_axes(const pd_ctx *ctx, const pdi_coarsen_options 
 {
     pdi_coarsen_strength part[PDI_SMOOTHER_PARTS];
     double sum[PD_DIM], count[PD_DIM], strongest = 0.0;
-    int nt = pdi_par_threads(ctx, 6 * (int64_t)level->cells);
+    int nt = pd_par_threads(ctx, 6 * (int64_t)level->cells);
     (void)nt;
     if (!options->keep_all) pdi_coarsen_relax_compatibly(ctx, options, level);
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int q = 0; q < PDI_SMOOTHER_PARTS; q++)
         pdi_coarsen_sum_strengths(options, level, pdi_smoother_part_begin(level->cells, q),
                                   pdi_smoother_part_begin(level->cells, q + 1), &part[q]);
@@ -269,10 +269,10 @@ static void pdi_coarsen_merge_cells(const pd_ctx *ctx, pd_smoother_level *level)
 {
     int last = PD_DIM - 1;
     int32_t layer = (level->halve[last] ? 2 : 1) * pdi_smoother_stride(level->n, last);
-    int nt = pdi_par_threads(ctx, 6 * (int64_t)level->cells);
+    int nt = pd_par_threads(ctx, 6 * (int64_t)level->cells);
     (void)nt;
     if (level->row) layer = level->cells;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t first = 0; first < level->cells; first += layer)
         pdi_coarsen_merge_part(level, first, layer < level->cells - first ? first + layer : level->cells);
 }
@@ -287,7 +287,7 @@ static pd_status pdi_coarsen_compute_offsets(pd_ctx *ctx, const pdi_coarsen_opti
     if (options->symmetric) return PD_OK;
     int32_t lines = keys / coarse->n[0];
     /* as many as there can be, whichever axes are halved */
-    PDI_TRY(pdi_coarsen_reserve_array(ctx, &coarse->line, &coarse->line_capacity, options->fine_lines + 1));
+    PD_TRY(pdi_coarsen_reserve_array(ctx, &coarse->line, &coarse->line_capacity, options->fine_lines + 1));
     for (int32_t j = 0; j <= lines; j++) coarse->line[j] = offset[j * coarse->n[0]];
     return PD_OK;
 }
@@ -310,8 +310,8 @@ static pd_status pdi_coarsen_number_cells(pd_ctx *ctx, const pdi_coarsen_options
         cells++;
     }
     coarse->cells = cells;
-    PDI_TRY(pdi_coarsen_reserve_cells(ctx, options->contrast, coarse, cells));
-    PDI_TRY(pdi_coarsen_compute_offsets(ctx, options, coarse, keys));
+    PD_TRY(pdi_coarsen_reserve_cells(ctx, options->contrast, coarse, cells));
+    PD_TRY(pdi_coarsen_compute_offsets(ctx, options, coarse, keys));
     for (int32_t c = 0; c < level->cells; c++)
         if (parent[c] >= 0) parent[c] = pdi_coarsen_find_root(parent, c);
     for (int32_t c = 0; c < level->cells; c++) {
@@ -338,7 +338,7 @@ static pd_status pdi_coarsen_build_children(pd_ctx *ctx, const pd_smoother_level
     int32_t children = first[coarse->cells];
     /* a later setup may merge other cells, and time steps allocate nothing: the largest possible number */
     int32_t most = level->block && level->cell_capacity > children ? level->cell_capacity : children;
-    PDI_TRY(pdi_coarsen_reserve_array(ctx, &coarse->child, &coarse->child_capacity, most));
+    PD_TRY(pdi_coarsen_reserve_array(ctx, &coarse->child, &coarse->child_capacity, most));
     for (int32_t c = level->cells - 1; c >= 0; c--) /* each list from its end: first[p + 1] becomes its begin */
         if (level->parent[c] >= 0) coarse->child[--first[level->parent[c] + 1]] = c;
     for (int32_t p = 0; p < coarse->cells; p++) first[p] = first[p + 1];
@@ -469,7 +469,7 @@ static pd_status pdi_coarsen_assemble_links(pd_ctx *ctx, const pdi_coarsen_optio
                                             const pd_smoother_level *level, pd_smoother_level *coarse)
 {
     int32_t *row = coarse->row, *mark = options->mark;
-    int nt = pdi_par_threads(ctx, 6 * (int64_t)level->cells);
+    int nt = pd_par_threads(ctx, 6 * (int64_t)level->cells);
     for (int32_t p = 0; p < coarse->cells; p++) {
         mark[p] = -1;
         coarse->r[p] = coarse->x[p] = 0.0f;
@@ -478,7 +478,7 @@ static pd_status pdi_coarsen_assemble_links(pd_ctx *ctx, const pdi_coarsen_optio
     row[0] = 0;
     for (int32_t p = 0; p < coarse->cells; p++)
         row[p + 1] = row[p + 1] < 0 ? pdi_coarsen_assemble_row(level, coarse, p, row[p], 0, mark) : row[p] + row[p + 1];
-    PDI_TRY(pdi_coarsen_reserve_links(ctx, options->symmetric, coarse, row[coarse->cells]));
+    PD_TRY(pdi_coarsen_reserve_links(ctx, options->symmetric, coarse, row[coarse->cells]));
     PDI_PARALLEL_CALL(nt, pdi_coarsen_assemble_rows(level, coarse, 1));
     for (int32_t p = 0; p < coarse->cells; p++) mark[p] = -1;
     for (int32_t p = 0; p < coarse->cells; p++)
@@ -517,10 +517,10 @@ PDI_FN pd_status pdi_coarsen_build_level(pd_ctx *ctx, const pdi_coarsen_options 
                                          pd_smoother_level *coarse)
 {
     pdi_coarsen_merge_cells(ctx, level);
-    PDI_TRY(pdi_coarsen_number_cells(ctx, options, level, coarse));
-    PDI_TRY(pdi_coarsen_build_children(ctx, level, coarse));
+    PD_TRY(pdi_coarsen_number_cells(ctx, options, level, coarse));
+    PD_TRY(pdi_coarsen_build_children(ctx, level, coarse));
     pdi_coarsen_compute_widths(level, coarse);
-    PDI_TRY(pdi_coarsen_assemble_links(ctx, options, level, coarse));
+    PD_TRY(pdi_coarsen_assemble_links(ctx, options, level, coarse));
     pdi_coarsen_compute_diagonals(options, level, coarse);
     return PD_OK;
 }

@@ -73,12 +73,12 @@ static void pdi_compact_operator_assemble_cell(pd_compact_operator *c, int64_t c
 {
     const pd_grid *grid = c->grid;
     double wall = 0.0, outflow = 0.0;
-    double circumference = pdi_grid_circumference(grid, node), mass = circumference * c->mass[cell];
+    double circumference = pd_grid_circumference(grid, node), mass = circumference * c->mass[cell];
     for (int d = 0; d < PD_DIM; d++) {
         const double *u = v->u ? v->u + (int64_t)d * grid->total : NULL;
         for (int up = 0; up < 2; up++) {
             int32_t other = up ? node + grid->stride[d] : node - grid->stride[d];
-            double face = 0.5 * (circumference + pdi_grid_circumference(grid, other));
+            double face = 0.5 * (circumference + pd_grid_circumference(grid, other));
             double inverse = face / (grid->h[d] * grid->h[d]);
             uint8_t kind = grid->kind[other];
             double diffusivity = media ? media->node_value[node] : constant;
@@ -114,10 +114,10 @@ PDI_FN void pdi_compact_operator_assemble(const pd_ctx *ctx, double diffusivity,
                                           const pdi_compact_operator_bc *faces, pd_compact_operator *c)
 {
     const pd_grid *grid = c->grid;
-    int nt = pdi_par_threads(ctx, c->cells * 20);
+    int nt = pd_par_threads(ctx, c->cells * 20);
     int64_t lines = c->cells / grid->n[0];
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int64_t line = 0; line < lines; line++) {
         int i[PD_DIM];
         int64_t rest = line;

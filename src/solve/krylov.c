@@ -97,26 +97,26 @@ PDI_FN pd_status pdi_krylov_init(pd_ctx *ctx, const pd_krylov_desc *desc, pd_kry
     if (d->max_vectors < d->restart) d->max_vectors = d->restart;
     if (d->max_iterations == 0) d->max_iterations = 200;
     if (d->rtol == 0.0) d->rtol = 1e-8;
-    if (d->n < 1) return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "n = %.0f, needs at least 1", (double)d->n);
+    if (d->n < 1) return pd_fail(ctx, PD_ERR_ARGUMENT, "krylov", "n = %.0f, needs at least 1", (double)d->n);
     if (d->spans && (d->components < 1 || d->n != (int64_t)d->components * d->spans->total))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "n = %.0f, expected %d times %d", (double)d->n, d->components,
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "krylov", "n = %.0f, expected %d times %d", (double)d->n, d->components,
                         (int)d->spans->total);
     krylov->length = d->spans ? (int64_t)d->components * d->spans->packed_length : d->n;
     if (d->restart < 1 || d->restart > 1000 || d->initial_vectors < 0)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "restart = %d, needs 1 .. 1000 (0: 30); least = %d", d->restart,
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "krylov", "restart = %d, needs 1 .. 1000 (0: 30); least = %d", d->restart,
                         d->initial_vectors);
     if (d->low_memory && (d->method != PD_KRYLOV_GMRES || d->flexible || !d->zero_guess))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "lean without GMRES and zero_guess, or flexible");
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "krylov", "lean without GMRES and zero_guess, or flexible");
     krylov->base_columns = d->initial_vectors && d->initial_vectors < d->restart ? d->initial_vectors : d->restart;
     if (d->low_memory && krylov->base_columns < 2 * pdi_krylov_iterate_size(d) + 1)
         krylov->base_columns = 2 * pdi_krylov_iterate_size(d) + 1;
     if (d->max_iterations < 1)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "max_iterations = %d, needs at least 1 (0: 200)",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "krylov", "max_iterations = %d, needs at least 1 (0: 200)",
                         d->max_iterations);
     if (!(d->rtol > 0.0 && d->rtol < 1.0))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "rtol = %g, needs 0 < rtol < 1 (0: 1e-8)", d->rtol);
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "krylov", "rtol = %g, needs 0 < rtol < 1 (0: 1e-8)", d->rtol);
     if (!(d->atol >= 0.0 && d->atol <= DBL_MAX))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "atol = %g, needs to be finite and >= 0", d->atol);
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "krylov", "atol = %g, needs to be finite and >= 0", d->atol);
     switch (d->method) {
     case PD_KRYLOV_GMRES:
         krylov->vectors = d->low_memory ? 1 : 2;
@@ -125,11 +125,11 @@ PDI_FN pd_status pdi_krylov_init(pd_ctx *ctx, const pd_krylov_desc *desc, pd_kry
         krylov->columns = krylov->built_columns = d->restart > krylov->base_columns ? d->restart : krylov->base_columns;
         break;
     case PD_KRYLOV_CG: krylov->vectors = 5; break;
-    default: return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "method %d is unknown", (int)d->method);
+    default: return pd_fail(ctx, PD_ERR_ARGUMENT, "krylov", "method %d is unknown", (int)d->method);
     }
     int most = krylov->vectors + krylov->basis_vectors;
     if (d->n > INT64_MAX / most)
-        return pdi_fail(ctx, PD_ERR_SIZE, "krylov", "%d vectors of %.0f entries overflow", most, (double)d->n);
+        return pd_fail(ctx, PD_ERR_SIZE, "krylov", "%d vectors of %.0f entries overflow", most, (double)d->n);
     return PD_OK;
 }
 
@@ -163,7 +163,7 @@ static size_t pdi_krylov_entry_bytes(const pd_krylov *krylov)
 
 static pd_status pdi_krylov_resize_hessenberg(pd_ctx *ctx, pd_krylov *krylov, int columns)
 {
-    PDI_TRY(PDI_GROW(ctx, "krylov", pdi_krylov_dense_size(&krylov->desc, krylov->columns),
+    PD_TRY(PD_GROW(ctx, "krylov", pdi_krylov_dense_size(&krylov->desc, krylov->columns),
                      pdi_krylov_dense_size(&krylov->desc, columns), krylov->dense));
     krylov->columns = columns;
     return PD_OK;
@@ -173,7 +173,7 @@ PDI_FN void pdi_krylov_free_growth(pd_ctx *ctx, pd_krylov *krylov)
 {
     if (!krylov->chunk_count && krylov->columns <= krylov->built_columns) return;
     while (krylov->chunk_count)
-        pdi_free(ctx, (size_t)pdi_krylov_chunk_size(krylov), pdi_krylov_entry_bytes(krylov),
+        pd_free(ctx, (size_t)pdi_krylov_chunk_size(krylov), pdi_krylov_entry_bytes(krylov),
                  &krylov->chunk[--krylov->chunk_count]);
     if (krylov->columns <= krylov->built_columns ||
         pdi_krylov_resize_hessenberg(ctx, krylov, krylov->built_columns) == PD_OK)
@@ -357,9 +357,9 @@ static void pdi_krylov_copy(const pdi_krylov_state *run, const double *u, double
 static void pdi_krylov_scale_add(const pdi_krylov_state *run, double a, double *v, const double *u)
 {
     int64_t first = run->k->desc.first, end = first + pdi_krylov_active_length(&run->k->desc);
-    int nt = pdi_par_threads(run->ctx, end - first);
+    int nt = pd_par_threads(run->ctx, end - first);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int64_t i = first; i < end; i++) v[i] = a * v[i] + u[i];
 }
 
@@ -395,7 +395,7 @@ static const char *pdi_krylov_name(const pdi_krylov_state *run)
 
 static pd_status pdi_krylov_fail_nan(const pdi_krylov_state *run, const char *what)
 {
-    return pdi_fail(run->ctx, PD_ERR_DIVERGED, pdi_krylov_name(run),
+    return pd_fail(run->ctx, PD_ERR_DIVERGED, pdi_krylov_name(run),
                     "%s is not finite in iteration %d of its linear solver: expected values and steps whose products "
                     "a double holds",
                     what, run->result->iterations);
@@ -403,7 +403,7 @@ static pd_status pdi_krylov_fail_nan(const pdi_krylov_state *run, const char *wh
 
 static pd_status pdi_krylov_fail_stall(const pdi_krylov_state *run, const char *why)
 {
-    return pdi_fail(run->ctx, PD_NOT_CONVERGED, pdi_krylov_name(run),
+    return pd_fail(run->ctx, PD_NOT_CONVERGED, pdi_krylov_name(run),
                     "%s after %d iterations: residual %.3g, target %.3g", why, run->result->iterations,
                     run->result->residual, run->target);
 }
@@ -550,7 +550,7 @@ static pd_status pdi_krylov_gmres_cycle(pdi_krylov_state *run, double beta)
             if (!grown) break;
         }
         double *h = s.hess + pdi_hessenberg_column_offset(j);
-        PDI_TRY(pdi_check_cancel(run->ctx, "GMRES", run->result->iterations));
+        PD_TRY(pd_check_cancel(run->ctx, "GMRES", run->result->iterations));
         packed = pdi_krylov_expand(run, j, flexible, &unit);
         double before = pdi_arnoldi_orthogonalise(run->ctx, run->k->length, j, pdi_krylov_get_group, run, packed, h);
         if (!pdi_krylov_is_finite(before) || !pdi_krylov_is_finite(h[j + 1]))
@@ -623,7 +623,7 @@ static pd_status pdi_krylov_gmres(pdi_krylov_state *run, double norm)
     const pd_krylov_desc *d = &run->k->desc;
     while (norm > run->target) {
         if (run->result->iterations >= d->max_iterations) return pdi_krylov_fail_stall(run, "no convergence");
-        PDI_TRY(pdi_krylov_gmres_cycle(run, norm));
+        PD_TRY(pdi_krylov_gmres_cycle(run, norm));
         double fresh = d->low_memory ? pdi_krylov_lean_residual(run) : pdi_krylov_residual(run, run->v);
         if (!pdi_krylov_is_finite(fresh) || fresh > norm) {
             /* rounding, a singular operator or a nonlinear preconditioner: the previous iterate was better */
@@ -674,10 +674,10 @@ static double pdi_krylov_singular_limit(const pdi_krylov_state *run)
     const double *d = run->k->desc.diagonal, *p = pdi_krylov_vector(run, 1);
     double *z = pdi_krylov_vector(run, 2);
     int64_t first = run->k->desc.first, end = first + pdi_krylov_active_length(&run->k->desc);
-    int nt = pdi_par_threads(run->ctx, end - first);
+    int nt = pd_par_threads(run->ctx, end - first);
     (void)nt;
     if (!d) return 0.0;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int64_t i = first; i < end; i++) z[i] = d[i] * p[i];
     return PDI_KRYLOV_SINGULAR * pdi_krylov_dot(run, p, z);
 }
@@ -691,12 +691,12 @@ static pd_status pdi_krylov_cg_cycle(const pdi_krylov_state *run, pdi_krylov_bes
     double rho = 0.0, alpha = 0.0;
     for (int first = 1; best->current > run->target; first = 0) {
         if (run->result->iterations >= run->k->desc.max_iterations) return PD_OK;
-        PDI_TRY(pdi_check_cancel(run->ctx, "Krylov", run->result->iterations));
+        PD_TRY(pd_check_cancel(run->ctx, "Krylov", run->result->iterations));
         pdi_krylov_precond(run, r, z);
         double rho_next = pdi_krylov_dot(run, r, z);
         if (!pdi_krylov_is_finite(rho_next)) return pdi_krylov_fail_nan(run, "the preconditioned residual");
         if (rho_next <= 0.0)
-            return pdi_fail(run->ctx, PD_ERR_DIVERGED, pdi_krylov_name(run),
+            return pd_fail(run->ctx, PD_ERR_DIVERGED, pdi_krylov_name(run),
                             "r.z = %.3g in CG: the preconditioner is not positive definite", rho_next);
         double beta = first ? 0.0 : -alpha * pdi_krylov_dot(run, z, q) / rho;
         pdi_krylov_scale_add(run, beta, p, z);
@@ -705,10 +705,10 @@ static pd_status pdi_krylov_cg_cycle(const pdi_krylov_state *run, pdi_krylov_bes
         if (!pdi_krylov_is_finite(curvature)) return pdi_krylov_fail_nan(run, "an operator application");
         double flat = pdi_krylov_singular_limit(run);
         if (flat > 0.0 && fabs(curvature) <= flat)
-            return pdi_fail(run->ctx, PD_ERR_DIVERGED, pdi_krylov_name(run),
+            return pd_fail(run->ctx, PD_ERR_DIVERGED, pdi_krylov_name(run),
                             "p.Ap = %.3g in CG, where %.3g is rounding: the operator is singular", curvature, flat);
         if (curvature <= 0.0)
-            return pdi_fail(run->ctx, PD_ERR_DIVERGED, pdi_krylov_name(run),
+            return pd_fail(run->ctx, PD_ERR_DIVERGED, pdi_krylov_name(run),
                             "p.Ap = %.3g in CG: the operator is not positive definite (use GMRES)", curvature);
         rho = rho_next;
         alpha = pdi_krylov_dot(run, p, r) / curvature;
@@ -754,7 +754,7 @@ static pd_status pdi_krylov_begin(pdi_krylov_state *run, double *norm)
     double *r = run->v;
     run->b_norm = sqrt(pdi_krylov_dot(run, run->b, run->b));
     if (!pdi_krylov_is_finite(run->b_norm))
-        return pdi_fail(run->ctx, PD_ERR_ARGUMENT, pdi_krylov_name(run), "the right-hand side is not finite");
+        return pd_fail(run->ctx, PD_ERR_ARGUMENT, pdi_krylov_name(run), "the right-hand side is not finite");
     run->target = pdi_max(pdi_max(d->rtol * run->b_norm, d->atol), pdi_krylov_min_norm());
     *norm = run->b_norm;
     if (d->zero_guess) {
@@ -762,7 +762,7 @@ static pd_status pdi_krylov_begin(pdi_krylov_state *run, double *norm)
         pdi_krylov_copy(run, run->b, r);
     } else {
         if (!pdi_krylov_is_finite(pdi_krylov_dot(run, run->x, run->x)))
-            return pdi_fail(run->ctx, PD_ERR_ARGUMENT, pdi_krylov_name(run), "the guess is not finite");
+            return pd_fail(run->ctx, PD_ERR_ARGUMENT, pdi_krylov_name(run), "the guess is not finite");
         *norm = pdi_krylov_residual(run, r);
         if (!pdi_krylov_is_finite(*norm)) return pdi_krylov_fail_nan(run, "A applied to the guess");
     }
@@ -787,12 +787,12 @@ pd_status pd_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn apply, pd_
     run.result = result ? result : &own;
     memset(run.result, 0, sizeof *run.result);
     if (!apply || !krylov->work)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "%s", apply ? "solver was not built" : "apply is NULL");
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "krylov", "%s", apply ? "solver was not built" : "apply is NULL");
     run.v = krylov->desc.low_memory ? x : pdi_krylov_vector(&run, 0);
     run.w = pdi_krylov_vector(&run, krylov->desc.low_memory ? 0 : 1);
     pdi_krylov_zero_scratch(&run, run.v); /* the last solve may have left other data in them */
     pdi_krylov_zero_scratch(&run, run.w);
-    PDI_TRY(pdi_krylov_begin(&run, &norm));
+    PD_TRY(pdi_krylov_begin(&run, &norm));
     pd_status status = PD_OK;
     if (run.b_norm == 0.0 && norm > run.target) { /* x = 0 is the solution */
         pdi_par_zero(ctx, krylov->desc.n, x);

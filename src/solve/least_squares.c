@@ -67,12 +67,12 @@ static pd_status pdi_least_squares_evaluate(pdi_least_squares *s, const double *
 {
     double value[PDI_LEAST_SQUARES_N];
     for (int k = 0; k < s->n; k++) value[k] = pdi_least_squares_unscale(s->desc, k, q[k]);
-    PDI_TRY(s->desc->fn(s->ctx, s->desc->user, value, residual));
+    PD_TRY(s->desc->fn(s->ctx, s->desc->user, value, residual));
     s->result->evaluations++;
     *sum = 0.0;
     for (int i = 0; i < s->m; i++) *sum += residual[i] * residual[i];
     if (*sum < HUGE_VAL) return PD_OK;
-    return pdi_fail(s->ctx, PD_ERR_STATE, "squares", "a residual is not finite at %g of parameter 1", value[0]);
+    return pd_fail(s->ctx, PD_ERR_STATE, "squares", "a residual is not finite at %g of parameter 1", value[0]);
 }
 
 /* Estimate the noise of a residual from k-th differences along a line, in which smooth parts cancel: their mean square
@@ -86,7 +86,7 @@ static pd_status pdi_least_squares_estimate_noise(pdi_least_squares *s)
     memcpy(f, s->r, (size_t)s->m * sizeof *f);
     for (int p = 1; p <= PDI_LEAST_SQUARES_PROBES; p++) {
         for (int k = 0; k < s->n; k++) q[k] = s->q[k] + (s->q[k] < 0.5 ? 1 : -1) * PDI_LEAST_SQUARES_PROBE_SPACING * p;
-        PDI_TRY(pdi_least_squares_evaluate(s, q, f + p * s->m, &sum));
+        PD_TRY(pdi_least_squares_evaluate(s, q, f + p * s->m, &sum));
     }
     for (int order = 1; order <= PDI_LEAST_SQUARES_PROBES; order++) {
         gamma *= order / (2.0 * (2.0 * order - 1.0));
@@ -107,9 +107,9 @@ static pd_status pdi_least_squares_compute_column(pdi_least_squares *s, int k)
     double second = mirrored >= 0.0 && mirrored <= 1.0 ? -first : 2.0 * first;
     memcpy(q, s->q, sizeof q);
     q[k] = s->q[k] + first;
-    PDI_TRY(pdi_least_squares_evaluate(s, q, a, &sum));
+    PD_TRY(pdi_least_squares_evaluate(s, q, a, &sum));
     q[k] = s->q[k] + second;
-    PDI_TRY(pdi_least_squares_evaluate(s, q, b, &sum));
+    PD_TRY(pdi_least_squares_evaluate(s, q, b, &sum));
     for (int i = 0; i < s->m; i++) {
         double near_slope = (a[i] - s->r[i]) / first, far_slope = (b[i] - s->r[i]) / second;
         j[i] = (near_slope * second - far_slope * first) / (second - first);
@@ -159,19 +159,19 @@ static pd_status pdi_least_squares_compute_jacobian(pdi_least_squares *s)
 {
     double noise = s->result->noise * sqrt((double)s->m), a[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N];
     for (int k = 0; k < s->n; k++) {
-        PDI_TRY(pdi_least_squares_compute_column(s, k));
+        PD_TRY(pdi_least_squares_compute_column(s, k));
         const double *j = pdi_least_squares_jacobian_column(s, k);
         double size = sqrt(pdi_least_squares_dot(s, j, j));
         s->result->ineffective = size > 10.0 * noise ? 0 : k + 1;
         if (s->result->ineffective)
-            return pdi_fail(s->ctx, PD_ERR_ARGUMENT, "squares", "parameter %d has no effect on the points: they change"
+            return pd_fail(s->ctx, PD_ERR_ARGUMENT, "squares", "parameter %d has no effect on the points: they change"
                             " by %.3g between its bounds, and by %.3g without it", k + 1, size, noise);
         s->step[k] = pdi_min(PDI_LEAST_SQUARES_MAX_INCREMENT,
                              pdi_max(PDI_LEAST_SQUARES_MIN_INCREMENT, cbrt(3.0 * noise / size)));
     }
     memcpy(s->jacobian_at, s->q, sizeof s->jacobian_at);
     if (pdi_least_squares_factor_normal(s, 0.0, a)) return PD_OK;
-    return pdi_fail(s->ctx, PD_ERR_ARGUMENT, "squares", "the points do not distinguish the %d parameters", s->n);
+    return pd_fail(s->ctx, PD_ERR_ARGUMENT, "squares", "the points do not distinguish the %d parameters", s->n);
 }
 
 /* q: the parameters after a Levenberg-Marquardt step, clipped to the bounds. Returns 0 when the matrix is singular. */
@@ -265,10 +265,10 @@ static pd_status pdi_least_squares_iterate_once(pdi_least_squares *s, int *done)
     int small = pdi_least_squares_is_step_small(s, q);
     if (small && s->damping <= 1.0) {
         if (pdi_least_squares_is_jacobian_valid(s)) *done = 1;
-        else PDI_TRY(pdi_least_squares_compute_jacobian(s));
+        else PD_TRY(pdi_least_squares_compute_jacobian(s));
         return PD_OK;
     }
-    PDI_TRY(pdi_least_squares_evaluate(s, q, s->trial, &sum));
+    PD_TRY(pdi_least_squares_evaluate(s, q, s->trial, &sum));
     int lower = sum < s->sum;
     if (!lower && !pdi_least_squares_is_jacobian_valid(s)) return pdi_least_squares_compute_jacobian(s);
     if (!lower) {
@@ -316,17 +316,17 @@ static void pdi_least_squares_set_result(pdi_least_squares *s)
 static pd_status pdi_least_squares_iterate(pdi_least_squares *s)
 {
     int done = 0;
-    PDI_TRY(pdi_least_squares_evaluate(s, s->q, s->r, &s->sum));
+    PD_TRY(pdi_least_squares_evaluate(s, s->q, s->r, &s->sum));
     pdi_least_squares_report_progress(s);
-    PDI_TRY(pdi_least_squares_estimate_noise(s));
-    PDI_TRY(pdi_least_squares_compute_jacobian(s));
+    PD_TRY(pdi_least_squares_estimate_noise(s));
+    PD_TRY(pdi_least_squares_compute_jacobian(s));
     while (!done && s->result->steps < PDI_LEAST_SQUARES_MAX_STEPS) {
         double before = s->sum;
-        PDI_TRY(pdi_least_squares_iterate_once(s, &done));
+        PD_TRY(pdi_least_squares_iterate_once(s, &done));
         s->result->steps++;
         if (s->sum < before) pdi_least_squares_report_progress(s);
     }
-    if (!pdi_least_squares_is_jacobian_valid(s)) PDI_TRY(pdi_least_squares_compute_jacobian(s));
+    if (!pdi_least_squares_is_jacobian_valid(s)) PD_TRY(pdi_least_squares_compute_jacobian(s));
     s->result->converged = done > 0;
     pdi_least_squares_set_result(s);
     return s->result->converged ? PD_OK : PD_NOT_CONVERGED;
@@ -335,15 +335,15 @@ static pd_status pdi_least_squares_iterate(pdi_least_squares *s)
 static pd_status pdi_least_squares_check(pd_ctx *ctx, const pd_least_squares_desc *d)
 {
     if (d->parameters < 1 || d->parameters > PDI_LEAST_SQUARES_N)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "squares", "%d parameters, expected 1 to %d", d->parameters,
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "squares", "%d parameters, expected 1 to %d", d->parameters,
                         PDI_LEAST_SQUARES_N);
     if (d->points < d->parameters)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "squares", "%d points for %d parameters, expected as many at least",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "squares", "%d points for %d parameters, expected as many at least",
                         d->points, d->parameters);
     for (int k = 0; k < d->parameters; k++)
         if (!(d->low[k] < d->high[k]) || !(d->high[k] - d->low[k] < HUGE_VAL) || !(d->start[k] >= d->low[k]) ||
             !(d->start[k] <= d->high[k]))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "squares", "parameter %d starts at %g between %g and %g, expected"
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "squares", "parameter %d starts at %g between %g and %g, expected"
                             " finite bounds that rise and a start between them", k + 1, d->start[k], d->low[k],
                             d->high[k]);
     return PD_OK;
@@ -359,12 +359,12 @@ static void pdi_least_squares_list(pdi_array_visitor *owner, void *object)
     PDI_ARRAY(owner, squares, work, points * (PDI_LEAST_SQUARES_PROBES + 1), "1");
 }
 
-PDI_FN pd_status pdi_least_squares_solve(pd_ctx *ctx, const pd_least_squares_desc *d, pd_least_squares_result *result)
+pd_status pd_least_squares_solve(pd_ctx *ctx, const pd_least_squares_desc *d, pd_least_squares_result *result)
 {
     pdi_least_squares s;
     memset(&s, 0, sizeof s);
     memset(result, 0, sizeof *result);
-    PDI_TRY(pdi_least_squares_check(ctx, d));
+    PD_TRY(pdi_least_squares_check(ctx, d));
     s.ctx = ctx;
     s.desc = d;
     s.result = result;
@@ -392,7 +392,7 @@ static double pdi_least_squares_student_probability(double t, int freedom)
         sum += term;
         term *= c * c * (k - 1) / (double)k;
     }
-    return odd ? 2.0 / PDI_PI * (angle + sin(angle) * sum) : sin(angle) * sum;
+    return odd ? 2.0 / PD_PI * (angle + sin(angle) * sum) : sin(angle) * sum;
 }
 
 PDI_FN double pdi_least_squares_student_quantile(int freedom)

@@ -46,12 +46,14 @@ typedef struct pd_least_squares_result {
     int ineffective; /* number, from 1, of a parameter without effect that ended the fit; 0: none */
 } pd_least_squares_result;
 
-#ifdef PDI_INTERNAL
+#define pd_least_squares_solve PD_NAME(pd_least_squares_solve)
+
 /* Minimise the sum of squared residuals within the bounds. PD_ERR_ARGUMENT: bounds, a start outside of them, fewer
  * points than parameters, a parameter without effect. PD_NOT_CONVERGED: no step lowers the sum any more, but the
  * tolerance is not reached. Errors of fn. */
-PDI_FN pd_status pdi_least_squares_solve(pd_ctx *ctx, const pd_least_squares_desc *desc,
+PD_API pd_status pd_least_squares_solve(pd_ctx *ctx, const pd_least_squares_desc *desc,
                                          pd_least_squares_result *result);
+#ifdef PDI_INTERNAL
 /* The 97.5 % quantile of Student's t distribution; freedom 0: of the normal distribution. */
 PDI_FN double pdi_least_squares_student_quantile(int freedom);
 #endif

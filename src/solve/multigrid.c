@@ -89,11 +89,11 @@ PDI_FN pd_status pdi_multigrid_init(pd_ctx *ctx, const pd_multigrid_desc *desc, 
     int64_t cells = 1;
     for (int d = 0; d < PD_DIM; d++) {
         if (desc->n[d] < 1 || desc->stride[d] < 1 || desc->first < 0)
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "multigrid", "axis %d: n = %d, stride = %d, first = %d", d,
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "multigrid", "axis %d: n = %d, stride = %d, first = %d", d,
                             desc->n[d], (int)desc->stride[d], (int)desc->first);
         cells *= desc->n[d];
         if (cells > INT32_MAX / (2 * PD_DIM))
-            return pdi_fail(ctx, PD_ERR_SIZE, "multigrid", "the box has more than %d cells", INT32_MAX / (2 * PD_DIM));
+            return pd_fail(ctx, PD_ERR_SIZE, "multigrid", "the box has more than %d cells", INT32_MAX / (2 * PD_DIM));
         fine->n[d] = desc->n[d];
         fine->last_width[d] = 1.0f;
     }
@@ -211,9 +211,9 @@ PDI_NOINLINE static pd_status pdi_multigrid_check_field(pd_ctx *ctx, const pd_mu
 {
     float part[PDI_SMOOTHER_PARTS];
     int32_t cells = field ? mg->level[0].cells : 0, bad = 0;
-    int nt = pdi_par_threads(ctx, cells);
+    int nt = pd_par_threads(ctx, cells);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int q = 0; q < PDI_SMOOTHER_PARTS; q++) {
         part[q] = 0.0f;
         for (int32_t c = pdi_smoother_part_begin(cells, q); c < pdi_smoother_part_begin(cells, q + 1); c++) {
@@ -224,7 +224,7 @@ PDI_NOINLINE static pd_status pdi_multigrid_check_field(pd_ctx *ctx, const pd_mu
     for (int q = 0; q < PDI_SMOOTHER_PARTS; q++) *largest = fmaxf(*largest, part[q]);
     if (*largest <= FLT_MAX) return PD_OK;
     while (pdi_multigrid_is_valid(field[bad], sign_free)) bad++;
-    return pdi_fail(ctx, PD_ERR_ARGUMENT, "multigrid", "%s is %g at cell %d, needs to be finite%s", name,
+    return pd_fail(ctx, PD_ERR_ARGUMENT, "multigrid", "%s is %g at cell %d, needs to be finite%s", name,
                     (double)field[bad], (int)bad, sign_free ? "" : " and >= 0");
 }
 
@@ -244,9 +244,9 @@ static void pdi_multigrid_compute_faces(const pd_ctx *ctx, pd_multigrid *mg, int
     int32_t stride = pdi_smoother_stride(fine->n, d), n = fine->n[d];
     double scale = mg->scale; /* may exceed the range of float */
     float *hi = fine->hi[d], *lo = fine->lo[d];
-    int nt = pdi_par_threads(ctx, 16 * (int64_t)fine->cells);
+    int nt = pd_par_threads(ctx, 16 * (int64_t)fine->cells);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t c = 0; c < fine->cells; c++) {
         int inside = c / stride % n < n - 1;
         int32_t above = inside ? c + stride : fine->periodic[d] ? c - (n - 1) * stride : -1;
@@ -286,9 +286,9 @@ static void pdi_multigrid_compute_diagonal(const pd_ctx *ctx, pd_multigrid *mg, 
                                            const float *const *flux, const float *wall, const float *mass)
 {
     pd_smoother_level *fine = &mg->level[0];
-    int nt = pdi_par_threads(ctx, 6 * (int64_t)fine->cells);
+    int nt = pd_par_threads(ctx, 6 * (int64_t)fine->cells);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t c = 0; c < fine->cells; c++) {
         fine->x[c] = wall && active[c] ? pdi_multigrid_scale_mass(mg, wall[c]) : 0.0f;
         fine->b[c] = mass && active[c] ? pdi_multigrid_scale_mass(mg, mass[c]) : 0.0f;
@@ -333,9 +333,9 @@ static pd_status pdi_multigrid_build_levels(pd_ctx *ctx, const pdi_coarsen_optio
     mg->levels = 1;
     for (int l = 0; pdi_coarsen_choose_axes(ctx, options, &mg->level[l]); l++) {
         if (l + 1 == PD_MULTIGRID_LEVELS)
-            return pdi_fail(ctx, PD_ERR_INTERNAL, "multigrid", "more than %d levels", PD_MULTIGRID_LEVELS);
-        PDI_TRY(pdi_check_cancel(ctx, "multigrid", l));
-        PDI_TRY(pdi_coarsen_build_level(ctx, options, &mg->level[l], &mg->level[l + 1]));
+            return pd_fail(ctx, PD_ERR_INTERNAL, "multigrid", "more than %d levels", PD_MULTIGRID_LEVELS);
+        PD_TRY(pd_check_cancel(ctx, "multigrid", l));
+        PD_TRY(pdi_coarsen_build_level(ctx, options, &mg->level[l], &mg->level[l + 1]));
         mg->levels = l + 2;
     }
     return PD_OK;
@@ -347,7 +347,7 @@ static pd_status pdi_multigrid_reserve_levels(pd_ctx *ctx, pd_multigrid *mg)
     pdi_coarsen_options options = pdi_multigrid_coarsen_options(mg), all = options;
     all.keep_all = 1;
     /* a later setup may need memory for all cells, and time steps allocate nothing */
-    if (!options.keep_all && !mg->has_full_capacity) PDI_TRY(pdi_multigrid_build_levels(ctx, &all, mg));
+    if (!options.keep_all && !mg->has_full_capacity) PD_TRY(pdi_multigrid_build_levels(ctx, &all, mg));
     mg->has_full_capacity = 1;
     return pdi_multigrid_build_levels(ctx, &options, mg);
 }
@@ -357,7 +357,7 @@ static pd_status pdi_multigrid_setup_levels(pd_ctx *ctx, pd_multigrid *mg)
 {
     pd_arena *arena = mg->desc.arena;
     if (!arena) return pdi_multigrid_reserve_levels(ctx, mg);
-    PDI_TRY(pdi_arena_acquire(ctx, arena, pdi_multigrid_setup_list, mg));
+    PD_TRY(pdi_arena_acquire(ctx, arena, pdi_multigrid_setup_list, mg));
     return pdi_arena_release(ctx, arena, pdi_multigrid_setup_list, mg, pdi_multigrid_reserve_levels(ctx, mg));
 }
 
@@ -367,15 +367,15 @@ PDI_FN pd_status pdi_multigrid_setup(pd_ctx *ctx, pd_multigrid *mg, const uint8_
 {
     float largest = 0.0f;
     mg->levels = 0;
-    if (!mg->level[0].parent) return pdi_fail(ctx, PD_ERR_ARGUMENT, "multigrid", "setup before a successful build");
+    if (!mg->level[0].parent) return pd_fail(ctx, PD_ERR_ARGUMENT, "multigrid", "setup before a successful build");
     if (flux && mg->desc.symmetric)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "multigrid", "flux given, but the desc says symmetric");
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "multigrid", "flux given, but the desc says symmetric");
     for (int d = 0; d < PD_DIM; d++) {
-        PDI_TRY(pdi_multigrid_check_field(ctx, mg, conduct[d], 0, "conduct", &largest));
-        if (flux) PDI_TRY(pdi_multigrid_check_field(ctx, mg, flux[d], 1, "flux", &largest));
+        PD_TRY(pdi_multigrid_check_field(ctx, mg, conduct[d], 0, "conduct", &largest));
+        if (flux) PD_TRY(pdi_multigrid_check_field(ctx, mg, flux[d], 1, "flux", &largest));
     }
-    PDI_TRY(pdi_multigrid_check_field(ctx, mg, wall, 0, "wall", &largest));
-    PDI_TRY(pdi_multigrid_check_field(ctx, mg, mass, 0, "mass", &largest));
+    PD_TRY(pdi_multigrid_check_field(ctx, mg, wall, 0, "wall", &largest));
+    PD_TRY(pdi_multigrid_check_field(ctx, mg, mass, 0, "mass", &largest));
     mg->scale = pdi_multigrid_power_of_two((double)largest);
     pdi_multigrid_zero_pads(mg, mg->level[0].x, 0);
     for (int d = 0; d < PD_DIM; d++) pdi_multigrid_compute_faces(ctx, mg, d, active, conduct[d], flux ? flux[d] : NULL);
@@ -391,10 +391,10 @@ PDI_FN pd_status pdi_multigrid_update_mass(pd_ctx *ctx, pd_multigrid *mg, const 
 {
     float largest = 0.0f;
     if (mg->levels == 0 || !mg->desc.symmetric)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "multigrid", "other masses %s",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "multigrid", "other masses %s",
                         mg->levels ? "with flow" : "before a successful setup");
-    PDI_TRY(pdi_multigrid_check_field(ctx, mg, wall, 0, "wall", &largest));
-    PDI_TRY(pdi_multigrid_check_field(ctx, mg, mass, 0, "mass", &largest));
+    PD_TRY(pdi_multigrid_check_field(ctx, mg, wall, 0, "wall", &largest));
+    PD_TRY(pdi_multigrid_check_field(ctx, mg, mass, 0, "mass", &largest));
     pdi_multigrid_compute_diagonal(ctx, mg, active, NULL, wall, mass);
     pdi_multigrid_find_row_ends(&mg->level[0]);
     pdi_coarsen_options options = pdi_multigrid_coarsen_options(mg);

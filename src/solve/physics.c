@@ -25,7 +25,7 @@ PDI_FN pd_status pdi_physics_limit_max_step(pd_ctx *ctx, void *self, pd_step *s)
 static pd_status pdi_physics_fail_underflow(pd_ctx *ctx, const pd_physics *p, const pd_step *s)
 {
     if (p->report_underflow) return p->report_underflow(ctx, p->self, s);
-    return pdi_fail(ctx, PD_ERR_STATE, p->name,
+    return pd_fail(ctx, PD_ERR_STATE, p->name,
                     "steps of %g s do not lead on from t = %g s to %g s, after %d attempts "
                     "that were not good enough",
                     s->dt, s->time, s->latest_end, s->rejected);
@@ -39,7 +39,7 @@ PDI_FN pd_status pdi_physics_check_progress(pd_ctx *ctx, const char *name, pdi_p
     pace->steps = 0;
     pace->since = time;
     if (!(by * (PDI_PHYSICS_MAX_STEPS / PDI_PHYSICS_PROGRESS_STEPS) < end - time)) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_STATE, name,
+    return pd_fail(ctx, PD_ERR_STATE, name,
                     "the last %d steps led on by %g s, to t = %g s: so the end at %g s is "
                     "more than %g steps away; expected a shorter run, or laws and values that let steps be longer",
                     PDI_PHYSICS_PROGRESS_STEPS, by, time, end, PDI_PHYSICS_MAX_STEPS);
@@ -64,12 +64,12 @@ PDI_FN pd_status pdi_physics_step(pd_ctx *ctx, const pd_physics *p, pd_step *s)
     s->converted_count = 0;
     s->ends_substeps = s->rejected = 0;
     pdi_physics_publish_attempt(p, s);
-    PDI_TRY(pdi_check_cancel(ctx, p->name, p->steps ? *p->steps : 0));
-    if (p->limit) PDI_TRY(p->limit(ctx, p->self, s));
+    PD_TRY(pd_check_cancel(ctx, p->name, p->steps ? *p->steps : 0));
+    if (p->limit) PD_TRY(p->limit(ctx, p->self, s));
     left = s->latest_end - s->time;
     for (s->rejected = 0;; s->rejected++) {
         pdi_physics_publish_attempt(p, s);
-        if (s->rejected) PDI_TRY(pdi_check_cancel(ctx, p->name, p->steps ? *p->steps : 0));
+        if (s->rejected) PD_TRY(pd_check_cancel(ctx, p->name, p->steps ? *p->steps : 0));
         if (s->time_limit)
             s->dt = pdi_min(s->dt, s->time_limit(s->time_limit_user, s->time, s->time + s->dt) - s->time);
         if (p->time_limit)
@@ -87,10 +87,10 @@ PDI_FN pd_status pdi_physics_step(pd_ctx *ctx, const pd_physics *p, pd_step *s)
         if (status >= 0 && status != PD_RETRY && p->time_limit)
             seen = p->time_limit(p->time_limit_user, s->time, s->end, 1);
         if (status != PD_RETRY && !(seen < s->end)) break;
-        PDI_TRY(p->reject(ctx, p->self, s));
+        PD_TRY(p->reject(ctx, p->self, s));
         s->dt = pdi_min(s->dt, seen - s->time);
     }
-    if (status >= 0 && p->accept) PDI_TRY(p->accept(ctx, p->self, s));
+    if (status >= 0 && p->accept) PD_TRY(p->accept(ctx, p->self, s));
     if (status >= 0 && s->progress) s->progress->accepted_steps++;
     return status;
 }
@@ -100,7 +100,7 @@ pd_status pd_physics_run(pd_ctx *ctx, pd_physics p, double t_end)
     pd_step s;
     pd_status worst = PD_OK;
     if (!p.time || !(t_end >= *p.time))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, p.name, "a run from %g s to %g s", p.time ? *p.time : (double)NAN, t_end);
+        return pd_fail(ctx, PD_ERR_ARGUMENT, p.name, "a run from %g s to %g s", p.time ? *p.time : (double)NAN, t_end);
     memset(&s, 0, sizeof s);
     pdi_physics_progress pace = {*p.time, 0};
     for (s.time = *p.time; s.time < t_end; s.time = s.end) {
@@ -108,9 +108,9 @@ pd_status pd_physics_run(pd_ctx *ctx, pd_physics p, double t_end)
         pd_status status = pdi_physics_step(ctx, &p, &s);
         if (status < 0) return status;
         if (status > 0) worst = status;
-        PDI_TRY(pdi_physics_check_progress(ctx, p.name, &pace, s.end, t_end));
+        PD_TRY(pdi_physics_check_progress(ctx, p.name, &pace, s.end, t_end));
     }
-    if (p.finish) PDI_TRY(p.finish(ctx, p.self, t_end));
+    if (p.finish) PD_TRY(p.finish(ctx, p.self, t_end));
     return worst;
 }
 

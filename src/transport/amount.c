@@ -45,11 +45,11 @@ PDI_FN void pdi_transport_boundary(const pd_ctx *ctx, pd_transport *t)
     for (int32_t i = 0; i < grid->total && t->diffusion.wall_rate; i++) {
         double gain = pdi_diffusion_gain(&t->diffusion, i, t->c[i], t->rest ? t->rest[i] : 0.0);
         if (grid->kind[i] == PD_FLUID)
-            pdi_compensated_sum_add(gain > 0.0 ? &in : &out, fabs(gain) * pdi_grid_circumference(grid, i));
+            pdi_compensated_sum_add(gain > 0.0 ? &in : &out, fabs(gain) * pd_grid_circumference(grid, i));
     }
     for (int32_t p = 0; p < t->boundary.count; p++) {
         int32_t i = t->boundary.node[p];
-        double around = pdi_grid_circumference(grid, i);
+        double around = pd_grid_circumference(grid, i);
         for (int k = 0; k < t->bonds->stencil->count; k++) {
             if (!pdi_flux_open(&t->flux, i, k)) continue;
             uint8_t far_kind = grid->kind[i + t->bonds->paths.shift[k]];

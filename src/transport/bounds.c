@@ -67,7 +67,7 @@ PDI_FN int pdi_bounds_keep(const pd_grid *grid, const double *c, const double *m
 /* Mark node i, or the one that it repeats; 1 when it is new. */
 static int pdi_bounds_mark_one(const pd_grid *grid, int32_t i, uint8_t *marked)
 {
-    if (grid->kind[i] == PD_IMAGE) i = pdi_grid_find_source(grid, i, NULL);
+    if (grid->kind[i] == PD_IMAGE) i = pd_grid_find_source(grid, i, NULL);
     int fresh = !marked[i];
     marked[i] = 1;
     return fresh;

@@ -16,11 +16,11 @@ static double pdi_conductance_entry(const pd_bonds *bonds, int32_t i, int k)
     double fraction = 1.0;
     int at[PD_DIM];
     if (grid->kind[i + bonds->paths.shift[k]] != PD_INLET) return 1.0;
-    pdi_grid_index(grid, i, at);
+    pd_grid_index(grid, i, at);
     for (int d = 0; d < PD_DIM; d++) {
         int step = bonds->stencil->offset[k * PD_DIM + d], upper = step > 0;
         double inside = upper ? grid->n[d] - at[d] - 0.5 : at[d] + 0.5; /* cells to the side */
-        if (pdi_grid_is_inlet_or_outlet(grid->side[2 * d + upper]))
+        if (pd_grid_is_inlet_or_outlet(grid->side[2 * d + upper]))
             fraction = pdi_min(fraction, step ? inside / abs(step) : 1.0);
     }
     return fraction;
@@ -138,7 +138,7 @@ static double pdi_conductance_end(const pd_bonds *bonds, int32_t i, int k)
     double factor = 1.0;
     int at[PD_DIM];
     if (bonds->stencil->reach > 1) return 1.0;
-    pdi_grid_index(grid, i, at);
+    pd_grid_index(grid, i, at);
     for (int side = 0; side < 2 * PD_DIM; side++) {
         int d = side / 2, step = bonds->stencil->offset[k * PD_DIM + d];
         int32_t behind = pdi_conductance_behind(grid, i, at, d, side % 2);
@@ -242,14 +242,14 @@ static void pdi_conductance_row(const pd_conductance *c, int32_t r)
 PDI_FN void pdi_conductance_update(const pd_ctx *ctx, pd_conductance *c)
 {
     const pd_bonds *bonds = c->bonds;
-    int nt = pdi_par_threads(ctx, (int64_t)bonds->rows * bonds->stencil->count * 8);
+    int nt = pd_par_threads(ctx, (int64_t)bonds->rows * bonds->stencil->count * 8);
     (void)nt;
     if (c->version == bonds->version) return;
     pdi_conductance_find(c);
     pdi_conductance_move(c);
     /* callbacks say where inlets end: one thread asks them */
     int32_t several = bonds->grid->mixed_sides ? bonds->rows_without_inlet : bonds->rows;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t r = 0; r < several; r++) pdi_conductance_row(c, r);
     for (int32_t r = several; r < bonds->rows; r++) pdi_conductance_row(c, r);
     for (int32_t r = 0; r < bonds->rows; r++) c->node[r] = bonds->node[r];

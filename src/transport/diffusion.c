@@ -313,12 +313,12 @@ static double pdi_diffusion_passes(const pd_grid *grid, int32_t i, double x, int
 {
     int at[PD_DIM];
     double far = (x - grid->lo[axis]) / grid->h[axis] - index;
-    pdi_grid_index(grid, i, at);
+    pd_grid_index(grid, i, at);
     int before = at[axis] < index;
     if (fabs(far) > PDI_DIFFUSION_NONE) return before == (far > 0.0) ? 1.0 : 0.0;
     at[axis] = 2 * index - 1 - at[axis];
     pdi_grid_fold_index(grid, at);
-    return pdi_grid_is_inside(grid, at) && grid->kind[pd_grid_node(grid, at)] == PD_FLUID ? 0.5 : 1.0;
+    return pd_grid_is_inside(grid, at) && grid->kind[pd_grid_node(grid, at)] == PD_FLUID ? 0.5 : 1.0;
 }
 
 PDI_FN double pdi_diffusion_through(const pd_diffusion *d, const double *c, const double *rest, int axis, int index)
@@ -336,7 +336,7 @@ PDI_FN double pdi_diffusion_through(const pd_diffusion *d, const double *c, cons
             double share = value >= 0.0 ? pdi_diffusion_passes(bonds->grid, i, x[axis], axis, index) : 0.0;
             if (!(share > 0.0)) continue;
             double gain = conduct * ((value - c[i]) - (rest ? rest[i] : 0.0));
-            pdi_compensated_sum_add(&sum, share * (above ? gain : -gain) * pdi_grid_circumference(bonds->grid, i));
+            pdi_compensated_sum_add(&sum, share * (above ? gain : -gain) * pd_grid_circumference(bonds->grid, i));
         }
     }
     return pdi_compensated_sum_total(&sum) * bonds->stencil->volume;
@@ -417,7 +417,7 @@ static void pdi_diffusion_turn(pd_diffusion *d, int32_t i)
     const pd_bonds *bonds = d->bonds;
     for (int k = 0; k < bonds->stencil->count; k++) {
         int at[PD_DIM];
-        pdi_grid_index(bonds->grid, i, at);
+        pd_grid_index(bonds->grid, i, at);
         for (int a = 0; a < PD_DIM; a++) at[a] += bonds->stencil->offset[k * PD_DIM + a];
         pdi_grid_fold_index(bonds->grid, at);
         int32_t j = pd_grid_node(bonds->grid, at);
@@ -448,7 +448,7 @@ static void pdi_diffusion_find(pd_diffusion *d, int all)
 PDI_FN pd_status pdi_diffusion_update(pd_ctx *ctx, pd_diffusion *d)
 {
     const pd_bonds *bonds = d->bonds;
-    int nt = pdi_par_threads(ctx, (int64_t)bonds->rows * bonds->stencil->count * PD_DIFFUSION_TENSOR);
+    int nt = pd_par_threads(ctx, (int64_t)bonds->rows * bonds->stencil->count * PD_DIFFUSION_TENSOR);
     int all = d->version == 0;
     (void)nt;
     if (d->version == bonds->version) return PD_OK;
@@ -456,7 +456,7 @@ PDI_FN pd_status pdi_diffusion_update(pd_ctx *ctx, pd_diffusion *d)
         d->held_least = HUGE_VAL;
         d->held_most = -HUGE_VAL;
     }
-    PDI_TRY(pdi_diffusion_fit(ctx, d, &all));
+    PD_TRY(pdi_diffusion_fit(ctx, d, &all));
     pdi_diffusion_find(d, all);
     pdi_diffusion_ghosts(d);
     for (int32_t r = 0; r < bonds->rows && d->wall_rate; r++) {
@@ -465,7 +465,7 @@ PDI_FN pd_status pdi_diffusion_update(pd_ctx *ctx, pd_diffusion *d)
         pdi_diffusion_hold(d, r, d->held);
         pdi_diffusion_keep(d, r, d->held);
     }
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t r = 0; r < (d->wall_rate ? 0 : bonds->rows); r++) {
         int32_t i = bonds->node[r];
         if (d->place[i] >= 0 && d->renewed[i] == bonds->version) pdi_diffusion_keep(d, r, NULL);
@@ -525,10 +525,10 @@ static pd_status pdi_diffusion_make(pd_ctx *ctx, const pd_bonds *bonds, const pd
     d->desc = *desc;
     d->bonds = bonds;
     if (!(desc->diffusivity >= 0.0) || !(desc->diffusivity < 1e100))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "diffusion", "D = %g m2/s, expected a finite value of at least 0",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "diffusion", "D = %g m2/s, expected a finite value of at least 0",
                         desc->diffusivity);
     d->metals = bonds->grid->solid_count > 0; /* all of it may dissolve */
-    PDI_TRY(pdi_array_registry_build(ctx, pdi_diffusion_list, d));
+    PD_TRY(pdi_array_registry_build(ctx, pdi_diffusion_list, d));
     for (int32_t i = 0; i < bonds->grid->total; i++) d->place[i] = -1;
     for (int k = 0; k < bonds->stencil->count; k++) {
         double xi[PD_DIM];
@@ -539,7 +539,7 @@ static pd_status pdi_diffusion_make(pd_ctx *ctx, const pd_bonds *bonds, const pd
         }
     }
     if (desc->field)
-        PDI_TRY(pdi_bond_diffusivity_build(ctx, bonds->stencil, bonds->grid, desc->field, desc->level, desc->user,
+        PD_TRY(pdi_bond_diffusivity_build(ctx, bonds->stencil, bonds->grid, desc->field, desc->level, desc->user,
                                            &d->media));
     d->field = d->media.node_value;
     return pdi_diffusion_update(ctx, d);

@@ -62,7 +62,7 @@ static void pdi_explicit_share(const pd_transport *t, double dt)
 
 static void pdi_explicit_move(pd_ctx *ctx, const pd_transport *t, double dt)
 {
-    int nt = pdi_par_threads(ctx, (int64_t)t->grid->total * 4);
+    int nt = pd_par_threads(ctx, (int64_t)t->grid->total * 4);
     PDI_PARALLEL_CALL(nt, pdi_explicit_share(t, dt));
 }
 
@@ -98,7 +98,7 @@ static pd_status pdi_explicit_steep(pd_ctx *ctx, pd_transport *t, double dt)
     pdi_par_zero(ctx, t->grid->total, t->anti);
     pdi_explicit_move(ctx, t, dt);
     pd_ghosts_set_scalar(&t->bonds->ghosts, t->old);
-    PDI_TRY(pdi_arena_acquire(ctx, arena, pdi_steep_list, &s));
+    PD_TRY(pdi_arena_acquire(ctx, arena, pdi_steep_list, &s));
     pdi_steep_anti(ctx, &s, t->anti);
     return pdi_arena_release(ctx, arena, pdi_steep_list, &s, PD_OK);
 }
@@ -106,11 +106,11 @@ static pd_status pdi_explicit_steep(pd_ctx *ctx, pd_transport *t, double dt)
 /* A step with all that is lent for it. PD_RETRY: it is too long, and nothing has changed. */
 static pd_status pdi_explicit_step(pd_ctx *ctx, pd_transport *t, double dt)
 {
-    PDI_TRY(pdi_flux_refresh(ctx, &t->flux));
+    PD_TRY(pdi_flux_refresh(ctx, &t->flux));
     if (!pdi_explicit_within(ctx, t, dt)) {
         double limit = pd_transport_limit(ctx, t);
         if (dt > limit * (1.0 + 1e-12)) {
-            pdi_fail(ctx, PD_RETRY, "transport", "the explicit step of %g s exceeds the limit of %g s", dt, limit);
+            pd_fail(ctx, PD_RETRY, "transport", "the explicit step of %g s exceeds the limit of %g s", dt, limit);
             return PD_RETRY;
         }
     }
@@ -120,7 +120,7 @@ static pd_status pdi_explicit_step(pd_ctx *ctx, pd_transport *t, double dt)
     pdi_transport_open(t);
     int limited = pdi_transport_start(t), steep = limited && pdi_steep_may(&t->flux), rounds = PDI_TRANSPORT_ROUNDS;
     pdi_transport_operator(ctx, t, t->old, t->work);
-    if (steep) PDI_TRY(pdi_explicit_steep(ctx, t, dt));
+    if (steep) PD_TRY(pdi_explicit_steep(ctx, t, dt));
     do {
         pdi_par_copy(ctx, t->grid->total, t->old, t->c);
         if (limited && !steep) pdi_transport_anti(ctx, t, t->c, t->anti);
@@ -143,8 +143,8 @@ static pd_status pdi_explicit_hold(pd_ctx *ctx, pd_transport *t)
 pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
 {
     if (!(dt > 0.0))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "the step is %g s, expected a positive one", dt);
-    PDI_TRY(pdi_transport_solves(ctx, t));
-    PDI_TRY(pdi_explicit_hold(ctx, t));
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "transport", "the step is %g s, expected a positive one", dt);
+    PD_TRY(pdi_transport_solves(ctx, t));
+    PD_TRY(pdi_explicit_hold(ctx, t));
     return pdi_transport_release(ctx, t, pdi_explicit_step(ctx, t, dt));
 }

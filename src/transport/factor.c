@@ -384,7 +384,7 @@ PDI_FN void pdi_factor_make(const pd_ctx *ctx, pd_factor *f, const double *c, do
     int nt = pdi_par_begin_timing(ctx, (int64_t)o[0].columns * o[0].rows * 500, 1,
                                   (uint64_t)(uintptr_t)pdi_factor_columns, &timing);
     (void)nt;
-    PDI_PARALLEL_FOR(nt < 2 ? nt : 2)
+    PD_PARALLEL_FOR(nt < 2 ? nt : 2)
     for (int end = 0; end < 2; end++)
         good[end] = pdi_factor_columns(f, o + end, c, rate, least, 0, end ? pdi_factor_apart(o + 1) : o->end);
     pdi_par_end_timing(ctx, &timing);
@@ -441,11 +441,11 @@ PDI_FN void pdi_factor_solve(const pd_ctx *ctx, const pd_factor *f, const double
     int nt = pdi_par_begin_timing(ctx, (int64_t)o[0].columns * o[0].rows * 50, 1,
                                   (uint64_t)(uintptr_t)pdi_factor_forward, &timing);
     (void)nt;
-    PDI_PARALLEL_FOR(nt < 2 ? nt : 2)
+    PD_PARALLEL_FOR(nt < 2 ? nt : 2)
     for (int end = 0; end < 2; end++) pdi_factor_forward(f, o + end, x, 0, end ? apart : o->end);
     pdi_factor_forward(f, o + 1, x, apart, o[1].end);
     pdi_factor_backward(f, o + 1, apart, o[1].end, y);
-    PDI_PARALLEL_FOR(nt < 2 ? nt : 2)
+    PD_PARALLEL_FOR(nt < 2 ? nt : 2)
     for (int end = 0; end < 2; end++) pdi_factor_backward(f, o + end, 0, end ? apart : o->end, y);
     pdi_par_end_timing(ctx, &timing);
 }

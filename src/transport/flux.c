@@ -27,7 +27,7 @@ static inline double *pdi_flux_slot(const pd_flux *t, int32_t i, int k, double *
     *factor = 1.0;
     if (k < count / 2) return t->flux + (int64_t)k * grid->total + i;
     *factor = -1.0;
-    if (grid->circumference) *factor = -pdi_grid_circumference(grid, j) / pdi_grid_circumference(grid, i);
+    if (grid->circumference) *factor = -pd_grid_circumference(grid, j) / pd_grid_circumference(grid, i);
     return t->flux + (int64_t)(count - 1 - k) * grid->total + j;
 }
 
@@ -105,7 +105,7 @@ static void pdi_flux_stream_share(const pd_flux *t)
 
 static void pdi_flux_stream(const pd_ctx *ctx, const pd_flux *t)
 {
-    int nt = pdi_par_threads(ctx, (int64_t)t->flow->grid->total * PD_DIM);
+    int nt = pd_par_threads(ctx, (int64_t)t->flow->grid->total * PD_DIM);
     PDI_PARALLEL_CALL(nt, pdi_flux_stream_share(t));
 }
 
@@ -213,7 +213,7 @@ PDI_FN pd_status pdi_flux_refresh(pd_ctx *ctx, pd_flux *t)
 {
     const pd_bonds *bonds = t->bonds;
     if (t->diffusion->version != bonds->version)
-        return pdi_fail(ctx, PD_ERR_STATE, "flux", "the conductances are those of other bonds, expected a call of "
+        return pd_fail(ctx, PD_ERR_STATE, "flux", "the conductances are those of other bonds, expected a call of "
                         "pd_transport_update after pd_bonds_update");
     if (!t->flow && t->conductance.version == bonds->version) return PD_OK; /* nothing has changed */
     pdi_conductance_update(ctx, &t->conductance);
@@ -628,7 +628,7 @@ static double pdi_flux_balance(const pd_flux *t, const double *b, const double *
         else {
             double gain = pdi_flux_upwind(0.5 * flux, bond) - 0.5 * flux;
             diagonal += gain + flux;
-            if (grid->kind[j] == PD_IMAGE) j = pdi_grid_find_source(grid, j, NULL);
+            if (grid->kind[j] == PD_IMAGE) j = pd_grid_find_source(grid, j, NULL);
             if (grid->kind[j] == PD_FLUID) sum += gain * c[j];
         }
     }
@@ -690,7 +690,7 @@ static double pdi_flux_section_bond(const void *user, int32_t i, int k)
     const pd_flux *t = section->t;
     int32_t j = i + t->bonds->paths.shift[k];
     if (t->bonds->grid->kind[i] == PD_FLUID) return pdi_flux_bond_flux(t, section->c, i, k);
-    double over = pdi_grid_circumference(t->bonds->grid, j) / pdi_grid_circumference(t->bonds->grid, i);
+    double over = pd_grid_circumference(t->bonds->grid, j) / pd_grid_circumference(t->bonds->grid, i);
     return -over * pdi_flux_bond_flux(t, section->c, j, t->bonds->stencil->count - 1 - k);
 }
 
@@ -702,7 +702,7 @@ static double pdi_flux_section_anti(const void *user, int32_t i, int k)
     const pd_grid *grid = t->bonds->grid;
     int32_t j = i + t->bonds->paths.shift[k];
     if (grid->kind[i] != PD_FLUID) {
-        double over = pdi_grid_circumference(grid, j) / pdi_grid_circumference(grid, i);
+        double over = pd_grid_circumference(grid, j) / pd_grid_circumference(grid, i);
         return -over * pdi_flux_section_anti(section, j, t->bonds->stencil->count - 1 - k);
     }
     pdi_bend_terms of;
@@ -734,7 +734,7 @@ static double pdi_flux_section_gain(const pdi_flux_section *section, int axis, i
         int behind = pdi_grid_index_along(t->bonds->grid, node, axis) >= index;
         if (t->bonds->grid->kind[node] == PD_INLET) fed[behind] = 1;
         if (t->bonds->grid->kind[node] != PD_FLUID) continue;
-        pdi_compensated_sum_add(&sum[behind], section->anti[node] * pdi_grid_circumference(t->bonds->grid, node));
+        pdi_compensated_sum_add(&sum[behind], section->anti[node] * pd_grid_circumference(t->bonds->grid, node));
     }
     if (!fed[0]) return pdi_compensated_sum_total(&sum[0]);
     if (!fed[1]) return -pdi_compensated_sum_total(&sum[1]);
@@ -778,7 +778,7 @@ static pd_status pdi_flux_fit_boundary(pd_ctx *ctx, pd_flux *t)
 
 PDI_FN pd_status pdi_flux_fit(pd_ctx *ctx, pd_flux *t)
 {
-    PDI_TRY(pdi_conductance_fit(ctx, &t->conductance));
+    PD_TRY(pdi_conductance_fit(ctx, &t->conductance));
     return pdi_flux_fit_boundary(ctx, t);
 }
 

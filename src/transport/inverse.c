@@ -58,14 +58,14 @@ static void pdi_inverse_hold(pd_inverse *v, const int32_t *pinned, int32_t pinne
     int i[PD_DIM];
     for (int32_t node = 0; node < grid->total; node++) {
         if (grid->kind[node] != PD_FLUID) continue;
-        double direct, own = pdi_inverse_own(v, node), around = pdi_grid_circumference(grid, node);
-        pdi_grid_index(grid, node, i);
+        double direct, own = pdi_inverse_own(v, node), around = pd_grid_circumference(grid, node);
+        pd_grid_index(grid, node, i);
         int64_t cell = pdi_compact_operator_cell_index(grid, i);
         if (v->flux->flow) mass[cell] += (float)(around * (own - v->rate));
         else mass[cell] = (float)(around * own * pdi_inverse_share(v, node, &direct));
     }
     for (int32_t k = 0; k < pinned_count; k++) {
-        pdi_grid_index(grid, pinned[k], i);
+        pd_grid_index(grid, pinned[k], i);
         mass[pdi_compact_operator_cell_index(grid, i)] *= (float)PDI_INVERSE_STIFF;
     }
 }
@@ -87,7 +87,7 @@ static pd_status pdi_inverse_fill(pd_ctx *ctx, pd_inverse *v, const int32_t *pin
     pd_status status = pdi_multigrid_setup(ctx, &v->mg, c->active, (const float *const *)c->conductance,
                                            flux->flow ? (const float *const *)c->flux : NULL, c->dirichlet, c->mass);
     if (status != PD_ERR_ARGUMENT) return status;
-    return pdi_fail(ctx, PD_ERR_DIVERGED, "transport", "D = %g m2/s, h = %g m, speeds and the step give rates beyond "
+    return pd_fail(ctx, PD_ERR_DIVERGED, "transport", "D = %g m2/s, h = %g m, speeds and the step give rates beyond "
                     "the range of numbers of the solver: expected those of what is dissolved in a fluid",
                     d->desc.diffusivity, flux->bonds->grid->h[0]);
 }
@@ -105,7 +105,7 @@ PDI_FN pd_status pdi_inverse_setup(pd_ctx *ctx, pd_inverse *v, double rate, cons
         return pdi_multigrid_update_mass(ctx, &v->mg, c->active, c->dirichlet, c->mass);
     }
     v->fresh = 1;
-    PDI_TRY(pdi_arena_acquire(ctx, arena, pdi_compact_operator_face_list, c));
+    PD_TRY(pdi_arena_acquire(ctx, arena, pdi_compact_operator_face_list, c));
     return pdi_arena_release(ctx, arena, pdi_compact_operator_face_list, c,
                              pdi_inverse_fill(ctx, v, pinned, pinned_count));
 }
@@ -136,7 +136,7 @@ static void pdi_inverse_after(const pd_inverse *v, const double *x, double *y)
 
 PDI_FN void pdi_inverse_apply(pd_ctx *ctx, pd_inverse *v, const double *x, double *y)
 {
-    int nt = pdi_par_threads(ctx, v->flux->bonds->grid->total * 4);
+    int nt = pd_par_threads(ctx, v->flux->bonds->grid->total * 4);
     if (!(v->excess > 0.0)) {
         pdi_multigrid_cycle(ctx, &v->mg, x, y);
         return;

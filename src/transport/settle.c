@@ -74,7 +74,7 @@ static double pdi_settle_rounding(const pd_transport *t)
         size = pdi_max(size, fabs(t->c[i]));
         for (int d = 0; d < PD_DIM && t->flow; d++)
             part += rounding * carry[d] * fabs(t->flow->u[(int64_t)d * t->grid->total + i]);
-        pdi_compensated_sum_add(&sum, part * pdi_grid_circumference(t->grid, i));
+        pdi_compensated_sum_add(&sum, part * pd_grid_circumference(t->grid, i));
     }
     return size * s->volume * pdi_compensated_sum_total(&sum);
 }
@@ -88,7 +88,7 @@ static double pdi_settle_defect(pd_ctx *ctx, pd_transport *t)
     pdi_settle_residual(ctx, t);
     pdi_transport_boundary(ctx, t);
     for (int32_t i = 0; i < t->grid->total; i++) {
-        double around = t->grid->kind[i] == PD_FLUID ? pdi_grid_circumference(t->grid, i) : 0.0;
+        double around = t->grid->kind[i] == PD_FLUID ? pd_grid_circumference(t->grid, i) : 0.0;
         if (!(around > 0.0)) continue;
         pdi_compensated_sum_add(&lack, around * fabs(t->work[i]));
         pdi_compensated_sum_add(&made, around * pdi_max(fabs(t->source[i]), t->absorb[i] * fabs(t->c[i])));
@@ -136,7 +136,7 @@ static pd_status pdi_settle_find(pd_ctx *ctx, pd_transport *t, pd_transport_resu
     double limit = pdi_settle_slowest(t);
     int krylov = 0, limited = pdi_transport_limits(t);
     if (!(limit < 1e200))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "nothing moves what is dissolved, and a steady field "
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "transport", "nothing moves what is dissolved, and a steady field "
                         "needs that: expected D above 0, a flow, or a solution in time");
     for (int step = 0; step < PDI_SETTLE_STEPS; step++) {
         double moved = 0.0, size = 0.0;
@@ -165,8 +165,8 @@ static pd_status pdi_settle_find(pd_ctx *ctx, pd_transport *t, pd_transport_resu
 
 pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *t, pd_transport_result *result)
 {
-    PDI_TRY(pdi_transport_solves(ctx, t));
-    PDI_TRY(pdi_transport_hold(ctx, t));
+    PD_TRY(pdi_transport_solves(ctx, t));
+    PD_TRY(pdi_transport_hold(ctx, t));
     pd_status status = pdi_settle_find(ctx, t, result);
     t->worst = 0;
     for (int32_t i = 0; i < t->grid->total; i++)

@@ -254,7 +254,7 @@ static void pdi_steep_limit_share(const pdi_steep *s)
 static void pdi_steep_limit(const pd_ctx *ctx, const pdi_steep *s)
 {
     const pd_ghosts *ghosts = &s->flux->bonds->ghosts;
-    int nt = pdi_par_threads(ctx, (int64_t)s->flux->bonds->grid->total * 8);
+    int nt = pd_par_threads(ctx, (int64_t)s->flux->bonds->grid->total * 8);
     PDI_PARALLEL_CALL(nt, pdi_steep_limit_share(s));
     pd_ghosts_set_scalar(ghosts, s->gain);
     pd_ghosts_set_scalar(ghosts, s->loss);

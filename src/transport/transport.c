@@ -50,7 +50,7 @@ static void pdi_transport_less(const pd_transport *t, const double *c, double me
  * and have the rounding of what is summed. Metal and walls have no concentration where sweeps go over them. */
 static void pdi_transport_repeat(const pd_ctx *ctx, const pd_transport *t, const double *c)
 {
-    int nt = pdi_par_threads(ctx, t->grid->total);
+    int nt = pd_par_threads(ctx, t->grid->total);
     if (t->flux.conductance.rests) {
         double sum = pdi_grid_sum_field(ctx, t->grid, PD_FLUID, NULL, 0, c);
         PDI_PARALLEL_CALL(nt,
@@ -133,7 +133,7 @@ static void pdi_transport_jacobian(void *user, const double *x, double *y)
     const uint8_t *kind = t->grid->kind;
     /* fluxes and right-hand side are computed again after the solve */
     double *slope_by = t->probe, *factor_by = t->rhs, *along = t->anti;
-    int nt = pdi_par_threads(u->ctx, (int64_t)total * 4);
+    int nt = pd_par_threads(u->ctx, (int64_t)total * 4);
     (void)nt;
     pdi_transport_apply(user, x, y);
     if (!u->limited) return;
@@ -141,7 +141,7 @@ static void pdi_transport_jacobian(void *user, const double *x, double *y)
     pdi_limiter_derive(u->ctx, &t->limiter, t->c, x, PDI_TRANSPORT_FAINT * t->size, factor_by, slope_by);
     pdi_transport_silence(t, factor_by);
     pdi_flux_anti_by(u->ctx, &t->flux, t->c, x, factor_by, slope_by, along);
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < total; i++)
         if (kind[i] == PD_FLUID) y[i] -= along[i];
     pdi_transport_pin(t, y);
@@ -166,10 +166,10 @@ static void pdi_transport_precondition(void *user, const double *x, double *y)
 static void pdi_transport_right_side(const pd_ctx *ctx, pd_transport *t)
 {
     const uint8_t *kind = t->grid->kind;
-    int nt = pdi_par_threads(ctx, t->grid->total * 4);
+    int nt = pd_par_threads(ctx, t->grid->total * 4);
     (void)nt;
     if (!t->rhs) return;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < t->grid->total; i++) t->rhs[i] = kind[i] == PD_FLUID ? pdi_transport_right(t, i) : 0.0;
 }
 
@@ -177,10 +177,10 @@ static void pdi_transport_right_side(const pd_ctx *ctx, pd_transport *t)
 PDI_FN void pdi_transport_residual(const pd_ctx *ctx, const pd_transport *t, double *out)
 {
     const uint8_t *kind = t->grid->kind;
-    int nt = pdi_par_threads(ctx, t->grid->total * 4);
+    int nt = pd_par_threads(ctx, t->grid->total * 4);
     (void)nt;
     pdi_transport_sweep(ctx, t, t->c, !t->rough, out);
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < t->grid->total; i++) {
         if (kind[i] == PD_FLUID) out[i] = (t->rhs ? t->rhs[i] : pdi_transport_right(t, i)) - out[i];
         else out[i] = 0.0;
@@ -203,7 +203,7 @@ static pd_status pdi_transport_linear(pd_ctx *ctx, pd_transport *t, pd_apply_fn 
                                       pd_krylov_result *linear)
 {
     pd_arena *arena = pdi_transport_arena(t);
-    PDI_TRY(pdi_arena_acquire(ctx, arena, pdi_krylov_list, &t->krylov));
+    PD_TRY(pdi_arena_acquire(ctx, arena, pdi_krylov_list, &t->krylov));
     pd_status status = pd_krylov_solve(ctx, &t->krylov, apply, pdi_transport_precondition, user, t->work,
                                        t->work + t->grid->total, linear);
     return pdi_arena_release(ctx, arena, pdi_krylov_list, &t->krylov, status);
@@ -414,7 +414,7 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
         pdi_bend_lend(ctx, pdi_transport_arena(t), t->size, t->flow->velocity_scale / t->grid->h[0], &t->krylov,
                       &t->flux.bend);
     while (result->limiter < t->desc.max_limiter && norm > goal) {
-        status = pdi_check_cancel(ctx, "transport: Newton", result->limiter);
+        status = pd_check_cancel(ctx, "transport: Newton", result->limiter);
         if (status < 0) break;
         status = pdi_transport_direction(&user, loose, goal, result);
         if (status < 0) break;
@@ -447,7 +447,7 @@ static pd_status pdi_transport_enforce(pd_ctx *ctx, pd_transport *t, double atol
             if (status < 0 || pdi_transport_within(t, t->old)) return status;
         }
         /* what solves have left undone may be all that is outside: nodes upwinded for it would be chosen by rounding */
-        if (!round) PDI_TRY(pdi_transport_newton(ctx, t, PDI_TRANSPORT_FINISHED * atol, PDI_TRANSPORT_STILL, result));
+        if (!round) PD_TRY(pdi_transport_newton(ctx, t, PDI_TRANSPORT_FINISHED * atol, PDI_TRANSPORT_STILL, result));
         int64_t marked = round ? pdi_transport_mark(t, PDI_TRANSPORT_SLACK) : 0;
         if (round == PDI_TRANSPORT_ROUNDS) pdi_par_zero(ctx, t->grid->total, t->anti);
         else pdi_transport_anti(ctx, t, t->c, t->anti);
@@ -471,7 +471,7 @@ static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double atol
         result->change = t->size > 0.0 ? moved / t->size : 0.0;
         return status;
     }
-    PDI_TRY(pdi_transport_newton(ctx, t, PDI_TRANSPORT_ENOUGH * atol, t->desc.limiter_tolerance, result));
+    PD_TRY(pdi_transport_newton(ctx, t, PDI_TRANSPORT_ENOUGH * atol, t->desc.limiter_tolerance, result));
     if (bounded) return pdi_transport_enforce(ctx, t, atol, result);
     return pdi_transport_correct(ctx, t, 0, atol, result, &moved);
 }
@@ -480,9 +480,9 @@ static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double atol
 static double pdi_transport_given(const pd_ctx *ctx, pd_transport *t)
 {
     double *given = t->work + t->grid->total;
-    int nt = pdi_par_threads(ctx, t->grid->total * 2);
+    int nt = pd_par_threads(ctx, t->grid->total * 2);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < t->grid->total; i++)
         given[i] = t->grid->kind[i] == PD_FLUID ? pdi_transport_right(t, i) - t->absorb[i] * t->c[i] : 0.0;
     return sqrt(pdi_par_dot(ctx, t->grid->total, given, given));
@@ -491,7 +491,7 @@ static double pdi_transport_given(const pd_ctx *ctx, pd_transport *t)
 PDI_FN pd_status pdi_transport_first(pd_ctx *ctx, pd_transport *t, double dt)
 {
     t->dt = dt;
-    PDI_TRY(pdi_flux_refresh(ctx, &t->flux));
+    PD_TRY(pdi_flux_refresh(ctx, &t->flux));
     pdi_transport_right_side(ctx, t);
     pdi_transport_residual(ctx, t, t->work);
     return PD_OK;
@@ -501,8 +501,8 @@ PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, in
 {
     int32_t total = t->grid->total;
     memset(result, 0, sizeof *result);
-    PDI_TRY(pdi_transport_first(ctx, t, dt));
-    PDI_TRY(pdi_inverse_setup(ctx, &t->inverse, 1.0 / dt, t->pinned, t->pinned_count));
+    PD_TRY(pdi_transport_first(ctx, t, dt));
+    PD_TRY(pdi_inverse_setup(ctx, &t->inverse, 1.0 / dt, t->pinned, t->pinned_count));
     pdi_transport_pin(t, t->work);
     double first = sqrt(pdi_par_dot(ctx, total, t->work, t->work)), size = pdi_max(pdi_transport_given(ctx, t), first);
     double atol = t->desc.tolerance * size;
@@ -520,15 +520,15 @@ PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, in
 PDI_FN pd_status pdi_transport_solves(pd_ctx *ctx, const pd_transport *t)
 {
     if (!t->desc.given) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "the field is given: there are no steps to take");
+    return pd_fail(ctx, PD_ERR_ARGUMENT, "transport", "the field is given: there are no steps to take");
 }
 
 PDI_FN pd_status pdi_transport_begin(pd_ctx *ctx, pd_transport *t, double dt)
 {
     if (!(dt > 0.0) || !(dt < 1e300))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "the step is %g s, expected a positive one", dt);
-    PDI_TRY(pdi_transport_solves(ctx, t));
-    PDI_TRY(pdi_transport_hold(ctx, t));
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "transport", "the step is %g s, expected a positive one", dt);
+    PD_TRY(pdi_transport_solves(ctx, t));
+    PD_TRY(pdi_transport_hold(ctx, t));
     t->inverse.fresh = 0;
     t->first = 0.0;
     pdi_par_copy(ctx, t->grid->total, t->c, t->old);
@@ -551,7 +551,7 @@ PDI_FN pd_status pdi_transport_end(pd_ctx *ctx, pd_transport *t, double dt, pd_s
 
 pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *t, double dt, pd_transport_result *result)
 {
-    PDI_TRY(pdi_transport_begin(ctx, t, dt));
+    PD_TRY(pdi_transport_begin(ctx, t, dt));
     return pdi_transport_end(ctx, t, dt, pdi_transport_stage(ctx, t, dt, 1, result));
 }
 
@@ -577,7 +577,7 @@ static pd_status pdi_transport_inlets(pd_ctx *ctx, pd_transport *t)
         for (int d = 0; d < PD_DIM; d++) x[d] = pdi_min(pdi_max(x[d], t->grid->lo[d]), t->grid->hi[d]);
         t->c[i] = t->desc.entering ? t->desc.entering(t->desc.user, x) : t->desc.inlet;
         if (!(t->c[i] >= 0.0) || !(t->c[i] < 1e100))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport",
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "transport",
                             "C = %g mol/m3 enters at x = %g m and t = %g s, expected a finite value of at least 0",
                             t->c[i], x[0], t->time);
     }
@@ -589,7 +589,7 @@ static pd_status pdi_transport_holds(pd_ctx *ctx, const pd_transport *t)
 {
     const pd_diffusion *d = &t->diffusion;
     if (!d->wall_rate || (d->held_least >= 0.0 && d->held_most < 1e100)) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport",
+    return pd_fail(ctx, PD_ERR_ARGUMENT, "transport",
                     "a wall holds C = %g mol/m3 at t = %g s, expected a finite value of at least 0",
                     d->held_least >= 0.0 ? d->held_most : d->held_least, t->time);
 }
@@ -600,7 +600,7 @@ PDI_FN pd_status pdi_transport_at(pd_ctx *ctx, pd_transport *t, double time)
     if (!t->desc.clock) return PD_OK;
     pdi_transport_pass(t);
     *t->desc.clock = t->time = time;
-    PDI_TRY(pdi_transport_inlets(ctx, t));
+    PD_TRY(pdi_transport_inlets(ctx, t));
     if (t->diffusion.wall_rate) pdi_diffusion_renew(&t->diffusion);
     return pdi_transport_holds(ctx, t);
 }
@@ -610,9 +610,9 @@ pd_status pd_transport_update(pd_ctx *ctx, pd_transport *t)
     if (t->desc.given) return PD_OK;
     t->inverse.fresh = 0;
     if (t->desc.clock) *t->desc.clock = t->time;
-    PDI_TRY(pdi_diffusion_update(ctx, &t->diffusion));
-    PDI_TRY(pdi_transport_inlets(ctx, t));
-    PDI_TRY(pdi_open_boundary_update(ctx, &t->boundary));
+    PD_TRY(pdi_diffusion_update(ctx, &t->diffusion));
+    PD_TRY(pdi_transport_inlets(ctx, t));
+    PD_TRY(pdi_open_boundary_update(ctx, &t->boundary));
     return pdi_flux_fit(ctx, &t->flux);
 }
 
@@ -680,7 +680,7 @@ PDI_FN pd_status pdi_transport_plan(pd_ctx *ctx, pd_transport *t)
     t->inverse.flux = t->factors.flux = &t->flux;
     t->limiter.bonds = t->flux.bonds = t->bonds;
     t->flux.flow = t->flow;
-    PDI_TRY(pdi_inverse_plan(ctx, &md, &t->inverse));
+    PD_TRY(pdi_inverse_plan(ctx, &md, &t->inverse));
     return pdi_krylov_init(ctx, &kd, &t->krylov);
 }
 
@@ -701,7 +701,7 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     memset(t, 0, sizeof *t);
     if (!(desc->diffusivity >= 0.0) || !(desc->inlet >= 0.0) || !(desc->initial >= 0.0) || !(desc->tolerance >= 0.0) ||
         !(desc->diffusivity + desc->inlet + desc->initial < 1e100))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "transport",
                         "D = %g m2/s, inlet %g mol/m3, initial %g mol/m3, tolerance %g: expected finite values of at "
                         "least 0", desc->diffusivity, desc->inlet, desc->initial, desc->tolerance);
     t->desc = *desc;
@@ -715,16 +715,16 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     t->bonds = bonds;
     t->flow = flow;
     if (desc->given && flow)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "a given field does not go with a flow");
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "transport", "a given field does not go with a flow");
     t->diffusion.desc.diffusivity = desc->diffusivity;
-    PDI_TRY(pdi_array_registry_build(ctx, pdi_transport_list, t));
+    PD_TRY(pdi_array_registry_build(ctx, pdi_transport_list, t));
     for (int32_t i = 0; i < grid->total; i++)
         if (grid->kind[i] == PD_FLUID) t->c[i] = desc->initial;
     if (desc->given) return PD_OK;
     pd_krylov_desc kd;
-    PDI_TRY(pdi_transport_plan(ctx, t));
+    PD_TRY(pdi_transport_plan(ctx, t));
     pdi_transport_krylov(t, &kd);
-    PDI_TRY(pdi_krylov_build_unallocated(ctx, &kd, &t->krylov));
+    PD_TRY(pdi_krylov_build_unallocated(ctx, &kd, &t->krylov));
     pd_diffusion_desc dd;
     memset(&dd, 0, sizeof dd);
     dd.diffusivity = desc->diffusivity;
@@ -734,8 +734,8 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     dd.walls_only = desc->walls_only;
     dd.smooth = !pdi_transport_limits(t);
     dd.user = desc->user;
-    PDI_TRY(pdi_diffusion_build(ctx, bonds, &dd, &t->diffusion));
-    PDI_TRY(pdi_open_boundary_build(ctx, bonds, &t->boundary));
+    PD_TRY(pdi_diffusion_build(ctx, bonds, &dd, &t->diffusion));
+    PD_TRY(pdi_open_boundary_build(ctx, bonds, &t->boundary));
     t->limiter.boundary = &t->boundary;
     t->limiter.diffusion = &t->diffusion;
     t->factors.upwinded = t->upwinded;
@@ -744,9 +744,9 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     t->flux.boundary = &t->boundary;
     t->flux.absorb = t->absorb;
     t->flux.conductance.rests = pdi_transport_rests(t);
-    PDI_TRY(pdi_transport_inlets(ctx, t));
-    PDI_TRY(pdi_transport_holds(ctx, t));
-    PDI_TRY(pdi_flux_build(ctx, &t->flux));
+    PD_TRY(pdi_transport_inlets(ctx, t));
+    PD_TRY(pdi_transport_holds(ctx, t));
+    PD_TRY(pdi_flux_build(ctx, &t->flux));
     t->inverse.spread = desc->advection == PD_ADVECTION_LIMITED ? PDI_TRANSPORT_SPREAD : 1.0;
     return pdi_arena_reserve(ctx, pdi_transport_arena(t), pdi_transport_room(t));
 }
@@ -754,7 +754,7 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
 PDI_FN pd_status pdi_transport_hold(pd_ctx *ctx, pd_transport *t)
 {
     if (!t->held) {
-        PDI_TRY(pdi_arena_acquire(ctx, pdi_transport_arena(t), pdi_transport_work_list, t));
+        PD_TRY(pdi_arena_acquire(ctx, pdi_transport_arena(t), pdi_transport_work_list, t));
         if (t->repeated && !t->lean) t->inverse.mg.fields = (float *)(void *)t->repeated;
         if (!t->lean) pdi_multigrid_set_pointers(&t->inverse.mg);
     }
@@ -784,7 +784,7 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
 /* The tolerance of the next step depends on the fluxes of the last one. */
 PDI_FN pd_status pdi_transport_store(pd_ctx *ctx, pd_transport *t, pd_archive *archive)
 {
-    PDI_TRY(pdi_array_registry_store(ctx, pdi_transport_list, t, archive));
+    PD_TRY(pdi_array_registry_store(ctx, pdi_transport_list, t, archive));
     return archive->is_reading ? pdi_transport_at(ctx, t, t->time) : PD_OK;
 }
 

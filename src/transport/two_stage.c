@@ -44,7 +44,7 @@ static pd_status pdi_two_stage_make(pd_ctx *ctx, pd_transport *transport, const 
     a->desc = *desc;
     if (!(desc->rtol >= 0.0) || !(desc->first >= 0.0) || !(desc->largest >= 0.0) ||
         !(desc->rtol + desc->first + desc->largest < 1e100))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "two_stage",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "two_stage",
                         "rtol %g, first %g s, largest %g s: expected finite values of at least 0", desc->rtol,
                         desc->first, desc->largest);
     if (!(a->desc.rtol > 0.0)) a->desc.rtol = 1e-3;
@@ -113,7 +113,7 @@ static pd_status pdi_two_stage_error(pd_ctx *ctx, pd_two_stage *a, double *large
     }
     *largest = size;
     size += 2.0 * t->dt * pdi_krylov_min_norm() / a->desc.rtol;
-    if (worst > PDI_TWO_STAGE_SMALL * a->desc.rtol * size) PDI_TRY(pdi_two_stage_damp(ctx, a, &worst, result));
+    if (worst > PDI_TWO_STAGE_SMALL * a->desc.rtol * size) PD_TRY(pdi_two_stage_damp(ctx, a, &worst, result));
     a->error = size > 0.0 ? worst / size : 0.0;
     return PD_OK;
 }
@@ -121,7 +121,7 @@ static pd_status pdi_two_stage_error(pd_ctx *ctx, pd_two_stage *a, double *large
 /* A flow and values outside become those of time t. */
 static pd_status pdi_two_stage_at(pd_ctx *ctx, pd_two_stage *a, double t)
 {
-    if (a->at) PDI_TRY(a->at(ctx, a->at_user, t));
+    if (a->at) PD_TRY(a->at(ctx, a->at_user, t));
     return pdi_transport_at(ctx, a->transport, t);
 }
 
@@ -146,7 +146,7 @@ static pd_status pdi_two_stage_second(pd_ctx *ctx, pd_two_stage *a, double dt, p
     pd_status status = pdi_transport_stage(ctx, t, g * dt, 0, result);
     a->krylov += result->krylov;
     if (status < 0) return status;
-    PDI_TRY(pdi_two_stage_error(ctx, a, &a->largest, result));
+    PD_TRY(pdi_two_stage_error(ctx, a, &a->largest, result));
     pdi_transport_residual(ctx, t, t->work);
     for (int32_t i = 0; i < t->grid->total; i++) t->carry[i] = dt * ((1.0 - g) * a->rest[i] + g * t->work[i]);
     return status;
@@ -157,13 +157,13 @@ static pd_status pdi_two_stage_stages(pd_ctx *ctx, pd_two_stage *a, double dt, p
 {
     pd_transport *t = a->transport;
     double g = PDI_SDIRK_GAMMA;
-    PDI_TRY(pdi_two_stage_at(ctx, a, a->time + g * dt));
-    PDI_TRY(pdi_transport_hold(ctx, t));
+    PD_TRY(pdi_two_stage_at(ctx, a, a->time + g * dt));
+    PD_TRY(pdi_transport_hold(ctx, t));
     pd_status first = pdi_transport_release(ctx, t, pdi_two_stage_first(ctx, a, dt, result));
     if (first < 0) return first;
     double out = (1.0 - g) * t->outflow, in = (1.0 - g) * t->inflow;
-    PDI_TRY(pdi_two_stage_at(ctx, a, a->time + dt));
-    PDI_TRY(pdi_transport_hold(ctx, t));
+    PD_TRY(pdi_two_stage_at(ctx, a, a->time + dt));
+    PD_TRY(pdi_transport_hold(ctx, t));
     pd_status status = pdi_transport_release(ctx, t, pdi_two_stage_second(ctx, a, dt, result));
     if (status < 0) return status;
     t->outflow = out + g * t->outflow;
@@ -177,10 +177,10 @@ pd_status pd_two_stage_step(pd_ctx *ctx, pd_two_stage *a, double dt, pd_transpor
     int32_t total = t->grid->total;
     memset(result, 0, sizeof *result);
     if (!(dt > 0.0) || !(dt < 1e300))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "two_stage", "the step is %g s, expected a positive one", dt);
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "two_stage", "the step is %g s, expected a positive one", dt);
     pdi_par_copy(ctx, total, t->c, a->start);
     pdi_par_copy(ctx, total, t->carry, a->carry);
-    PDI_TRY(pdi_transport_at(ctx, t, a->time));
+    PD_TRY(pdi_transport_at(ctx, t, a->time));
     pdi_transport_open(t);
     pd_status status = pdi_two_stage_stages(ctx, a, dt, result);
     if (status >= 0 && !pdi_transport_within(t, a->start)) {
@@ -253,7 +253,7 @@ static pd_status pdi_two_stage_reject(pd_ctx *ctx, void *self, pd_step *s)
 static pd_status pdi_two_stage_stuck(pd_ctx *ctx, void *self, const pd_step *s)
 {
     const pd_two_stage *a = (const pd_two_stage *)self;
-    return pdi_fail(ctx, PD_ERR_STATE, "transport",
+    return pd_fail(ctx, PD_ERR_STATE, "transport",
                     "the error of a step of %g s at t = %g s is %g, expected it to fall with the step", s->dt, s->time,
                     a->error);
 }
@@ -265,7 +265,7 @@ static pd_status pdi_two_stage_settle(pd_ctx *ctx, pd_two_stage *a)
     pd_status status = pd_transport_steady(ctx, a->transport, &a->result);
     a->krylov += r->krylov;
     if (status <= 0) return status;
-    return pdi_fail(ctx, PD_ERR_DIVERGED, "transport",
+    return pd_fail(ctx, PD_ERR_DIVERGED, "transport",
                     "the concentration is not steady: what the balances of the nodes lack is %.3g of what passes, "
                     "expected %g, and a step still changes %.3g of it; the largest at %s m. Solve in time, with "
                     "advection = upwind, or on a finer grid",
@@ -277,14 +277,14 @@ static pd_status pdi_two_stage_start(pd_ctx *ctx, void *self, double t)
 {
     pd_two_stage *a = (pd_two_stage *)self;
     a->time = t;
-    PDI_TRY(pdi_transport_at(ctx, a->transport, t));
+    PD_TRY(pdi_transport_at(ctx, a->transport, t));
     return a->settle ? pdi_two_stage_settle(ctx, a) : PD_OK;
 }
 
 static pd_status pdi_two_stage_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_two_stage *a = (pd_two_stage *)self;
-    PDI_TRY(pdi_transport_store(ctx, a->transport, archive));
+    PD_TRY(pdi_transport_store(ctx, a->transport, archive));
     return pdi_array_registry_store(ctx, pdi_two_stage_list, a, archive);
 }
 

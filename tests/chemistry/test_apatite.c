@@ -18,10 +18,10 @@ static int read_fluid(pd_ctx *ctx, pd_activity activity)
 {
     int stays[PD_SPECIES_MAX] = {0};
     if (!CHECK_OK(ctx, pd_electrolyte_read(ctx, "examples/electrolytes/sbf.electrolyte", NULL, 0, &fluid))) return 0;
-    stays[pdi_electrolyte_find_species(&fluid, "Ca5(PO4)3OH(s)")] = 1;
-    pdi_electrolyte_remove_undissolved(&fluid, stays);
+    stays[pd_electrolyte_find_species(&fluid, "Ca5(PO4)3OH(s)")] = 1;
+    pd_electrolyte_remove_undissolved(&fluid, stays);
     fluid.activity = activity;
-    apatite = pdi_electrolyte_find_species(&fluid, "Ca5(PO4)3OH(s)");
+    apatite = pd_electrolyte_find_species(&fluid, "Ca5(PO4)3OH(s)");
     for (int i = 0; i < fluid.count; i++)
         if (!(fluid.species[i].diffusivity > 0.0)) fluid.species[i].diffusivity = 0.7e-9; /* Tris and its ion */
     return CHECK(apatite >= 0);
@@ -48,7 +48,7 @@ static void grain(void *user, double x, double *c) { c[apatite] = x < 2e-5 ? *(c
 
 static double concentration(const char *name, int cell)
 {
-    return vessel_field(&bath, pdi_electrolyte_find_species(&fluid, name))[vessel_node(&bath, cell)];
+    return vessel_field(&bath, pd_electrolyte_find_species(&fluid, name))[vessel_node(&bath, cell)];
 }
 
 /* Mean over cells of what an element has in solutes [mol/m3], with what the solvers leave undone; *solid: of units of

@@ -21,7 +21,7 @@ static int parse(pd_ctx *ctx, const char *text)
 
 static double amount(const char *name)
 {
-    int i = pdi_electrolyte_find_species(&e, name);
+    int i = pd_electrolyte_find_species(&e, name);
     return CHECK(i >= 0) ? e.initial[i] : NAN;
 }
 
@@ -59,7 +59,7 @@ TEST(strong_acid_and_base)
             memcpy(c, e.initial, sizeof c);
             CHECK_OK(&ctx, pd_electrolyte_solve(&ctx, &e, c, &s));
             CHECK_NEAR(s.ph, ph[k], 1e-9);
-            CHECK_REL(c[pdi_electrolyte_find_species(&e, "OH-")], oh, 1e-8);
+            CHECK_REL(c[pd_electrolyte_find_species(&e, "OH-")], oh, 1e-8);
             CHECK_NEAR(s.charge, 0.0, 1e-10);
             CHECK_INT(pd_electrolyte_solve(&ctx, &e, c, &s), PD_OK); /* an equilibrium stays */
             CHECK_NEAR(s.ph, ph[k], 1e-9);
@@ -73,15 +73,15 @@ TEST(balance)
     if (parse(&ctx, "[chemistry] balance = Cl-\n[species Na+] initial = 3 mol/m3\n[species Ca2+] initial = 2 mM\n"
                     "[species Cl-] initial = 1 mmol/L\n")) {
         CHECK_REL(amount("Cl-"), 7.0, 1e-14);
-        CHECK_REL(e.recipe[pdi_electrolyte_find_species(&e, "Cl-")], 1.0, 1e-14);
+        CHECK_REL(e.recipe[pd_electrolyte_find_species(&e, "Cl-")], 1.0, 1e-14);
     }
     if (parse(&ctx, "[chemistry] balance = Ca2+\n[species Ca2+]\n[species Cl-] initial = 1 mM  inlet = 3e-3 mol/L\n")) {
         CHECK_REL(amount("Ca2+"), 0.5, 1e-14);
-        CHECK_REL(e.inlet[pdi_electrolyte_find_species(&e, "Ca2+")], 1.5, 1e-14);
+        CHECK_REL(e.inlet[pd_electrolyte_find_species(&e, "Ca2+")], 1.5, 1e-14);
     }
     if (parse(&ctx, "[chemistry] activity = ideal  pH = 5  inlet_pH = 9  counter = Cl-\n" WATER)) {
         CHECK_REL(amount("H+"), 1e-2 - 1e-6, 1e-8);
-        CHECK_REL(e.inlet[pdi_electrolyte_find_species(&e, "OH-")], 1e-2 - 1e-6, 1e-8);
+        CHECK_REL(e.inlet[pd_electrolyte_find_species(&e, "OH-")], 1e-2 - 1e-6, 1e-8);
     }
 }
 
@@ -152,8 +152,8 @@ TEST(minerals)
     double c[PD_SPECIES_MAX];
     snprintf(own, sizeof own, text, "given", "1 mM");
     if (!parse(&ctx, own)) return;
-    int mg = pdi_electrolyte_find_species(&e, "Mg2+"), oh = pdi_electrolyte_find_species(&e, "OH-");
-    int solid = pdi_electrolyte_find_species(&e, "Mg(OH)2(s)");
+    int mg = pd_electrolyte_find_species(&e, "Mg2+"), oh = pd_electrolyte_find_species(&e, "OH-");
+    int solid = pd_electrolyte_find_species(&e, "Mg(OH)2(s)");
     memcpy(c, e.initial, sizeof c);
     CHECK_OK(&ctx, pd_electrolyte_solve(&ctx, &e, c, &s));
     CHECK_REL(c[oh], 1e3 * cbrt(2e-11), 1e-6);
@@ -185,8 +185,8 @@ TEST(seawater)
     CHECK_OK(&ctx, pd_electrolyte_solve(&ctx, &e, c, &s));
     CHECK_NEAR(s.ph, 8.22, 1e-9);
     CHECK_NEAR(s.strength, 675.0 / 1.0128, 0.03 * 675.0);
-    CHECK_NEAR(s.saturation[pdi_electrolyte_find_species(&e, "CaCO3(s)")], 0.75, 0.15);
-    CHECK_NEAR(-s.result.log_activity[pdi_electrolyte_find_species(&e, "OH-")], 5.78, 1e-10);
+    CHECK_NEAR(s.saturation[pd_electrolyte_find_species(&e, "CaCO3(s)")], 0.75, 0.15);
+    CHECK_NEAR(-s.result.log_activity[pd_electrolyte_find_species(&e, "OH-")], 5.78, 1e-10);
 }
 
 /* Those of examples/: neutral, at their pH, with totals that are kept; SBF with the sulphate that is misprinted. */
@@ -208,8 +208,8 @@ TEST(examples)
         CHECK_NEAR(s.charge, 0.0, 1e-12 * fmax(s.strength, 1.0));
         CHECK_NEAR(s.ph, isnan(e.ph) ? 7.0 : e.ph, 1e-9);
         for (int i = 1; i <= 118; i++)
-            CHECK_REL(pdi_electrolyte_compute_element_total(&e, c, i),
-                      pdi_electrolyte_compute_element_total(&e, e.initial, i), 1e-12);
+            CHECK_REL(pd_electrolyte_compute_element_total(&e, c, i),
+                      pd_electrolyte_compute_element_total(&e, e.initial, i), 1e-12);
     }
     pd_ctx_init(&ctx);
     CHECK_INT(pd_electrolyte_read(&ctx, "examples/electrolytes/sbf.electrolyte", sulphate, 1, &e), PD_ERR_ARGUMENT);
@@ -286,7 +286,7 @@ TEST(includes)
         CHECK_REL(amount("Na+"), 5.0, 1e-14);
         CHECK_REL(amount("Cl-"), 5.0, 1e-14); /* 3, and what balances */
         CHECK_INT(e.count, 4);                /* with water */
-        CHECK_REL(e.species[pdi_electrolyte_find_species(&e, "Na+")].diffusivity, 1e-9, 1e-14);
+        CHECK_REL(e.species[pd_electrolyte_find_species(&e, "Na+")].diffusivity, 1e-9, 1e-14);
     }
     leave_file("twice.e", "[species Na+]\n  initial = 7 mM\n");
     leave_file("both.e", "[chemistry] include = mid.e, twice.e\n");
@@ -342,7 +342,7 @@ TEST(garbage)
         } else {
             if (k % 4) memcpy(text, sound, sizeof sound);
             for (int n = (int)(next_random(&state) % 12); n >= 0; n--)
-                pdi_append(text, sizeof text, "%s", parts[next_random(&state) % (sizeof parts / sizeof parts[0])]);
+                pd_append(text, sizeof text, "%s", parts[next_random(&state) % (sizeof parts / sizeof parts[0])]);
         }
         pd_status status = pd_electrolyte_parse(&ctx, "a", text, NULL, 0, &e);
         bad += status < 0;

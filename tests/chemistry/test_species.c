@@ -41,8 +41,8 @@ TEST(names)
         char text[64] = "", symbol[3];
         if (!CHECK_OK(&ctx, read(&ctx, list[k].name, &s))) continue;
         for (int e = 0; e < s.elements; e++) {
-            pdi_species_get_symbol(s.element[e], symbol);
-            pdi_append(text, sizeof text, "%s%d", symbol, s.count[e]);
+            pd_species_get_symbol(s.element[e], symbol);
+            pd_append(text, sizeof text, "%s%d", symbol, s.count[e]);
         }
         int right = CHECK_INT(s.charge, list[k].charge) & CHECK_INT(s.phase, list[k].phase);
         if (!CHECK_STR(text, list[k].elements) || !right) NOTE("of %s", list[k].name);

@@ -14,8 +14,8 @@
 /* Iterations and evaluations of all solvers of the model. */
 static long work_done(const pd_model *m)
 {
-    pdi_model_statistics effort;
-    pdi_model_get_statistics(m, &effort);
+    pd_model_statistics effort;
+    pd_model_get_statistics(m, &effort);
     int64_t work = effort.flow_evaluations + effort.transport_krylov;
     if (m->implicit.flow) work += m->implicit.evaluations;
     return (long)work;
@@ -44,7 +44,7 @@ static int work_run(pd_ctx *ctx, const char *path)
     pd_model model;
     memset(&model, 0, sizeof model);
     pd_status status = pd_scene_read(ctx, path, NULL, 0, &setup);
-    if (status >= 0) status = pdi_model_build(ctx, &setup, &model);
+    if (status >= 0) status = pd_model_build(ctx, &setup, &model);
     if (status >= 0) status = pd_time_loop_run(ctx, &model.time_loop, setup.end_time, 0.0, NULL, NULL);
     if (status < 0) {
         fprintf(stderr, "%s: %s\n", path, ctx->message);
@@ -53,7 +53,7 @@ static int work_run(pd_ctx *ctx, const char *path)
         work_result(&model);
         printf("\n");
     }
-    pdi_model_free(ctx, &model);
+    pd_model_free(ctx, &model);
     pd_setup_free(ctx, &setup);
     return status < 0;
 }

@@ -4,7 +4,7 @@
 #include "flow/implicit.h"
 #include "flow/weakly_compressible.h"
 #include "io/archive_file.h"
-#include "scene/units.h"
+#include "setup/units.h"
 #include "transport/two_stage.h"
 
 typedef struct thing {
@@ -62,7 +62,7 @@ TEST(built_as_counted)
         CHECK_INT(bytes, f.bytes + sizeof *it.line); /* an array of no length holds one element */
         CHECK(it.field != &other && it.work && !it.line && !it.speed == !moving);
         for (int k = 0; k < 2 * it.nodes; k++) CHECK(!(it.field[k] < 0.0) && !(it.field[k] > 0.0));
-        CHECK_OK(&ctx, PDI_NEW(&ctx, "line", 5, it.line));
+        CHECK_OK(&ctx, PD_NEW(&ctx, "line", 5, it.line));
         it.room = 5;
         for (int twice = 0; twice < 2; twice++) {
             pdi_array_registry_free(&ctx, list_of_thing, &it);
@@ -132,8 +132,8 @@ static pd_status memory_item(pd_ctx *ctx, void *user, const char *name, void *da
 {
     memory *m = (memory *)user;
     size_t bytes = size * (size_t)count;
-    if (++m->items == m->refused) return pdi_fail(ctx, PD_ERR_FILE, "memory", "refused");
-    pdi_append(m->names, sizeof m->names, "%s ", name);
+    if (++m->items == m->refused) return pd_fail(ctx, PD_ERR_FILE, "memory", "refused");
+    pd_append(m->names, sizeof m->names, "%s ", name);
     if (reading) memcpy(data, m->bytes + m->at, bytes);
     else memcpy(m->bytes + m->at, data, bytes);
     m->at += bytes;
@@ -205,7 +205,7 @@ static void look_at(pdi_array_visitor *owner, const pdi_array_entry *entry)
     if (!CHECK(!entry->unit[0] || pd_units_parse(&ctx, entry->unit, NULL, NULL) == PD_OK))
         NOTE("%s: %s", entry->name, ctx.message);
     CHECK(entry->count >= 0 && entry->address);
-    if (kept_one) pdi_append(seen, sizeof seen, "%s", name);
+    if (kept_one) pd_append(seen, sizeof seen, "%s", name);
 }
 
 /* Entries of a list of an object that is not built. */

@@ -32,7 +32,7 @@ TEST(fail_reports)
     pd_ctx_init(&ctx);
     CHECK_INT(ctx.status, PD_OK);
     CHECK_STR(ctx.message, "");
-    CHECK_INT(pdi_fail(&ctx, PD_ERR_PARSE, "scene.txt:7", "found %d, expected %s", 3, "a length"), PD_ERR_PARSE);
+    CHECK_INT(pd_fail(&ctx, PD_ERR_PARSE, "scene.txt:7", "found %d, expected %s", 3, "a length"), PD_ERR_PARSE);
     CHECK_INT(ctx.status, PD_ERR_PARSE);
     CHECK_STR(ctx.message, "scene.txt:7: found 3, expected a length");
 }
@@ -44,10 +44,10 @@ TEST(fail_survives_long_messages)
     memset(lengthy, 'x', sizeof lengthy);
     lengthy[sizeof lengthy - 1] = 0;
     pd_ctx_init(&ctx);
-    CHECK_INT(pdi_fail(&ctx, PD_ERR_FILE, "a", "%s", lengthy), PD_ERR_FILE);
+    CHECK_INT(pd_fail(&ctx, PD_ERR_FILE, "a", "%s", lengthy), PD_ERR_FILE);
     CHECK_INT(strlen(ctx.message), PD_MESSAGE_SIZE - 1);
     CHECK(strncmp(ctx.message, "a: xxx", 6) == 0);
-    CHECK_INT(pdi_fail(&ctx, PD_ERR_FILE, lengthy, "reason"), PD_ERR_FILE);
+    CHECK_INT(pd_fail(&ctx, PD_ERR_FILE, lengthy, "reason"), PD_ERR_FILE);
     CHECK_STR(ctx.message, "reason");
 }
 
@@ -57,24 +57,24 @@ TEST(allocator_keeps_account)
     double *x = NULL;
     int *none = NULL;
     pd_ctx_init(&ctx);
-    if (!CHECK_OK(&ctx, PDI_NEW(&ctx, "test", 1000, x))) return;
+    if (!CHECK_OK(&ctx, PD_NEW(&ctx, "test", 1000, x))) return;
     for (int i = 0; i < 1000; i++) CHECK_NEAR(x[i], 0.0, 0.0);
     CHECK_INT(ctx.in_use, 8000);
     for (int i = 0; i < 1000; i++) x[i] = i;
-    if (!CHECK_OK(&ctx, PDI_GROW(&ctx, "test", 1000, 3000, x))) return;
+    if (!CHECK_OK(&ctx, PD_GROW(&ctx, "test", 1000, 3000, x))) return;
     for (int i = 0; i < 3000; i++) CHECK_NEAR(x[i], i < 1000 ? i : 0, 0.0);
     CHECK_INT(ctx.in_use, 24000);
-    CHECK_OK(&ctx, PDI_GROW(&ctx, "test", 3000, 10, x));
+    CHECK_OK(&ctx, PD_GROW(&ctx, "test", 3000, 10, x));
     CHECK_NEAR(x[9], 9.0, 0.0);
     CHECK_INT(ctx.in_use, 80);
     CHECK_INT(ctx.peak, 24000);
-    CHECK_OK(&ctx, PDI_NEW(&ctx, "test", 0, none)); /* NULL always means failure */
+    CHECK_OK(&ctx, PD_NEW(&ctx, "test", 0, none)); /* NULL always means failure */
     CHECK(none != NULL);
     CHECK_INT(ctx.in_use, 84);
-    PDI_DELETE(&ctx, 0, none);
-    PDI_DELETE(&ctx, 10, x);
+    PD_DELETE(&ctx, 0, none);
+    PD_DELETE(&ctx, 10, x);
     CHECK(x == NULL && none == NULL);
-    PDI_DELETE(&ctx, 10, x); /* twice is allowed */
+    PD_DELETE(&ctx, 10, x); /* twice is allowed */
     CHECK_INT(ctx.in_use, 0);
     CHECK_INT(ctx.peak, 24000);
 }
@@ -85,18 +85,18 @@ TEST(allocator_limit)
     char *a = NULL, *b = NULL;
     pd_ctx_init(&ctx);
     ctx.alloc.limit = 1000;
-    CHECK_OK(&ctx, PDI_NEW(&ctx, "test", 600, a));
-    CHECK_INT(PDI_NEW(&ctx, "test", 401, b), PD_ERR_LIMIT);
+    CHECK_OK(&ctx, PD_NEW(&ctx, "test", 600, a));
+    CHECK_INT(PD_NEW(&ctx, "test", 401, b), PD_ERR_LIMIT);
     CHECK(b == NULL);
     CHECK(strncmp(ctx.message, "test: ", 6) == 0);
-    CHECK_OK(&ctx, PDI_NEW(&ctx, "test", 400, b));
+    CHECK_OK(&ctx, PD_NEW(&ctx, "test", 400, b));
     CHECK_INT(ctx.in_use, 1000);
     b[399] = 'b';
-    CHECK_INT(PDI_GROW(&ctx, "test", 400, 401, b), PD_ERR_LIMIT);
+    CHECK_INT(PD_GROW(&ctx, "test", 400, 401, b), PD_ERR_LIMIT);
     CHECK(b && b[399] == 'b'); /* the old block stays */
     CHECK_INT(ctx.in_use, 1000);
-    PDI_DELETE(&ctx, 400, b);
-    PDI_DELETE(&ctx, 600, a);
+    PD_DELETE(&ctx, 400, b);
+    PD_DELETE(&ctx, 600, a);
     CHECK_INT(ctx.in_use, 0);
 }
 
@@ -105,9 +105,9 @@ TEST(allocator_overflow)
     pd_ctx ctx;
     double *x = NULL;
     pd_ctx_init(&ctx);
-    CHECK_INT(PDI_NEW(&ctx, "test", (size_t)-1 / 8 + 2, x), PD_ERR_SIZE); /* the product would wrap to 8 bytes */
+    CHECK_INT(PD_NEW(&ctx, "test", (size_t)-1 / 8 + 2, x), PD_ERR_SIZE); /* the product would wrap to 8 bytes */
     CHECK(x == NULL);
-    CHECK_INT(PDI_NEW(&ctx, "test", (size_t)-1, x), PD_ERR_SIZE);
+    CHECK_INT(PD_NEW(&ctx, "test", (size_t)-1, x), PD_ERR_SIZE);
     CHECK(x == NULL);
     CHECK_INT(ctx.in_use, 0);
 }
@@ -147,16 +147,16 @@ TEST(allocator_of_the_caller)
         pd_ctx_init(&ctx);
         ctx.alloc.fn = counting_fn;
         ctx.alloc.user = &heap;
-        pd_status first = PDI_NEW(&ctx, "test", 5, x);
-        pd_status second = PDI_NEW(&ctx, "test", 0, y);
-        pd_status third = x ? PDI_GROW(&ctx, "test", 5, 50, x) : PD_OK;
+        pd_status first = PD_NEW(&ctx, "test", 5, x);
+        pd_status second = PD_NEW(&ctx, "test", 0, y);
+        pd_status third = x ? PD_GROW(&ctx, "test", 5, 50, x) : PD_OK;
         CHECK_INT(first, fail_at == 1 ? PD_ERR_MEMORY : PD_OK);
         CHECK_INT(second, fail_at == 2 ? PD_ERR_MEMORY : PD_OK);
         CHECK_INT(third, fail_at == 3 ? PD_ERR_MEMORY : PD_OK);
         CHECK((x == NULL) == (fail_at == 1));
         CHECK_INT(ctx.in_use, heap.live);
-        PDI_DELETE(&ctx, third < 0 ? 5 : 50, x);
-        PDI_DELETE(&ctx, 0, y);
+        PD_DELETE(&ctx, third < 0 ? 5 : 50, x);
+        PD_DELETE(&ctx, 0, y);
         CHECK_INT(heap.live, 0);
         CHECK_INT(ctx.in_use, 0);
         CHECK_INT(heap.wrong_sizes, 0);
@@ -355,18 +355,18 @@ TEST(threads)
 {
     pd_ctx ctx;
     pd_ctx_init(&ctx);
-    CHECK_INT(pdi_par_threads(&ctx, 1), 1); /* a fork costs more */
-    CHECK(pdi_par_threads(&ctx, INT64_MAX) >= 1);
+    CHECK_INT(pd_par_threads(&ctx, 1), 1); /* a fork costs more */
+    CHECK(pd_par_threads(&ctx, INT64_MAX) >= 1);
     ctx.threads = 3;
 #ifdef _OPENMP
-    CHECK_INT(pdi_par_threads(&ctx, 1000000), 3);
+    CHECK_INT(pd_par_threads(&ctx, 1000000), 3);
 #else
-    CHECK_INT(pdi_par_threads(&ctx, 1000000), 1);
+    CHECK_INT(pd_par_threads(&ctx, 1000000), 1);
 #endif
-    double start = pdi_par_clock();
+    double start = pd_par_clock();
     volatile double spin = 0.0;
     for (int k = 0; k < 10000000; k++) spin = spin + 1.0;
-    CHECK(pdi_par_clock() > start);
+    CHECK(pd_par_clock() > start);
 }
 
 TEST_MAIN(ENTRY(status_names) ENTRY(fail_reports) ENTRY(fail_survives_long_messages) ENTRY(allocator_keeps_account)

@@ -9,12 +9,12 @@
 #include "scene_file.h"
 #include "run/parameter_sweep.h"
 #include "run/compare_measured.h"
-#include "run/depletion_notes.h"
+#include "physics/depletion_notes.h"
 #include "physics/input_step_limit.h"
 #include "flow/gas.h"
 #include "lattice/csr.h"
 #include "lattice/lattice.h"
-#include "run/step_diagnostics.h"
+#include "physics/step_diagnostics.h"
 #include "io/points_file.h"
 #include "io/png.h"
 #include "run/coarsen_setup.h"
@@ -152,8 +152,8 @@ static int ready(lab *l)
     CHECK_OK(&l->ctx, pdi_png_write(&l->ctx, path_of("dot.png"), &dot));
     return CHECK_OK(&l->ctx, pd_scene_read(&l->ctx, path_of("pin.scene"), NULL, 0, &l->of_pin)) &&
            CHECK_OK(&l->ctx, pd_scene_read(&l->ctx, path_of("pit.scene"), NULL, 0, &l->of_pit)) &&
-           CHECK_OK(&l->ctx, pdi_model_build(&l->ctx, &l->of_pin, &l->pin)) &&
-           CHECK_OK(&l->ctx, pdi_model_build(&l->ctx, &l->of_pit, &l->pit)) &&
+           CHECK_OK(&l->ctx, pd_model_build(&l->ctx, &l->of_pin, &l->pin)) &&
+           CHECK_OK(&l->ctx, pd_model_build(&l->ctx, &l->of_pit, &l->pit)) &&
            CHECK_OK(&l->ctx, pd_bonds_build(&l->ctx, &l->pin.stencil, &l->pin.grid, 0, &l->bonds)) &&
            CHECK_OK(&l->ctx, pd_stencil_build(&l->ctx, &nearest, &l->near)) &&
            CHECK_OK(&l->ctx, pd_bonds_build(&l->ctx, &l->near, &l->pin.grid, 0, &l->near_bonds)) &&
@@ -176,8 +176,8 @@ static void tidy(lab *l)
     pd_stencil_free(&l->ctx, &l->near);
     pd_flow_free(&l->ctx, &l->flow);
     pd_bonds_free(&l->ctx, &l->bonds);
-    pdi_model_free(&l->ctx, &l->pit);
-    pdi_model_free(&l->ctx, &l->pin);
+    pd_model_free(&l->ctx, &l->pit);
+    pd_model_free(&l->ctx, &l->pin);
     pd_setup_free(&l->ctx, &l->of_pit);
     pd_setup_free(&l->ctx, &l->of_pin);
     CHECK_INT(l->ctx.in_use, 0);
@@ -197,7 +197,7 @@ static void tidy(lab *l)
 INNER(monotone_cubic, pd_monotone_cubic)
 {
     static const double x[] = {0.0, 1.0, 2.0}, y[] = {1.0, 3.0, 4.0};
-    return pdi_monotone_cubic_build(ctx, x, y, l->wrong ? 1 : 3, 0, o);
+    return pd_monotone_cubic_build(ctx, x, y, l->wrong ? 1 : 3, 0, o);
 }
 
 INNER(expr, pd_expr)
@@ -205,7 +205,7 @@ INNER(expr, pd_expr)
     pd_expr_desc d;
     memset(&d, 0, sizeof d);
     d.text = l->wrong ? "1 +" : "1 + 2";
-    return pdi_expr_build(ctx, &d, o);
+    return pd_expr_build(ctx, &d, o);
 }
 
 INNER(text, pd_text)
@@ -367,7 +367,7 @@ BUILD(bonds_of_metal, pd_dissolve)
     return pd_dissolve_build(ctx, &l->pit.grid, &l->pit.stencil, &l->pit.transport, &d, o);
 }
 
-INNER(step_diagnostics, pd_step_diagnostics) { return pdi_step_diagnostics_build(ctx, &l->pit, o); }
+INNER(step_diagnostics, pd_step_diagnostics) { return pd_step_diagnostics_build(ctx, &l->pit, o); }
 
 static void pd_time_loop_free(pd_ctx *ctx, pd_time_loop *couple) { (void)ctx, (void)couple; }
 
@@ -402,7 +402,7 @@ BUILD(coarsen_setup, pd_coarsened_setup) { return pdi_coarsen_setup_build(ctx, &
 
 INNER(model, pd_model)
 {
-    pd_status status = pdi_model_build(ctx, &l->of_pin, o);
+    pd_status status = pd_model_build(ctx, &l->of_pin, o);
     if (status < 0) o->error_line = 0; /* of the scene: what is refused */
     return status;
 }
@@ -415,7 +415,7 @@ INNER(monitors, pd_monitors)
 }
 
 INNER(input_step_limit, pd_input_step_limit) { return pdi_input_step_limit_build(ctx, &l->of_pin, o); }
-INNER(depletion_notes, pd_depletion_notes) { return pdi_depletion_notes_build(ctx, &l->pin, o); }
+INNER(depletion_notes, pd_depletion_notes) { return pd_depletion_notes_build(ctx, &l->pin, o); }
 
 INNER(compare_measured, pd_measured_comparison)
 {
@@ -576,7 +576,7 @@ static pd_status make_water(pd_ctx *ctx, double forward, pd_species *species, pd
     water.k_unit = "log10";
     water.forward = forward;
     water.forward_unit = "mol/L/s";
-    for (int k = 0; k < 3; k++) PDI_TRY(pd_species_read(ctx, &desc[k], &species[k]));
+    for (int k = 0; k < 3; k++) PD_TRY(pd_species_read(ctx, &desc[k], &species[k]));
     return pd_reaction_read(ctx, &water, species, 3, reaction);
 }
 
@@ -584,7 +584,7 @@ BUILD(speciation, pd_speciation)
 {
     pd_species species[3];
     pd_reaction reaction;
-    PDI_TRY(make_water(ctx, 0.0, species, &reaction));
+    PD_TRY(make_water(ctx, 0.0, species, &reaction));
     int count = l->wrong ? PD_SPECIES_MAX + 1 : 3;
     return pd_speciation_build(ctx, species, count, &reaction, 1, PD_ACTIVITY_IDEAL, 298.15, o);
 }
@@ -595,7 +595,7 @@ BUILD(reactive, pd_reactive)
     pd_species species[3];
     pd_reaction reaction;
     pd_reactive_desc d;
-    PDI_TRY(make_water(ctx, 1e-3, species, &reaction));
+    PD_TRY(make_water(ctx, 1e-3, species, &reaction));
     memset(&d, 0, sizeof d);
     d.species = species;
     d.count = 3;
@@ -609,7 +609,7 @@ BUILD(reactive, pd_reactive)
 BUILD(course, pd_course)
 {
     pd_course_desc d;
-    if (!l->water.c) PDI_TRY(make_reactive(&l->ctx, l, &l->water)); /* that of the lab, once */
+    if (!l->water.c) PD_TRY(make_reactive(&l->ctx, l, &l->water)); /* that of the lab, once */
     memset(&d, 0, sizeof d);
     d.rtol = l->wrong ? -1.0 : 0.0;
     return pd_course_build(ctx, &l->water, &d, o);
@@ -624,7 +624,7 @@ static double etching(void *user, int32_t node, const double *c, double ph, doub
 BUILD(etch, pd_etch)
 {
     pd_etch_desc d;
-    if (!l->water.c) PDI_TRY(make_reactive(&l->ctx, l, &l->water));
+    if (!l->water.c) PD_TRY(make_reactive(&l->ctx, l, &l->water));
     memset(&d, 0, sizeof d);
     d.law = l->wrong ? NULL : etching;
     return pd_etch_build(ctx, &l->water, &d, o);

@@ -44,7 +44,7 @@ TEST(monotone_between_points)
             x[k] = x[k - 1] + step;
             y[k] = y[k - 1] + (rising || next_random(&seed) % 2 ? jump : -jump);
         }
-        if (!CHECK_OK(&ctx, pdi_monotone_cubic_build(&ctx, x, y, n, 0, &c))) return;
+        if (!CHECK_OK(&ctx, pd_monotone_cubic_build(&ctx, x, y, n, 0, &c))) return;
         check_pieces(&c);
         pdi_monotone_cubic_free(&ctx, &c);
     }
@@ -60,7 +60,7 @@ TEST(rpn_data)
     pd_ctx ctx;
     pd_monotone_cubic c;
     pd_ctx_init(&ctx);
-    if (!CHECK_OK(&ctx, pdi_monotone_cubic_build(&ctx, x, y, 9, 0, &c))) return;
+    if (!CHECK_OK(&ctx, pd_monotone_cubic_build(&ctx, x, y, 9, 0, &c))) return;
     check_pieces(&c);
     for (int k = 0; k < 9; k++)
         CHECK(pdi_monotone_cubic_evaluate(&c, x[k]) >= y[k] && pdi_monotone_cubic_evaluate(&c, x[k]) <= y[k]);
@@ -80,7 +80,7 @@ static double smooth_error(int n, double (*f)(double))
         x[k] = 2.0 * (k + (k > 0 && k < n ? 0.3 * (k % 2 ? 0.5 : -0.5) : 0.0)) / n;
         y[k] = f(x[k]);
     }
-    if (!CHECK_OK(&ctx, pdi_monotone_cubic_build(&ctx, x, y, n + 1, 0, &c))) return NAN;
+    if (!CHECK_OK(&ctx, pd_monotone_cubic_build(&ctx, x, y, n + 1, 0, &c))) return NAN;
     for (int p = 0; p <= 20 * n; p++)
         worst = fmax(worst, fabs(pdi_monotone_cubic_evaluate(&c, 0.1 * p / n) - f(0.1 * p / n)));
     pdi_monotone_cubic_free(&ctx, &c);
@@ -121,7 +121,7 @@ TEST(polynomials)
         parabola[k] = x[k] * x[k];
     }
     for (int p = 0; p < 2; p++) {
-        if (!CHECK_OK(&ctx, pdi_monotone_cubic_build(&ctx, x, p ? parabola : line, 12, 0, &c))) return;
+        if (!CHECK_OK(&ctx, pd_monotone_cubic_build(&ctx, x, p ? parabola : line, 12, 0, &c))) return;
         for (double at = x[0]; at <= x[11]; at += 0.03)
             CHECK_REL(pdi_monotone_cubic_evaluate(&c, at), p ? at * at : 3.0 - 2.0 * at, 1e-13);
         for (double at = x[0]; at <= x[11]; at += 0.03) {
@@ -132,7 +132,7 @@ TEST(polynomials)
         }
         pdi_monotone_cubic_free(&ctx, &c);
     }
-    if (!CHECK_OK(&ctx, pdi_monotone_cubic_build(&ctx, x, line, 2, 0, &c))) return; /* two points: a line */
+    if (!CHECK_OK(&ctx, pd_monotone_cubic_build(&ctx, x, line, 2, 0, &c))) return; /* two points: a line */
     CHECK_NEAR(pdi_monotone_cubic_evaluate(&c, 1.5), 0.0, 1e-15);
     pdi_monotone_cubic_free(&ctx, &c);
 }
@@ -144,7 +144,7 @@ TEST(outside)
     pd_monotone_cubic c;
     pd_ctx_init(&ctx);
     for (int strict = 0; strict < 2; strict++) {
-        if (!CHECK_OK(&ctx, pdi_monotone_cubic_build(&ctx, x, y, 3, strict, &c))) return;
+        if (!CHECK_OK(&ctx, pd_monotone_cubic_build(&ctx, x, y, 3, strict, &c))) return;
         CHECK_NEAR(pdi_monotone_cubic_evaluate(&c, 1.0 - 2e-5), 5.0, 0.0);
         CHECK_NEAR(pdi_monotone_cubic_evaluate(&c, 4.0 + 2e-5), 9.0, 0.0);
         double below = pdi_monotone_cubic_evaluate(&c, 0.9), above = pdi_monotone_cubic_evaluate(&c, 4.1),
@@ -168,14 +168,14 @@ TEST(refusals)
     bad[2][1] = (double)NAN;
     bad[3][2] = (double)INFINITY;
     for (int k = 0; k < 5; k++) {
-        CHECK_INT(pdi_monotone_cubic_build(&ctx, bad[k], good, 3, 0, &c), PD_ERR_ARGUMENT);
+        CHECK_INT(pd_monotone_cubic_build(&ctx, bad[k], good, 3, 0, &c), PD_ERR_ARGUMENT);
         CHECK(strstr(ctx.message, "expected") != NULL);
     }
-    CHECK_INT(pdi_monotone_cubic_build(&ctx, good, bad[2], 3, 0, &c), PD_ERR_ARGUMENT);
-    CHECK_INT(pdi_monotone_cubic_build(&ctx, good, good, 1, 0, &c), PD_ERR_ARGUMENT);
+    CHECK_INT(pd_monotone_cubic_build(&ctx, good, bad[2], 3, 0, &c), PD_ERR_ARGUMENT);
+    CHECK_INT(pd_monotone_cubic_build(&ctx, good, good, 1, 0, &c), PD_ERR_ARGUMENT);
     CHECK(strstr(ctx.message, "at least 2") != NULL);
     ctx.alloc.limit = 60; /* room for x and y alone */
-    CHECK_INT(pdi_monotone_cubic_build(&ctx, good, good, 3, 0, &c), PD_ERR_LIMIT);
+    CHECK_INT(pd_monotone_cubic_build(&ctx, good, good, 3, 0, &c), PD_ERR_LIMIT);
     CHECK_INT(ctx.in_use, 0);
 }
 

@@ -78,11 +78,11 @@ static int prepare(const char *text) { return CHECK_OK(&reader, load(&reader, te
 static pd_status model_work(pd_ctx *ctx, void *user)
 {
     static pd_model model;
-    pd_status status = pdi_model_build(ctx, &shared, &model);
+    pd_status status = pd_model_build(ctx, &shared, &model);
     (void)user;
     if (status >= 0)
         status = pd_time_loop_run(ctx, &model.time_loop, shared.end_time, shared.output_interval, NULL, NULL);
-    pdi_model_free(ctx, &model);
+    pd_model_free(ctx, &model);
     return status;
 }
 
@@ -147,7 +147,7 @@ TEST(frames_and_coarser)
         return;
     CHECK_LE(3, stop_everywhere("coarser", coarser_work, NULL, CALLS, 1));
     pd_ctx_init(&ctx);
-    if (!CHECK_OK(&ctx, pdi_model_build_grid(&ctx, &shared, &line, &stencil, &grid))) return;
+    if (!CHECK_OK(&ctx, pd_model_build_grid(&ctx, &shared, &line, &stencil, &grid))) return;
     CHECK_INT(stop_everywhere("vti", vti_work, &grid, CALLS, 1), PD_DIM == 2 ? 16 : 100);
     pd_grid_free(&ctx, &grid);
     pd_stencil_free(&ctx, &stencil);

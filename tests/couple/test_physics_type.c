@@ -2,7 +2,7 @@
  * checkpoints, what is refused.
  * dims: 1 2 3 */
 #define _XOPEN_SOURCE 700
-#include "scene/fields.h"
+#include "setup/fields.h"
 #include "physics/memory_estimate.h"
 #include "run/sim.h"
 #include "scene_file.h"
@@ -28,19 +28,19 @@ static int fails; /* the builder fails after it has asked for memory */
 static void cooling_free(pd_ctx *ctx, void *self)
 {
     cooling *s = (cooling *)self;
-    PDI_DELETE(ctx, s->view->grid->total, s->T);
-    PDI_DELETE(ctx, s->view->grid->total, s->S);
-    PDI_DELETE(ctx, 1, s);
+    PD_DELETE(ctx, s->view->grid->total, s->T);
+    PD_DELETE(ctx, s->view->grid->total, s->S);
+    PD_DELETE(ctx, 1, s);
 }
 
 static pd_status cooling_build(pd_ctx *ctx, const pd_physics_view *view, void **state)
 {
     cooling *s = NULL;
-    PDI_TRY(PDI_NEW(ctx, "cooling", 1, s));
+    PD_TRY(PD_NEW(ctx, "cooling", 1, s));
     s->view = view;
-    pd_status status = PDI_NEW(ctx, "cooling", view->grid->total, s->T);
-    if (status == PD_OK) status = PDI_NEW(ctx, "cooling", view->grid->total, s->S);
-    if (status == PD_OK && fails) status = pdi_fail(ctx, PD_ERR_STATE, "cooling", "as it was asked to");
+    pd_status status = PD_NEW(ctx, "cooling", view->grid->total, s->T);
+    if (status == PD_OK) status = PD_NEW(ctx, "cooling", view->grid->total, s->S);
+    if (status == PD_OK && fails) status = pd_fail(ctx, PD_ERR_STATE, "cooling", "as it was asked to");
     if (status < 0) {
         cooling_free(ctx, s);
         return status;
@@ -78,8 +78,8 @@ static pd_status cooling_attempt(pd_ctx *ctx, void *self, pd_step *step)
 static pd_status cooling_checkpoint(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     cooling *s = (cooling *)self;
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "cooling.time", &s->time, 1));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "cooling.T", s->T, s->view->grid->total));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "cooling.time", &s->time, 1));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "cooling.T", s->T, s->view->grid->total));
     for (int32_t i = 0; i < s->view->grid->total; i++) s->S[i] = 2.0 * s->T[i];
     return PD_OK;
 }

@@ -1,6 +1,6 @@
 /* test_solid_coupling: metal of scenes under load, alone and as it dissolves.
  * dims: 2 3 */
-#include "scene/fields.h"
+#include "setup/fields.h"
 #include "physics/reaction_force.h"
 #include "physics/model.h"
 #include "physics/sample.h"
@@ -57,7 +57,7 @@ static scene_case *run(int k, const char *text)
     memset(c, 0, sizeof *c);
     pd_ctx_init(&c->ctx);
     if (!CHECK_OK(&c->ctx, pd_scene_parse(&c->ctx, "bar", text, NULL, 0, &c->setup))) return NULL;
-    if (!CHECK_OK(&c->ctx, pdi_model_build(&c->ctx, &c->setup, &c->model))) return NULL;
+    if (!CHECK_OK(&c->ctx, pd_model_build(&c->ctx, &c->setup, &c->model))) return NULL;
     if (!CHECK_OK(&c->ctx, pd_time_loop_run(&c->ctx, &c->model.time_loop, c->setup.end_time, 0.0, NULL, NULL)))
         return NULL;
     return c;
@@ -65,7 +65,7 @@ static scene_case *run(int k, const char *text)
 
 static void end(scene_case *c)
 {
-    pdi_model_free(&c->ctx, &c->model);
+    pd_model_free(&c->ctx, &c->model);
     pd_setup_free(&c->ctx, &c->setup);
     CHECK_INT(c->ctx.in_use, 0);
 }
@@ -77,7 +77,7 @@ TEST(faces_move)
     double force[PD_DIM], strain = 0.02e-6 / LENGTH, wanted = 200e9 * strain * 10e-6 * DEPTH;
     if (!c) return;
     for (int k = 0; k < c->setup.metal_body.mechanical_bcs; k++) {
-        CHECK(pdi_reaction_force_compute(&c->ctx, &c->model.mechanical_bc, k, c->model.time_loop.time, force) == PD_OK);
+        CHECK(pd_reaction_force_compute(&c->ctx, &c->model.mechanical_bc, k, c->model.time_loop.time, force) == PD_OK);
         int side = c->setup.metal_body.mechanical_bc[k].side;
         if (side == 1) CHECK_REL(force[0], wanted, 1e-5);
         if (side == 0) CHECK_REL(force[0], -wanted, 1e-5);
@@ -101,7 +101,7 @@ TEST(traction)
         if (s->body.position[i * PD_DIM] > LENGTH - 1e-6) last = s->static_solver.u[i * PD_DIM];
     }
     CHECK_REL(last, 100e6 / 200e9 * (LENGTH - 0.5e-6), 1e-6);
-    CHECK(pdi_reaction_force_compute(&c->ctx, &c->model.mechanical_bc, 0, c->model.time_loop.time, force) == PD_OK);
+    CHECK(pd_reaction_force_compute(&c->ctx, &c->model.mechanical_bc, 0, c->model.time_loop.time, force) == PD_OK);
     CHECK_REL(force[0], -100e6 * 10e-6 * DEPTH, 1e-6);
     end(c);
 }
@@ -174,7 +174,7 @@ TEST(ordinary)
     scene_case *c = pull("material = ordinary", "100 MPa");
     if (!c) return;
     stretches(c, &a, &b);
-    CHECK(pdi_reaction_force_compute(&c->ctx, &c->model.mechanical_bc, 0, c->model.time_loop.time, force) == PD_OK);
+    CHECK(pd_reaction_force_compute(&c->ctx, &c->model.mechanical_bc, 0, c->model.time_loop.time, force) == PD_OK);
     CHECK_REL(force[0], -100e6 * 10e-6 * DEPTH, 1e-6);
     NOTE("strain %.4f of Hooke's", (a - 1.0) / (100e6 / 200e9));
     CHECK_REL(a - 1.0, 100e6 / 200e9, 0.05);
@@ -188,15 +188,15 @@ TEST(fields)
     double all = 0.0;
     if (!c) return;
     const pd_solid_coupling *s = &c->model.solid;
-    pdi_sample_prepare(&c->ctx, &c->model, pdi_fields_bit(PD_FIELD_STRAIN_ENERGY));
+    pd_sample_prepare(&c->ctx, &c->model, pd_fields_bit(PD_FIELD_STRAIN_ENERGY));
     for (int32_t i = 0; i < s->count; i++) {
         double wanted = 0.5 * 100e6 * 100e6 / 200e9;
-        all += s->body.volume[i] * pdi_sample_get_node(&c->model, PD_FIELD_STRAIN_ENERGY, s->node[i]);
-        if (!CHECK_REL(pdi_sample_get_node(&c->model, PD_FIELD_STRAIN_ENERGY, s->node[i]), wanted, 1e-6)) break;
-        CHECK_REL(pdi_sample_get_node(&c->model, PD_FIELD_SIGMA_XX, s->node[i]), 100e6, 1e-6);
-        CHECK_NEAR(pdi_sample_get_node(&c->model, PD_FIELD_SIGMA_YY, s->node[i]), 0.0, 100.0);
-        CHECK_NEAR(pdi_sample_get_node(&c->model, PD_FIELD_SIGMA_ZZ, s->node[i]), 0.0, 100.0);
-        CHECK_NEAR(pdi_sample_get_node(&c->model, PD_FIELD_SIGMA_XY, s->node[i]), 0.0, 100.0);
+        all += s->body.volume[i] * pd_sample_get_node(&c->model, PD_FIELD_STRAIN_ENERGY, s->node[i]);
+        if (!CHECK_REL(pd_sample_get_node(&c->model, PD_FIELD_STRAIN_ENERGY, s->node[i]), wanted, 1e-6)) break;
+        CHECK_REL(pd_sample_get_node(&c->model, PD_FIELD_SIGMA_XX, s->node[i]), 100e6, 1e-6);
+        CHECK_NEAR(pd_sample_get_node(&c->model, PD_FIELD_SIGMA_YY, s->node[i]), 0.0, 100.0);
+        CHECK_NEAR(pd_sample_get_node(&c->model, PD_FIELD_SIGMA_ZZ, s->node[i]), 0.0, 100.0);
+        CHECK_NEAR(pd_sample_get_node(&c->model, PD_FIELD_SIGMA_XY, s->node[i]), 0.0, 100.0);
     }
     CHECK_REL(all, s->static_solver.stored, 1e-12);
     end(c);
@@ -269,7 +269,7 @@ TEST(torn)
     if (!c) return;
     const pd_quasi_static *rest = &c->model.solid.static_solver;
     for (int k = 0; k < c->setup.metal_body.mechanical_bcs; k++) {
-        CHECK(pdi_reaction_force_compute(&c->ctx, &c->model.mechanical_bc, k, c->model.time_loop.time, force) == PD_OK);
+        CHECK(pd_reaction_force_compute(&c->ctx, &c->model.mechanical_bc, k, c->model.time_loop.time, force) == PD_OK);
         CHECK(fabs(force[0]) <= 1e-9 * 200e9 * 5e-3 * 10e-6 * DEPTH);
     }
     NOTE("torn: %.0f bonds, %.6g of %.6g J released", (double)rest->broken, rest->released, rest->work);
@@ -288,7 +288,7 @@ TEST(thinning)
     double left = 1.0 - pd_time_loop_volume_loss(&c->model.time_loop), section = left * 10e-6 * DEPTH;
     for (int k = 0; k < c->setup.metal_body.mechanical_bcs; k++) {
         if (c->setup.metal_body.mechanical_bc[k].side != 1) continue;
-        CHECK(pdi_reaction_force_compute(&c->ctx, &c->model.mechanical_bc, k, c->model.time_loop.time, force) == PD_OK);
+        CHECK(pd_reaction_force_compute(&c->ctx, &c->model.mechanical_bc, k, c->model.time_loop.time, force) == PD_OK);
         NOTE("thinning: %.4f of the metal bears %.5g N, expected %.5g", left, force[0], flow * section);
         CHECK(left < 0.85 && left > 0.75);
         CHECK_REL(force[0], flow * section, 1e-3);
@@ -308,7 +308,7 @@ TEST(thinning_beside_a_mirror)
     CHECK(c->model.grid.solid_count < c->model.time_loop.solid_nodes_start);
     for (int k = 0; k < c->setup.metal_body.mechanical_bcs; k++) {
         if (c->setup.metal_body.mechanical_bc[k].side != 1) continue;
-        CHECK(pdi_reaction_force_compute(&c->ctx, &c->model.mechanical_bc, k, c->model.time_loop.time, force) == PD_OK);
+        CHECK(pd_reaction_force_compute(&c->ctx, &c->model.mechanical_bc, k, c->model.time_loop.time, force) == PD_OK);
         NOTE("%.4f of the metal bears %.5g N", left, force[0]);
         CHECK_REL(force[0], 200e9 * strain * left * 10e-6 * DEPTH, 1e-3);
     }
@@ -357,7 +357,7 @@ TEST(refused_when_built)
         memset(c, 0, sizeof *c);
         pd_ctx_init(&c->ctx);
         if (!CHECK_OK(&c->ctx, pd_scene_parse(&c->ctx, "bar", wrong[k][0], NULL, 0, &c->setup))) continue;
-        pd_status status = pdi_model_build(&c->ctx, &c->setup, &c->model);
+        pd_status status = pd_model_build(&c->ctx, &c->setup, &c->model);
         if (status == PD_OK)
             status = pd_time_loop_run(&c->ctx, &c->model.time_loop, c->setup.end_time, 0.0, NULL, NULL);
         CHECK(status < 0);

@@ -43,13 +43,13 @@ static scene_case *build(const char *text)
     memset(c, 0, sizeof *c);
     pd_ctx_init(&c->ctx);
     if (!CHECK_OK(&c->ctx, pd_scene_parse(&c->ctx, "bar", text, NULL, 0, &c->setup))) return NULL;
-    return CHECK_OK(&c->ctx, pdi_model_build(&c->ctx, &c->setup, &c->model)) ? c : NULL;
+    return CHECK_OK(&c->ctx, pd_model_build(&c->ctx, &c->setup, &c->model)) ? c : NULL;
 }
 
 static void end(scene_case *c)
 {
     pdi_monitors_free(&c->ctx, &c->monitors);
-    pdi_model_free(&c->ctx, &c->model);
+    pd_model_free(&c->ctx, &c->model);
     pd_setup_free(&c->ctx, &c->setup);
     CHECK_INT(c->ctx.in_use, 0);
 }
@@ -72,10 +72,10 @@ static void check_bonds(const scene_case *c, double last, double height)
     for (int32_t i = 0; i < body->count; i++) {
         double x[PD_DIM], y[PD_DIM], share = 0.0;
         for (int d = 0; d < PD_DIM; d++) x[d] = 1e6 * body->position[i * PD_DIM + d];
-        for (pd_bond_iterator b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
+        for (pd_bond_iterator b = pd_body_bonds_begin(body, i); pd_body_bonds_next(&b);) {
             for (int d = 0; d < PD_DIM; d++) y[d] = 1e6 * body->position[b.neighbour * PD_DIM + d];
             int is = crosses(x, y, last, height);
-            wrong += is != pdi_body_bond_is_broken(&b);
+            wrong += is != pd_body_bond_is_broken(&b);
             broken += is;
             share += is / (double)(body->first_bond[i + 1] - body->first_bond[i]);
         }
@@ -268,7 +268,7 @@ TEST(refused)
         pd_ctx_init(&c->ctx);
         pd_status status = pd_scene_parse(&c->ctx, "bar", wrong[k][0], NULL, 0, &c->setup);
         if (status == PD_OK) {
-            status = pdi_model_build(&c->ctx, &c->setup, &c->model);
+            status = pd_model_build(&c->ctx, &c->setup, &c->model);
             pd_setup_free(&c->ctx, &c->setup);
         }
         CHECK(status < 0);

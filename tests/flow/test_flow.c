@@ -218,7 +218,7 @@ TEST(sections_balance)
             double gain = 0.0;
             for (int32_t node = 0; node < s->grid.total; node++) {
                 int i[PD_DIM];
-                pdi_grid_index(&s->grid, node, i);
+                pd_grid_index(&s->grid, node, i);
                 if (s->grid.kind[node] != PD_FLUID || i[0] < 1 || i[0] >= index) continue;
                 gain += rc[node] * s->stencil.volume;
             }

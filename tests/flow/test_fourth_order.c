@@ -95,7 +95,7 @@ static void errors(int n, int order, pd_side side, field_fn field, int away, dou
         for (int32_t i = 0; i < s->grid.total; i++) {
             int at[PD_DIM];
             if (s->grid.kind[i] != PD_FLUID) continue;
-            pdi_grid_index(&s->grid, i, at);
+            pd_grid_index(&s->grid, i, at);
             if (at[0] < away || at[1] < away || at[0] >= n - away || at[1] >= n - away) continue;
             for (int d = 0; d < PD_DIM; d++) {
                 int64_t k = (int64_t)d * s->grid.total + i;

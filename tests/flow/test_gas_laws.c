@@ -232,7 +232,7 @@ TEST(mirror_side_is_a_symmetry_plane)
     for (int32_t i = 0; i < half.grid.total; i++) {
         int at[PD_DIM];
         if (half.grid.kind[i] != PD_FLUID) continue;
-        pdi_grid_index(&half.grid, i, at);
+        pd_grid_index(&half.grid, i, at);
         int32_t same = pd_grid_node(&whole.grid, at);
         at[0] = 2 * cells - 1 - at[0];
         int32_t opposite = pd_grid_node(&whole.grid, at);
@@ -382,7 +382,7 @@ TEST(turned_and_mirrored)
         for (int32_t i = 0; i < first.grid.total; i++) {
             int at[PD_DIM], to[PD_DIM];
             if (first.grid.kind[i] != PD_FLUID) continue;
-            pdi_grid_index(&first.grid, i, at);
+            pd_grid_index(&first.grid, i, at);
             for (int d = 0; d < PD_DIM; d++)
                 to[moved.axis[d]] = moved.mirrored[d] ? first.grid.n[d] - 1 - at[d] : at[d];
             int32_t j = pd_grid_node(&second.grid, to);

@@ -180,7 +180,7 @@ TEST(pin_is_symmetric)
     for (int32_t node = 0; node < s->grid.total; node++) {
         int i[2];
         if (s->grid.kind[node] != PD_FLUID) continue;
-        pdi_grid_index(&s->grid, node, i);
+        pd_grid_index(&s->grid, node, i);
         i[1] = s->grid.n[1] - 1 - i[1];
         int32_t image = pd_grid_node(&s->grid, i);
         CHECK_NEAR(s->flow.u[node], s->flow.u[image], 1e-7 * s->mean);
@@ -415,7 +415,7 @@ TEST(resolve_after_dissolution)
     int64_t from_rest = result.evaluations;
     for (int32_t node = 0; node < s->grid.total; node++) {
         int i[2];
-        pdi_grid_index(&s->grid, node, i);
+        pd_grid_index(&s->grid, node, i);
         if (s->grid.kind[node] != PD_SOLID || s->grid.kind[node + s->grid.stride[1]] != PD_FLUID || i[0] % 5) continue;
         changed[count++] = node;
     }

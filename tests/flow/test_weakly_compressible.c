@@ -33,7 +33,7 @@ static pd_status run_build(run *r, double length, double h, int open, double nu,
     ud.eos = eos;
     /* the order of the wave is that in space: longer steps hide some of the error of coarse lattices */
     ud.cfl = PD_DIM == 1 ? 0.34 : 0.8;
-    PDI_TRY(scene_try(s));
+    PD_TRY(scene_try(s));
     return pd_weakly_compressible_build(&s->ctx, &s->flow, &ud, &r->unsteady);
 }
 
@@ -140,7 +140,7 @@ TEST(stability_limit)
     for (int32_t i = 0; i < r.s.grid.total; i++)
         if (r.s.grid.kind[i] == PD_FLUID) {
             int at[PD_DIM];
-            pdi_grid_index(&r.s.grid, i, at);
+            pd_grid_index(&r.s.grid, i, at);
             r.unsteady.density[i] = 1.0 + (at[0] % 2 ? 1e-3 : -1e-3);
             start = fmax(start, fabs(r.unsteady.density[i] - 1.0));
         }
@@ -175,7 +175,7 @@ static pd_status bounds_build(run *r, double m, int surfaces, double nu)
     s->flow_desc.rho = s->flow_desc.report_speed = s->flow_desc.report_length = ud.sound_speed = 1.0;
     s->flow_desc.mu = nu;
     ud.eos = PD_EOS_LINEAR;
-    PDI_TRY(scene_try(s));
+    PD_TRY(scene_try(s));
     return pd_weakly_compressible_build(&s->ctx, &s->flow, &ud, &r->unsteady);
 }
 

@@ -21,12 +21,12 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     desc.const_count = 1;
     desc.unit = size % 2 ? "m/s" : NULL;
     fuzz_context(1000000, &ctx);
-    pd_status status = pdi_expr_build(&ctx, &desc, &expr);
+    pd_status status = pd_expr_build(&ctx, &desc, &expr);
     if (status == PD_OK) {
-        double value = pdi_expr_eval(&expr, at);
-        FUZZ_EXPECT(!pdi_expr_is_constant(&expr) || (value - value == 0.0 && value == pdi_expr_eval(&expr, NULL)));
+        double value = pd_expr_eval(&expr, at);
+        FUZZ_EXPECT(!pd_expr_is_constant(&expr) || (value - value == 0.0 && value == pd_expr_eval(&expr, NULL)));
     }
-    pdi_expr_free(&ctx, &expr);
+    pd_expr_free(&ctx, &expr);
     fuzz_settled(&ctx, status);
     free(text);
     return 0;

@@ -14,9 +14,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         FUZZ_EXPECT(pdi_file_is_subpath(setup.folder));
         FUZZ_EXPECT(budget.total_bytes > 0.0);
         if (budget.total_bytes - budget.output_bytes < 1e6 && setup.fluid_m < 4.0)
-            status = pdi_model_build(&ctx, &setup, &model);
+            status = pd_model_build(&ctx, &setup, &model);
         else memset(&model, 0, sizeof model);
-        if (status >= 0) pdi_model_free(&ctx, &model);
+        if (status >= 0) pd_model_free(&ctx, &model);
         pd_setup_free(&ctx, &setup);
     }
     fuzz_settled(&ctx, status);

@@ -87,7 +87,7 @@ static inline void hard_bounds(hard *h)
     for (int s = 0; s < 2 * PD_DIM; s++) {
         double bring = u->inlet_c;
         if (u->side[s].has_fixed_c) bring = pdi_setup_eval_expr(&u->side[s].fixed_c, origin, 0.0);
-        if (!u->side[s].has_fixed_c && !pdi_grid_is_inlet_or_outlet(u->side[s].kind)) continue;
+        if (!u->side[s].has_fixed_c && !pd_grid_is_inlet_or_outlet(u->side[s].kind)) continue;
         h->low = fmin(h->low, bring);
         h->high = fmax(h->high, bring);
     }
@@ -113,7 +113,7 @@ static inline int hard_open(hard *h, const char *text)
     hard_override = NULL;
     if (h->status < 0) return 0;
     h->open = 1;
-    h->status = pdi_model_build(&h->ctx, &h->setup, &h->model);
+    h->status = pd_model_build(&h->ctx, &h->setup, &h->model);
     if (h->status < 0) return 0;
     h->built = 1;
     hard_bounds(h);
@@ -199,7 +199,7 @@ static inline int hard_play(hard *h, const char *text)
 
 static inline void hard_close(hard *h)
 {
-    if (h->built) pdi_model_free(&h->ctx, &h->model);
+    if (h->built) pd_model_free(&h->ctx, &h->model);
     if (h->open) pd_setup_free(&h->ctx, &h->setup);
     h->built = h->open = 0;
     CHECK_INT(h->ctx.in_use, 0);

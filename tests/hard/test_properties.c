@@ -30,8 +30,8 @@ static double difference(const hard *a, const hard *b, int32_t (*place)(const pd
     const pd_grid *g = &a->model.grid;
     for (int32_t node = 0; node < g->total; node++) {
         int i[PD_DIM];
-        pdi_grid_index(g, node, i);
-        if (!pdi_grid_is_inside(g, i) || g->kind[node] == PD_WALL) continue;
+        pd_grid_index(g, node, i);
+        if (!pd_grid_is_inside(g, i) || g->kind[node] == PD_WALL) continue;
         int32_t other = place ? place(&b->model.grid, i) : node;
         if (g->kind[node] != b->model.grid.kind[other]) return HUGE_VAL;
         off = fmax(off, fabs(hard_field(a)[node] - hard_field(b)[other]) / 500.0);
@@ -309,7 +309,7 @@ TEST(steps_need_no_memory)
         pd_ctx made = h->ctx;
         made.alloc.fn = counting;
         made.in_use = made.peak = 0;
-        if (!CHECK_OK(&made, pdi_model_build(&made, &h->setup, &h->model))) return;
+        if (!CHECK_OK(&made, pd_model_build(&made, &h->setup, &h->model))) return;
         CHECK_OK(&made, pd_time_loop_start(&made, &h->model.time_loop));
         double dt = kind >= 5 ? 1e-4 : 1.0;
         for (int step = 0; step < 8; step++) {
@@ -324,7 +324,7 @@ TEST(steps_need_no_memory)
         CHECK_INT(h->model.grid.solid_count, h->model.time_loop.solid_nodes_start);
         full = 0;
         if (kind > 3) CHECK_INT(spent, 0);
-        pdi_model_free(&made, &h->model);
+        pd_model_free(&made, &h->model);
         CHECK_INT(made.in_use, 0);
         pd_setup_free(&h->ctx, &h->setup);
         hard_line(names[kind], test_now.failures > failures, NULL, (double)spent,
@@ -357,7 +357,7 @@ TEST(a_basis_that_may_not_grow)
     pd_ctx made = h->ctx;
     made.alloc.fn = counting;
     made.in_use = made.peak = 0;
-    if (!CHECK_OK(&made, pdi_model_build(&made, &h->setup, &h->model))) return;
+    if (!CHECK_OK(&made, pd_model_build(&made, &h->setup, &h->model))) return;
     CHECK_OK(&made, pd_time_loop_start(&made, &h->model.time_loop));
     pd_transport *t = &h->model.transport;
     for (int round = 0; round < 3; round++) { /* the first one takes what all steps need */
@@ -375,7 +375,7 @@ TEST(a_basis_that_may_not_grow)
     }
     full = 0;
     CHECK(denied > 0);
-    pdi_model_free(&made, &h->model);
+    pd_model_free(&made, &h->model);
     CHECK_INT(made.in_use, 0);
     pd_setup_free(&h->ctx, &h->setup);
     hard_line("bar", test_now.failures > failures, NULL, (double)asked, "calls_of_the_allocator_in_a_step");

@@ -47,7 +47,7 @@ static int play_scaled(hard *h, const char *text, double length, double time)
     h->open = 1;
     rescale(&h->setup, length, time);
     end = h->setup.end_time;
-    h->status = pdi_model_build(&h->ctx, &h->setup, &h->model);
+    h->status = pd_model_build(&h->ctx, &h->setup, &h->model);
     if (!CHECK_OK(&h->ctx, h->status)) return 0;
     h->built = 1;
     hard_bounds(h);

@@ -146,7 +146,7 @@ static int64_t bonds_between(const pd_points *points, const pd_body *body)
 {
     int64_t found = 0;
     for (int32_t i = 0; i < body->count; i++)
-        for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);)
+        for (pd_bond_iterator f = pd_body_bonds_begin(body, i); pd_body_bonds_next(&f);)
             found += points->tag[i] != points->tag[f.neighbour];
     return found;
 }
@@ -301,7 +301,7 @@ TEST(corners)
     desc.horizon = 2.3; /* now some leave it: from (2.5, 4.5) to (3.5, 2.5) and its like */
     if (!CHECK_OK(&ctx, pd_body_build(&ctx, &desc, &body))) return;
     for (int32_t i = 0; i < body.count; i++)
-        for (pd_bond_iterator f = pdi_body_bonds_begin(&body, i); pdi_body_bonds_next(&f);) {
+        for (pd_bond_iterator f = pd_body_bonds_begin(&body, i); pd_body_bonds_next(&f);) {
             double xi[PD_DIM], s;
             const double *x = body.position + i * PD_DIM;
             pdi_body_bond_vector(&body, i, &f, xi);

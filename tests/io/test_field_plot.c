@@ -667,7 +667,7 @@ TEST(contours_stand_at_their_place)
     }
     CHECK(pieces >= 2 * NY);
     CHECK_INT(misplaced, 0);
-    pdi_free(&ctx, size + 1, 1, &text);
+    pd_free(&ctx, size + 1, 1, &text);
     remove(DIRECTORY "/line.svg");
     /* evenly: two lines part the range in three */
     picture.contours = NULL;

@@ -64,12 +64,12 @@ TEST(a_whole_file_is_read)
     CHECK_INT(size, sizeof big);
     CHECK(memcmp(data, big, size) == 0);
     CHECK(data[size] == 0);
-    PDI_DELETE(&ctx, size + 1, data);
+    PD_DELETE(&ctx, size + 1, data);
     puts_to("whole", "");
     if (!CHECK_OK(&ctx, pdi_file_read_all(&ctx, at("whole"), 0, &data, &size))) return;
     CHECK_INT(size, 0);
     CHECK_STR(data, "");
-    PDI_DELETE(&ctx, size + 1, data);
+    PD_DELETE(&ctx, size + 1, data);
     CHECK_INT(ctx.in_use, 0);
     remove(at("whole"));
 }
@@ -131,7 +131,7 @@ TEST(reading_counts)
     CHECK_INT(pdi_file_read_all(&ctx, at("big"), 1 << 20, &data, &size), PD_ERR_LIMIT);
     CHECK_LE((double)ctx.peak, (double)sizeof big);
     ctx.alloc.limit = sizeof big + 1;
-    if (CHECK_OK(&ctx, pdi_file_read_all(&ctx, at("big"), 1 << 20, &data, &size))) PDI_DELETE(&ctx, size + 1, data);
+    if (CHECK_OK(&ctx, pdi_file_read_all(&ctx, at("big"), 1 << 20, &data, &size))) PD_DELETE(&ctx, size + 1, data);
     CHECK_INT(ctx.in_use, 0);
     remove(at("big"));
 }

@@ -193,7 +193,7 @@ static pd_image pattern(pd_ctx *ctx, int width, int height, int channels)
 {
     pd_image image = {0, 0, 0, NULL};
     size_t n = (size_t)width * (size_t)height * (size_t)channels;
-    if (!CHECK_OK(ctx, PDI_NEW(ctx, "test", n, image.pixels))) return image;
+    if (!CHECK_OK(ctx, PD_NEW(ctx, "test", n, image.pixels))) return image;
     image.width = width;
     image.height = height;
     image.channels = channels;
@@ -489,7 +489,7 @@ TEST(cut_and_damaged_files_are_refused)
     CHECK_INT(accepted, 0);
     CHECK_INT(other, 0);
     CHECK_INT(leaks, 0);
-    PDI_DELETE(&ctx, size + 1, data);
+    PD_DELETE(&ctx, size + 1, data);
     remove(DIRECTORY "/good.png");
     remove(DIRECTORY "/hurt.png");
 }

@@ -718,7 +718,7 @@ TEST(damaged_vtk)
         snprintf(path, sizeof path, DATA "%s.vtu", files[f]);
         if (!CHECK_OK(&ctx, pdi_file_read_all(&ctx, path, 100000, &text, &size))) continue;
         damage_file("b.vtu", text, size, "</UnstructuredGrid>");
-        PDI_DELETE(&ctx, size + 1, text);
+        PD_DELETE(&ctx, size + 1, text);
     }
 }
 #define VTK ENTRY(vtk) ENTRY(damaged_vtk)

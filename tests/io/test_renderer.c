@@ -17,11 +17,11 @@ static void globe(pd_ctx *ctx, const double *m, double r, pdi_surface_nets_mesh 
     memset(s, 0, sizeof *s);
     s->vertex_count = s->vertex_capacity = (ALONG + 1) * AROUND;
     s->face_count = s->face_capacity = s->value_capacity = ALONG * AROUND;
-    CHECK_OK(ctx, PDI_NEW(ctx, "test", 3 * s->vertex_count, s->x));
-    CHECK_OK(ctx, PDI_NEW(ctx, "test", s->vertex_count, s->vertex_value));
-    CHECK_OK(ctx, PDI_NEW(ctx, "test", 4 * s->face_count, s->face_vertex));
-    CHECK_OK(ctx, PDI_NEW(ctx, "test", s->face_count, s->face_value));
-    CHECK_OK(ctx, PDI_NEW(ctx, "test", 12 * s->face_count, s->corner_normal));
+    CHECK_OK(ctx, PD_NEW(ctx, "test", 3 * s->vertex_count, s->x));
+    CHECK_OK(ctx, PD_NEW(ctx, "test", s->vertex_count, s->vertex_value));
+    CHECK_OK(ctx, PD_NEW(ctx, "test", 4 * s->face_count, s->face_vertex));
+    CHECK_OK(ctx, PD_NEW(ctx, "test", s->face_count, s->face_value));
+    CHECK_OK(ctx, PD_NEW(ctx, "test", 12 * s->face_count, s->corner_normal));
     for (int k = 0; k < s->vertex_count; k++) {
         double b = pi * (k / AROUND) / ALONG, a = 2 * pi * (k % AROUND) / AROUND;
         double n[3] = {sin(b) * cos(a), sin(b) * sin(a), cos(b)};

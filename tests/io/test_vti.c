@@ -148,7 +148,7 @@ TEST(every_value_stands_where_the_head_says)
     for (int d = 0; d < PD_DIM; d++) cells *= (size_t)s.grid.n[d];
     const char *end = base + FIELDS * 8 + cells * (8 + 4 + 1 + 4 + 24);
     CHECK_STR(end, "\n  </AppendedData>\n</VTKFile>\n");
-    PDI_DELETE(&ctx, size + 1, data);
+    PD_DELETE(&ctx, size + 1, data);
     remove(DIRECTORY "/a.vti");
 }
 
@@ -172,7 +172,7 @@ TEST(a_float_beyond_its_range_is_infinite)
     float got[3];
     memcpy(got, base + 1 + 8, sizeof got);
     CHECK(isinf(got[0]) && got[0] < 0 && isnan(got[1]) && got[2] == 2.25f);
-    PDI_DELETE(&ctx, size + 1, data);
+    PD_DELETE(&ctx, size + 1, data);
     remove(DIRECTORY "/b.vti");
 }
 
@@ -215,7 +215,7 @@ static void collection_holds(pd_ctx *ctx, const char *lines)
         *to = 0;
         CHECK_STR(from + 13, lines);
     }
-    PDI_DELETE(ctx, size + 1, data);
+    PD_DELETE(ctx, size + 1, data);
 }
 
 TEST(a_collection_lists_times_that_increase)
@@ -262,7 +262,7 @@ TEST(a_failed_entry_changes_nothing)
     for (const char *at = data; (at = strstr(at, "<DataSet ")) != NULL; at++) entries++;
     CHECK_INT(entries, 100);
     CHECK(strstr(data, "lost") == NULL);
-    PDI_DELETE(&ctx, size + 1, data);
+    PD_DELETE(&ctx, size + 1, data);
     pdi_pvd_free(&ctx, &pvd);
     CHECK_INT(ctx.in_use, 0);
     remove(DIRECTORY "/later/run.pvd");

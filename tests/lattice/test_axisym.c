@@ -189,8 +189,8 @@ TEST(conservation)
         pd_op_divergence(&s->ctx, &s->bonds, s->field[U], s->field[OUT]);
         for (int32_t node = 0; node < s->grid.total; node++) {
             if (s->grid.kind[node] != PD_FLUID) continue;
-            sum[0] += s->field[OUT][node] * pdi_grid_circumference(&s->grid, node);
-            size[0] += fabs(s->field[OUT][node]) * pdi_grid_circumference(&s->grid, node);
+            sum[0] += s->field[OUT][node] * pd_grid_circumference(&s->grid, node);
+            size[0] += fabs(s->field[OUT][node]) * pd_grid_circumference(&s->grid, node);
         }
         for (int32_t node = 0; node < s->grid.total; node++) s->field[F][node] = random_real(&state);
         pd_ghosts_set_scalar(&s->bonds.ghosts, s->field[F]);
@@ -199,7 +199,7 @@ TEST(conservation)
         pd_op_laplacian(&s->ctx, &s->bonds, s->field[U], s->field[OUT] + s->grid.total);
         for (int32_t node = 0; node < s->grid.total; node++) {
             if (s->grid.kind[node] != PD_FLUID) continue;
-            double volume = pdi_grid_circumference(&s->grid, node);
+            double volume = pd_grid_circumference(&s->grid, node);
             sum[1] += s->field[OUT][node] * volume;
             size[1] += fabs(s->field[OUT][node]) * volume;
             sum[2] += (s->field[U][node] * s->field[OUT][node] -
@@ -241,7 +241,7 @@ TEST(order)
         mean[level] = most[level] = 0.0;
         for (int32_t node = 0; node < s->grid.total; node++) {
             if (s->grid.kind[node] != PD_FLUID) continue;
-            double volume = pdi_grid_circumference(&s->grid, node);
+            double volume = pd_grid_circumference(&s->grid, node);
             double error = fabs(s->field[OUT][node] + (a * a + b * b) * s->field[F][node]);
             mean[level] += volume * error;
             weight += volume;
@@ -323,7 +323,7 @@ static double pipe_error(int cells, int first, double m, double *gradient, int64
     for (int32_t node = 0; node < s->grid.total; node++) {
         if (s->grid.kind[node] != PD_FLUID) continue;
         pd_grid_position(&s->grid, node, x);
-        double volume = pdi_grid_circumference(&s->grid, node);
+        double volume = pd_grid_circumference(&s->grid, node);
         double e = t.flow.u[node] - developed(t.inner, outer, x[1]), v = t.flow.u[s->grid.total + node];
         sum += volume * (e * e + v * v);
         weight += volume;
@@ -437,8 +437,8 @@ static double fading_error(int n, double *gone)
         if (s->grid.kind[i] != PD_FLUID) continue;
         pd_grid_position(&s->grid, i, x);
         double e = transport.c[i] - 2.0 - exp(-0.1 * zero * zero) * bessel0(zero * x[1]);
-        sum += pdi_grid_circumference(&s->grid, i) * e * e;
-        weight += pdi_grid_circumference(&s->grid, i);
+        sum += pd_grid_circumference(&s->grid, i) * e * e;
+        weight += pd_grid_circumference(&s->grid, i);
     }
     pd_two_stage_free(&s->ctx, &two_stage);
     pd_transport_free(&s->ctx, &transport);

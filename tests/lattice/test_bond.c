@@ -207,12 +207,12 @@ static void check_tight(double m, const int *normal, int level)
     for (int32_t node = 0; node < s->grid.total; node++) {
         int i[PD_DIM], j[PD_DIM];
         if (s->grid.kind[node] != PD_FLUID) continue;
-        pdi_grid_index(&s->grid, node, i);
+        pd_grid_index(&s->grid, node, i);
         int side = sheet_of(i, normal) > level;
         sides[side]++;
         for (int k = 0; k < s->stencil.count; k++) {
             for (int d = 0; d < PD_DIM; d++) j[d] = i[d] + s->stencil.offset[k * PD_DIM + d];
-            if (!pdi_grid_is_inside(&s->grid, j) || s->grid.kind[pd_grid_node(&s->grid, j)] != PD_FLUID) continue;
+            if (!pd_grid_is_inside(&s->grid, j) || s->grid.kind[pd_grid_node(&s->grid, j)] != PD_FLUID) continue;
             crossing += (sheet_of(j, normal) > level) != side && is_open(&s->bonds, node, k);
         }
     }
@@ -463,8 +463,8 @@ static int check_round(const scene *s, const double *centre, double r, int round
             int i[PD_DIM];
             if (is_open(&s->bonds, node, k)) continue;
             double t = hit_round(x, xi, centre, r, round), reach = 0.0, xi2 = 0.0;
-            pdi_grid_index(&s->grid, far, i);
-            whole = t <= 1.0 && !pdi_grid_is_open(s->grid.kind[far]) && pdi_grid_is_inside(&s->grid, i);
+            pd_grid_index(&s->grid, far, i);
+            whole = t <= 1.0 && !pdi_grid_is_open(s->grid.kind[far]) && pd_grid_is_inside(&s->grid, i);
             for (int d = 0; d < PD_DIM; d++) {
                 if (!((round >> d) & 1)) continue;
                 reach += xi[d] * (x[d] + t * xi[d] - centre[d]) / r;
@@ -535,7 +535,7 @@ static pd_status build_all(scene *s)
     for (int32_t node = 0; node < s->grid.total; node++) {
         int i[PD_DIM];
         if (s->grid.kind[node] != PD_SOLID) continue;
-        pdi_grid_index(&s->grid, node, i);
+        pd_grid_index(&s->grid, node, i);
         if (i[0] % 4 > 1) continue;
         pdi_grid_set_fluid(&s->grid, node);
         changed[count++] = node;
@@ -596,7 +596,7 @@ TEST(mirrored_bonds)
     for (int32_t r = 0; r < s->bonds.rows; r++) {
         int i[PD_DIM];
         double place[PD_DIM], t, other;
-        pdi_grid_index(&s->grid, s->bonds.node[r], i);
+        pd_grid_index(&s->grid, s->bonds.node[r], i);
         i[1] = 11 - i[1];
         int32_t q = s->bonds.row_of_node[pd_grid_node(&s->grid, i)];
         for (int k = 0; k < s->stencil.count; k++) {
@@ -712,8 +712,8 @@ TEST(cut_boxes)
             if (!scene_build(c)) return;
             for (int32_t i = 0; i < c->grid.total; i++) {
                 int at[PD_DIM];
-                pdi_grid_index(&c->grid, i, at);
-                if (!pdi_grid_is_inside(&c->grid, at)) continue;
+                pd_grid_index(&c->grid, i, at);
+                if (!pd_grid_is_inside(&c->grid, at)) continue;
                 at[a] = (at[a] + 6) % 12;
                 int32_t j = pd_grid_node(&s->grid, at), r = c->bonds.row_of_node[i], q = s->bonds.row_of_node[j];
                 CHECK_INT(c->grid.kind[i], s->grid.kind[j]);

@@ -143,7 +143,7 @@ TEST(whole_families)
 static int place_of(const scene *s, int32_t node, int move)
 {
     int i[PD_DIM], place = 0;
-    pdi_grid_index(&s->grid, node, i);
+    pd_grid_index(&s->grid, node, i);
     for (int d = PD_DIM - 1; d >= 0; d--) place = place * CELLS[d] + (i[d] + (d + 1) * move) % CELLS[d];
     return place;
 }
@@ -186,7 +186,7 @@ TEST(fluxes_close)
         scene s_, *s = &s_;
         double sum = 0.0, size = 0.0;
         int closed = 1;
-        for (int d = 0; d < 2 * PD_DIM; d++) closed = closed && !pdi_grid_is_inlet_or_outlet(side[d]);
+        for (int d = 0; d < 2 * PD_DIM; d++) closed = closed && !pd_grid_is_inlet_or_outlet(side[d]);
         if (!closed) continue;
         if (!CHECK_OK(&s->ctx, box_try(s, 3.0, side, NULL))) return;
         for (int32_t node = 0; node < s->grid.total; node++)
@@ -263,7 +263,7 @@ TEST(inlets_are_odd)
     const pd_ghosts *g = &s.bonds.ghosts;
     inlets = g->inlets_end - g->outlets_end;
     CHECK(inlets > 0);
-    if (!CHECK_OK(&s.ctx, PDI_NEW(&s.ctx, "test", PD_DIM * inlets, held))) return;
+    if (!CHECK_OK(&s.ctx, PD_NEW(&s.ctx, "test", PD_DIM * inlets, held))) return;
     for (int32_t i = 0; i < PD_DIM * s.grid.total; i++) s.field[V][i] = sin(1.0 + 3.0 * i);
     for (int64_t i = 0; i < PD_DIM * inlets; i++) held[i] = cos(2.0 * (double)i);
     for (int zero = 0; zero < 2; zero++) {
@@ -272,7 +272,7 @@ TEST(inlets_are_odd)
         for (int64_t k = 0; k < inlets; k++) {
             int32_t ghost = g->node[g->outlets_end + k];
             int i[PD_DIM];
-            pdi_grid_index(&s.grid, ghost, i);
+            pd_grid_index(&s.grid, ghost, i);
             i[0] = -1 - i[0]; /* its mirror image along axis 0, behind the same other sides */
             int32_t inner = pd_grid_node(&s.grid, i);
             for (int d = 0; d < PD_DIM; d++) {
@@ -282,7 +282,7 @@ TEST(inlets_are_odd)
             }
         }
     }
-    PDI_DELETE(&s.ctx, PD_DIM * inlets, held);
+    PD_DELETE(&s.ctx, PD_DIM * inlets, held);
     scene_free(&s);
 }
 

@@ -83,7 +83,7 @@ TEST(numbering)
     for (int32_t node = 0; node < g->total; node++) {
         double x[PD_DIM];
         int within = 1, rest = node;
-        pdi_grid_index(g, node, i);
+        pd_grid_index(g, node, i);
         pd_grid_position(g, node, x);
         CHECK_INT(pd_grid_node(g, i), node);
         for (int d = 0; d < PD_DIM; d++) {
@@ -92,7 +92,7 @@ TEST(numbering)
             CHECK_NEAR(x[d], (i[d] + 0.5 - 0.5 * n[d]) * H * (d + 1), 1e-14);
             within = within && fabs(x[d]) < 0.5 * n[d] * H * (d + 1);
         }
-        CHECK_INT(pdi_grid_is_inside(g, i), within);
+        CHECK_INT(pd_grid_is_inside(g, i), within);
         CHECK_INT(g->kind[node] == PD_FLUID, within);
     }
     scene_free(s);
@@ -118,9 +118,9 @@ TEST(kinds_follow_shapes)
     for (int32_t node = 0; node < s->grid.total; node++) {
         int i[PD_DIM], expected;
         double x[PD_DIM], r2 = 0.0;
-        pdi_grid_index(&s->grid, node, i);
+        pd_grid_index(&s->grid, node, i);
         count[s->grid.kind[node]]++;
-        if (!pdi_grid_is_inside(&s->grid, i)) continue;
+        if (!pd_grid_is_inside(&s->grid, i)) continue;
         pd_grid_position(&s->grid, node, x);
         for (int d = 0; d < PD_DIM; d++) r2 += (x[d] - s->shapes[0].a[d]) * (x[d] - s->shapes[0].a[d]);
         expected = x[0] < -0.4 ? PD_WALL : r2 <= 1.21 ? PD_SOLID : PD_FLUID;
@@ -139,11 +139,11 @@ static void check_outside(const scene *s)
     for (int32_t node = 0; node < s->grid.total; node++) {
         int i[PD_DIM], reached = 0;
         if (s->grid.kind[node] != PD_INACTIVE && s->grid.kind[node] != PD_WALL) continue;
-        pdi_grid_index(&s->grid, node, i);
+        pd_grid_index(&s->grid, node, i);
         for (int k = 0; k < s->stencil.count && !reached; k++) {
             int j[PD_DIM];
             for (int d = 0; d < PD_DIM; d++) j[d] = i[d] + s->stencil.offset[k * PD_DIM + d];
-            if (!pdi_grid_is_inside(&s->grid, j)) continue;
+            if (!pd_grid_is_inside(&s->grid, j)) continue;
             uint8_t kind = s->grid.kind[pd_grid_node(&s->grid, j)];
             reached = kind == PD_FLUID || kind == PD_SOLID;
         }
@@ -168,7 +168,7 @@ static void check_ghosts(const scene *s)
     for (int32_t node = 0; node < g->total; node++) {
         int i[PD_DIM], image[PD_DIM];
         uint8_t expected = PD_WALL;
-        pdi_grid_index(g, node, i);
+        pd_grid_index(g, node, i);
         int axis = behind(g, i);
         if (axis == -1) continue;
         if (axis >= 0) {
@@ -178,7 +178,7 @@ static void check_ghosts(const scene *s)
             layer %= 2 * g->n[axis]; /* a thin box is mirrored more than once */
             if (layer >= g->n[axis]) layer = 2 * g->n[axis] - 1 - layer;
             image[axis] = up ? g->n[axis] - 1 - layer : layer;
-            CHECK_INT(pdi_grid_find_source(g, node, NULL), pd_grid_node(g, image));
+            CHECK_INT(pd_grid_find_source(g, node, NULL), pd_grid_node(g, image));
             int fluid = g->kind[pd_grid_node(g, image)] == PD_FLUID;
             if (side == PD_SIDE_OUTLET && fluid) expected = PD_OUTLET;
             if (side == PD_SIDE_INLET && fluid) expected = PD_INLET;

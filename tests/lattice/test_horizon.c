@@ -21,7 +21,7 @@
 static int play(const char *text, pd_ctx *ctx, pd_setup *u, pd_model *m)
 {
     if (!CHECK_OK(ctx, load(ctx, text, NULL, 0, u))) return 0;
-    int good = CHECK_OK(ctx, pdi_model_build(ctx, u, m)) && CHECK_OK(ctx, pd_time_loop_start(ctx, &m->time_loop));
+    int good = CHECK_OK(ctx, pd_model_build(ctx, u, m)) && CHECK_OK(ctx, pd_time_loop_start(ctx, &m->time_loop));
     while (good && m->time_loop.time < u->end_time) {
         good = CHECK_OK(ctx, pd_time_loop_step(ctx, &m->time_loop, u->end_time));
         CHECK_LE(m->time_loop.ledger[0].relative_imbalance, 1e-12);
@@ -31,7 +31,7 @@ static int play(const char *text, pd_ctx *ctx, pd_setup *u, pd_model *m)
 
 static void end(pd_ctx *ctx, pd_setup *u, pd_model *m)
 {
-    pdi_model_free(ctx, m);
+    pd_model_free(ctx, m);
     leave(ctx, u);
 }
 
@@ -162,7 +162,7 @@ TEST(area_of_a_disc)
              "[dissolve] rate = 1 um/h * (1 - C/Csat)  Csat = 56 mol/m3\n");
     if (!play(text, &ctx, &u, &m)) return;
     pd_diagnostics_surface_flux(&ctx, &m.paths, &m.transport, &m.dissolve, lo, hi, -1, &flux, &area);
-    CHECK_REL(area, 2.0 * PDI_PI * 21.3e-6, 0.05);
+    CHECK_REL(area, 2.0 * PD_PI * 21.3e-6, 0.05);
     end(&ctx, &u, &m);
 }
 #endif

@@ -25,7 +25,7 @@ static int metal(const void *self, const int *cell)
 static int stairs(const pd_grid *grid, int32_t node, const int *step)
 {
     int from[PD_DIM];
-    pdi_grid_index(grid, node, from);
+    pd_grid_index(grid, node, from);
     return pdi_node_visibility_has_staircase(from, step, metal, grid);
 }
 
@@ -67,14 +67,14 @@ static void end(chord_case *c) { CHECK_INT(c->ctx.in_use, 0); }
 static int32_t other(const chord_case *c, int32_t node, int k, int *step, double *x, double *xi)
 {
     int at[PD_DIM];
-    pdi_grid_index(&c->grid, node, at);
+    pd_grid_index(&c->grid, node, at);
     pd_grid_position(&c->grid, node, x);
     for (int d = 0; d < PD_DIM; d++) {
         step[d] = c->stencil.offset[k * PD_DIM + d];
         xi[d] = step[d] * c->grid.h[d];
         at[d] += step[d];
     }
-    if (!pdi_grid_is_inside(&c->grid, at)) return -1;
+    if (!pd_grid_is_inside(&c->grid, at)) return -1;
     int32_t to = pd_grid_node(&c->grid, at);
     return c->grid.kind[to] == PD_SOLID ? to : -1;
 }

@@ -183,7 +183,7 @@ TEST(diffusion_in_series)
     CHECK_OK(&s->ctx, pd_op_diffusion(&s->ctx, &s->bonds, s->field[D], s->field[A], s->field[B]));
     for (int32_t node = 0; node < s->grid.total; node++) {
         int i[PD_DIM];
-        pdi_grid_index(&s->grid, node, i);
+        pd_grid_index(&s->grid, node, i);
         if (is_fluid(s, node) && i[0] > 0 && i[0] < 11) CHECK_LE(fabs(s->field[B][node]) * h, 1e-11);
     }
     scene_free(s);

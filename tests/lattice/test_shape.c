@@ -211,7 +211,7 @@ static double mask_reference(const pd_shape *s, const double *x, int *inside)
 TEST(voxels_against_all_cells)
 {
     pd_shape s = voxels();
-    CHECK_INT(pdi_shape_is_smooth(&s, 0), 0);
+    CHECK_INT(pd_shape_is_smooth(&s, 0), 0);
     for (uint64_t k = 0; k < 3000; k++) {
         double x[PD_DIM];
         int inside;
@@ -270,7 +270,7 @@ TEST(set_operations)
     pd_ctx ctx;
     pd_ctx_init(&ctx);
     int count = sample_tree(s), hits[10] = {0};
-    CHECK_OK(&ctx, pdi_shape_validate(&ctx, s, count));
+    CHECK_OK(&ctx, pd_shape_validate(&ctx, s, count));
     for (uint64_t k = 0; k < 4000; k++) {
         double x[PD_DIM];
         int in[10];
@@ -286,9 +286,9 @@ TEST(set_operations)
         CHECK_INT(in[9], in[8] || in[6]);
     }
     for (int i = 0; i < count; i++) CHECK(hits[i] > 0 && hits[i] < 4000);
-    CHECK_INT(pdi_shape_is_smooth(s, 6), 1);
-    CHECK_INT(pdi_shape_is_smooth(s, 5), 0);
-    CHECK_INT(pdi_shape_is_smooth(s, 9), 0);
+    CHECK_INT(pd_shape_is_smooth(s, 6), 1);
+    CHECK_INT(pd_shape_is_smooth(s, 5), 0);
+    CHECK_INT(pd_shape_is_smooth(s, 9), 0);
 }
 
 TEST(translation)
@@ -320,16 +320,16 @@ TEST(nesting)
     pd_ctx_init(&ctx);
     s[0] = ball(0.0, 0.0, 0.0, 1.0);
     for (int k = 1; k <= PD_SHAPE_MAX; k++) s[k] = operation(PD_SHAPE_COMPLEMENT, k - 1, -1, -1);
-    CHECK_OK(&ctx, pdi_shape_validate(&ctx, s, PD_SHAPE_MAX));
+    CHECK_OK(&ctx, pd_shape_validate(&ctx, s, PD_SHAPE_MAX));
     CHECK_NEAR(distance_at(s, 0.25, 0.0, 0.0), -0.75, 1e-15);
     double x[PD_DIM];
     put(x, 0.25, 0.0, 0.0);
     CHECK_NEAR(pd_shape_distance(s, PD_SHAPE_MAX - 1, x), 0.75, 1e-15);
-    CHECK_INT(pdi_shape_validate(&ctx, s, PD_SHAPE_MAX + 1), PD_ERR_SIZE);
+    CHECK_INT(pd_shape_validate(&ctx, s, PD_SHAPE_MAX + 1), PD_ERR_SIZE);
     CHECK_STR(ctx.message, "shape: 257 shapes, expected at most 256");
     for (int k = 1; k < PD_SHAPE_MAX; k++) s[k] = operation(PD_SHAPE_UNION, k - 1, k - 1, -1);
-    CHECK_INT(pdi_shape_validate(&ctx, s, PD_SHAPE_MAX), PD_ERR_SIZE);
-    CHECK_OK(&ctx, pdi_shape_validate(&ctx, s, 11));
+    CHECK_INT(pd_shape_validate(&ctx, s, PD_SHAPE_MAX), PD_ERR_SIZE);
+    CHECK_OK(&ctx, pd_shape_validate(&ctx, s, 11));
 }
 
 static void refuse(pd_shape bad, const char *message)
@@ -339,7 +339,7 @@ static void refuse(pd_shape bad, const char *message)
     pd_ctx_init(&ctx);
     s[0] = ball(0.0, 0.0, 0.0, 1.0);
     s[1] = bad;
-    CHECK_INT(pdi_shape_validate(&ctx, s, 2), PD_ERR_ARGUMENT);
+    CHECK_INT(pd_shape_validate(&ctx, s, 2), PD_ERR_ARGUMENT);
     CHECK_STR(ctx.message, message);
 }
 
@@ -380,8 +380,8 @@ TEST(refusals)
     refuse(s, "shape: shape 1 (union) has 9 children, expected 1 to 8");
     pd_ctx ctx;
     pd_ctx_init(&ctx);
-    CHECK_INT(pdi_shape_validate(&ctx, NULL, 1), PD_ERR_ARGUMENT);
-    CHECK_OK(&ctx, pdi_shape_validate(&ctx, NULL, 0));
+    CHECK_INT(pd_shape_validate(&ctx, NULL, 1), PD_ERR_ARGUMENT);
+    CHECK_OK(&ctx, pd_shape_validate(&ctx, NULL, 0));
 }
 
 TEST_MAIN(ENTRY(box_closed_form) ENTRY(round_closed_form) ENTRY(half_space_closed_form)

@@ -132,7 +132,7 @@ TEST(linear_fields_beside_walls)
                 for (int32_t i = 0; i < s->grid.total; i++)
                     for (int d = 0; d < PD_DIM && s->grid.kind[i] == PD_FLUID; d++) {
                         int at[PD_DIM];
-                        pdi_grid_index(&s->grid, i, at);
+                        pd_grid_index(&s->grid, i, at);
                         if (at[0] >= n[0] - 3) continue; /* outlet ghosts are odd */
                         worst = fmax(worst, fabs(g[(int64_t)d * s->grid.total + i] * h[d] - (d == along)));
                     }

@@ -15,14 +15,14 @@ static inline pd_status checkpoint_move(pd_ctx *ctx, pd_model *model, pd_archive
 static inline pd_status checkpoint_save(pd_ctx *ctx, const char *path, pd_model *model)
 {
     pd_archive_file store;
-    PDI_TRY(pd_archive_file_create(ctx, path, &store));
+    PD_TRY(pd_archive_file_create(ctx, path, &store));
     return checkpoint_move(ctx, model, &store);
 }
 
 static inline pd_status checkpoint_load(pd_ctx *ctx, const char *path, pd_model *model)
 {
     pd_archive_file store;
-    PDI_TRY(pd_archive_file_open(ctx, path, &store));
+    PD_TRY(pd_archive_file_open(ctx, path, &store));
     return checkpoint_move(ctx, model, &store);
 }
 

@@ -91,7 +91,7 @@ static inline void scene_solid_box(pd_shape *shape, const double *lo, const doub
 
 static inline pd_status scene_try_grid(scene *s)
 {
-    PDI_TRY(pd_stencil_build(&s->ctx, &s->stencil_desc, &s->stencil));
+    PD_TRY(pd_stencil_build(&s->ctx, &s->stencil_desc, &s->stencil));
     return pd_grid_build(&s->ctx, &s->stencil, &s->grid_desc, &s->grid);
 }
 
@@ -99,26 +99,26 @@ static inline pd_status scene_try_rest(scene *s)
 {
     pd_flow *flow = s->with & WITH_FLOW ? &s->flow : NULL;
     pd_steady *steady = s->with & WITH_STEADY ? &s->steady : NULL;
-    PDI_TRY(pd_bonds_build(&s->ctx, &s->stencil, &s->grid, 0, &s->bonds));
+    PD_TRY(pd_bonds_build(&s->ctx, &s->stencil, &s->grid, 0, &s->bonds));
     s->size = (int64_t)PD_DIM * s->grid.total;
-    if (flow) PDI_TRY(pd_flow_build(&s->ctx, &s->grid, &s->bonds, &s->flow_desc, flow));
-    if (steady) PDI_TRY(pd_steady_build(&s->ctx, flow, &s->steady_desc, steady));
+    if (flow) PD_TRY(pd_flow_build(&s->ctx, &s->grid, &s->bonds, &s->flow_desc, flow));
+    if (steady) PD_TRY(pd_steady_build(&s->ctx, flow, &s->steady_desc, steady));
     if (s->with & WITH_TRANSPORT)
-        PDI_TRY(pd_transport_build(&s->ctx, &s->grid, &s->bonds, flow, &s->transport_desc, &s->transport));
+        PD_TRY(pd_transport_build(&s->ctx, &s->grid, &s->bonds, flow, &s->transport_desc, &s->transport));
     if (s->with & WITH_DISSOLVE)
-        PDI_TRY(pd_dissolve_build(&s->ctx, &s->grid, &s->stencil, &s->transport, &s->dissolve_desc, &s->dissolve));
-    if (s->with & WITH_COUPLE) PDI_TRY(pd_time_loop_build(&s->ctx, &s->couple_desc, &s->grid, &s->bonds, &s->couple));
+        PD_TRY(pd_dissolve_build(&s->ctx, &s->grid, &s->stencil, &s->transport, &s->dissolve_desc, &s->dissolve));
+    if (s->with & WITH_COUPLE) PD_TRY(pd_time_loop_build(&s->ctx, &s->couple_desc, &s->grid, &s->bonds, &s->couple));
     if ((s->with & WITH_COUPLE) && steady)
-        PDI_TRY(pd_time_loop_add_process(&s->ctx, &s->couple, pd_quasi_steady_process(flow, steady, &s->quasi)));
+        PD_TRY(pd_time_loop_add_process(&s->ctx, &s->couple, pd_quasi_steady_process(flow, steady, &s->quasi)));
     if ((s->with & WITH_COUPLE) && (s->with & WITH_DISSOLVE))
-        PDI_TRY(pd_time_loop_add_process(&s->ctx, &s->couple, pd_dissolve_process(&s->dissolve)));
-    for (int k = 0; k < s->fields; k++) PDI_TRY(PDI_NEW(&s->ctx, "test", s->size, s->field[k]));
+        PD_TRY(pd_time_loop_add_process(&s->ctx, &s->couple, pd_dissolve_process(&s->dissolve)));
+    for (int k = 0; k < s->fields; k++) PD_TRY(PD_NEW(&s->ctx, "test", s->size, s->field[k]));
     return PD_OK;
 }
 
 static inline pd_status scene_try(scene *s)
 {
-    PDI_TRY(scene_try_grid(s));
+    PD_TRY(scene_try_grid(s));
     return scene_try_rest(s);
 }
 
@@ -151,7 +151,7 @@ static inline void scene_free(scene *s)
         pd_grid_free(&s->ctx, &s->grid);
         pd_stencil_free(&s->ctx, &s->stencil);
     }
-    for (int k = 0; k < s->fields; k++) PDI_DELETE(&s->ctx, s->size, s->field[k]);
+    for (int k = 0; k < s->fields; k++) PD_DELETE(&s->ctx, s->size, s->field[k]);
     CHECK_INT(s->ctx.in_use, 0);
 }
 

@@ -61,9 +61,9 @@ static inline pd_status scene_build(scene *s, const setup *u)
     memcpy(gd.side, u->side, sizeof gd.side);
     gd.shapes = u->shapes;
     gd.solid = u->solid;
-    PDI_TRY(pd_stencil_build(&s->ctx, &sd, &s->stencil));
-    PDI_TRY(pd_grid_build(&s->ctx, &s->stencil, &gd, &s->grid));
-    PDI_TRY(pd_bonds_build(&s->ctx, &s->stencil, &s->grid, 0, &s->bonds));
+    PD_TRY(pd_stencil_build(&s->ctx, &sd, &s->stencil));
+    PD_TRY(pd_grid_build(&s->ctx, &s->stencil, &gd, &s->grid));
+    PD_TRY(pd_bonds_build(&s->ctx, &s->stencil, &s->grid, 0, &s->bonds));
     return pd_gas_build(&s->ctx, &s->grid, &s->bonds, &u->gas, &s->gas);
 }
 

@@ -15,7 +15,7 @@ static int open_threads(const char *text, const char *const *overrides, int coun
     pd_ctx_init(&ctx);
     ctx.threads = threads;
     if (!CHECK_OK(&ctx, pd_scene_parse(&ctx, "a.scene", text, overrides, count, &setup))) return 0;
-    if (CHECK_OK(&ctx, pdi_model_build(&ctx, &setup, &model))) return 1;
+    if (CHECK_OK(&ctx, pd_model_build(&ctx, &setup, &model))) return 1;
     pd_setup_free(&ctx, &setup);
     return 0;
 }
@@ -27,7 +27,7 @@ static inline int open_model(const char *text, const char *const *overrides, int
 
 static void close_model(void)
 {
-    pdi_model_free(&ctx, &model);
+    pd_model_free(&ctx, &model);
     pd_setup_free(&ctx, &setup);
     CHECK_INT(ctx.in_use, 0);
 }
@@ -41,7 +41,7 @@ static inline int run_to(double t)
     CHECK_LE(model.cell.result.imbalance, 1e-12);
     if (model.dissolution_laws.species_electrodes.setup) {
         CHECK_LE(pd_reactive_neutrality(&model.reactive), 1e-12);
-        pdi_species_electrodes_compute_total_current(&model.dissolution_laws.species_electrodes, &off);
+        pd_species_electrodes_compute_total_current(&model.dissolution_laws.species_electrodes, &off);
         CHECK_LE(off, 1e-12);
     }
     return done;

@@ -287,7 +287,7 @@ TEST(law_that_breaks)
     if (!scene_build(s)) return;
     pd_transport_result result;
     double solid = scene_solid(s);
-    CHECK_OK(&s->ctx, pdi_dissolve_prepare(&s->ctx, &s->dissolve));
+    CHECK_OK(&s->ctx, pd_dissolve_prepare(&s->ctx, &s->dissolve));
     CHECK_INT(pdi_dissolve_transport(&s->ctx, &s->dissolve, 0.0, &result), PD_ERR_ARGUMENT);
     s->dissolve.most = 1.0;
     CHECK_INT(pdi_dissolve_transport(&s->ctx, &s->dissolve, 1.0, &result), PD_ERR_STATE);

@@ -113,8 +113,8 @@ static double measure(const scene *s)
     for (int d = 1; d < PD_DIM; d++) area *= s->grid.n[d];
     for (int32_t i = 0; i < s->grid.total; i++) {
         int at[PD_DIM];
-        pdi_grid_index(&s->grid, i, at);
-        if (!pdi_grid_is_inside(&s->grid, at) || s->grid.kind[i] != PD_SOLID) continue;
+        pd_grid_index(&s->grid, i, at);
+        if (!pd_grid_is_inside(&s->grid, at) || s->grid.kind[i] != PD_SOLID) continue;
         for (int k = 0; k < s->stencil.count; k++)
             if (s->grid.kind[pdi_entry_far(&s->bonds.paths, i, k)] == PD_FLUID) sum += s->dissolve.kernel.weight[k];
     }

@@ -79,7 +79,7 @@ static void check_brute_force(const sample *s)
         int32_t nearest = -1;
         int within = 0, i[PD_DIM];
         pd_grid_position(&s->grid, node, x);
-        pdi_grid_index(&s->grid, node, i);
+        pd_grid_index(&s->grid, node, i);
         for (int32_t k = 0; k < g->centre_count; k++) {
             double square = 0.0;
             for (int d = 0; d < PD_DIM; d++) square += pow(x[d] - g->centre[k * PD_DIM + d], 2.0);
@@ -154,7 +154,7 @@ TEST(independent_of_grid_and_threads)
     for (int32_t node = 0; ready && node < coarse.grid.total; node++) {
         int i[PD_DIM], f[PD_DIM], w[PD_DIM];
         if (coarse.grid.kind[node] != PD_SOLID) continue;
-        pdi_grid_index(&coarse.grid, node, i);
+        pd_grid_index(&coarse.grid, node, i);
         for (int d = 0; d < PD_DIM; d++) {
             f[d] = 3 * (i[d] - 4) + 1 + 4;
             w[d] = i[d] + cells / 2;

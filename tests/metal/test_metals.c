@@ -35,7 +35,7 @@ static int play(const char *text, int threads, played *p)
     memset(p, 0, sizeof *p);
     if (!CHECK_OK(&ctx, load(&ctx, text, NULL, 0, &u))) return 0;
     ctx.threads = threads;
-    int good = CHECK_OK(&ctx, pdi_model_build(&ctx, &u, &m));
+    int good = CHECK_OK(&ctx, pd_model_build(&ctx, &u, &m));
     for (int k = 0; k < 2 && good; k++) {
         if (k) good = CHECK_OK(&ctx, pd_time_loop_start(&ctx, &m.time_loop));
         while (k && good && m.time_loop.time < u.end_time) {
@@ -61,7 +61,7 @@ static int play(const char *text, int threads, played *p)
         p->unsolved = m.time_loop.unsolved;
         p->fluid = (double)m.grid.fluid_count;
     }
-    pdi_model_free(&ctx, &m);
+    pd_model_free(&ctx, &m);
     leave(&ctx, &u);
     return good;
 }
@@ -200,11 +200,11 @@ TEST(keys_of_each_metal)
     CHECK(strcmp(u.metal[0].material.name, "copper") == 0 && strcmp(u.metal[1].material.name, "steel304") == 0);
     CHECK_REL(u.metal[0].solid_c, 8960.0 / 0.063546, 1e-12);
     CHECK_REL(u.metal[1].solid_c, 100e3, 1e-15);
-    CHECK_REL(u.metal[0].rate_scale * pdi_expr_eval(&u.metal[0].rate, &c),
+    CHECK_REL(u.metal[0].rate_scale * pd_expr_eval(&u.metal[0].rate, &c),
               1e4 / (2.0 * 96485.33212331001 * u.metal[0].solid_c), 1e-12);
-    CHECK_REL(u.metal[1].rate_scale * pdi_expr_eval(&u.metal[1].rate, &c), 1e-6 * 2.0 * 2.5, 1e-12);
+    CHECK_REL(u.metal[1].rate_scale * pd_expr_eval(&u.metal[1].rate, &c), 1e-6 * 2.0 * 2.5, 1e-12);
     CHECK_REL(u.metal[1].material.charge, 2.5, 1e-15);
-    if (CHECK_OK(&ctx, pdi_model_build(&ctx, &u, &m))) { /* a metal that is named later lies on top */
+    if (CHECK_OK(&ctx, pd_model_build(&ctx, &u, &m))) { /* a metal that is named later lies on top */
         for (int32_t i = 0; i < m.grid.total; i++) {
             double x[PD_DIM];
             if (m.grid.kind[i] != PD_SOLID) continue;
@@ -213,7 +213,7 @@ TEST(keys_of_each_metal)
             CHECK_INT(m.metal[i], second);
             CHECK_REL(m.transport.c[i], second ? 100e3 : u.metal[0].solid_c, 1e-15);
         }
-        pdi_model_free(&ctx, &m);
+        pd_model_free(&ctx, &m);
     }
     leave(&ctx, &u);
 }

@@ -58,14 +58,14 @@ TEST(every_key)
     CHECK_REL(u.metal[0].solid_c, 140e3, 1e-15);
     CHECK_REL(u.saturation, 5e3, 1e-15);
     CHECK_REL(u.diffusivity, 7e-10, 1e-15);
-    CHECK_REL(pdi_expr_eval(&u.initial_c, NULL), 1e3, 1e-15);
+    CHECK_REL(pd_expr_eval(&u.initial_c, NULL), 1e3, 1e-15);
     CHECK_REL(u.bulk_c, 10.0, 1e-15);
     CHECK_REL(u.max_node_fraction, 0.02, 1e-15);
     CHECK_REL(u.rtol, 2e-4, 1e-15);
     CHECK_REL(u.repassivation, 3e3, 1e-15);
     CHECK(u.stochastic && u.seed == 12);
     CHECK_REL(u.metal[0].material.charge, 2.5, 1e-15);
-    CHECK_REL(u.metal[0].rate_scale * pdi_expr_eval(&u.metal[0].rate, &c), 1e-6, 1e-15);
+    CHECK_REL(u.metal[0].rate_scale * pd_expr_eval(&u.metal[0].rate, &c), 1e-6, 1e-15);
     CHECK(u.drive == PD_DRIVE_DIFFERENCE && u.kernel == PD_KERNEL_INVERSE && u.weights == PD_WEIGHTS_PUBLISHED);
     CHECK(u.passive >= 0 && u.side[0].kind == PD_SIDE_WALL && u.side[0].has_fixed_c &&
           u.side[1].kind == PD_SIDE_MIRROR);
@@ -84,7 +84,7 @@ TEST(current_is_a_speed)
     if (!CHECK_OK(&ctx, load(&ctx, FLAT "[corrode] current = 5 A/cm2 * (1 - C/Csat)  Cs = 143 mol/L  Csat = 5 mol/L\n"
                              "D = 1e-9 m2/s\n" END, NULL, 0, &u)))
         return;
-    CHECK_REL(u.metal[0].rate_scale * pdi_expr_eval(&u.metal[0].rate, &c),
+    CHECK_REL(u.metal[0].rate_scale * pd_expr_eval(&u.metal[0].rate, &c),
               2.5e4 / (2.19 * 96485.33212331001 * 143e3), 1e-12);
     leave(&ctx, &u);
 }

@@ -35,7 +35,7 @@ static double speed(scene *s, const int *direction)
 {
     double length = 0.0, lost = 0.0, cells = 1.0;
     s->dissolve.time = 0.0;
-    CHECK_OK(&s->ctx, pdi_dissolve_prepare(&s->ctx, &s->dissolve));
+    CHECK_OK(&s->ctx, pd_dissolve_prepare(&s->ctx, &s->dissolve));
     pdi_dissolve_fastest(&s->ctx, &s->dissolve);
     for (int32_t f = 0; f < s->dissolve.front_count; f++) lost += s->dissolve.rate[s->dissolve.front[f]];
     for (int d = 0; d < PD_DIM; d++) {
@@ -115,7 +115,7 @@ TEST(sides)
             for (int d = 1; d < PD_DIM; d++) s->shapes[0].b[d] = 9.0 * H;
         }
         if (!scene_build(s)) return;
-        CHECK_OK(&s->ctx, pdi_dissolve_prepare(&s->ctx, &s->dissolve));
+        CHECK_OK(&s->ctx, pd_dissolve_prepare(&s->ctx, &s->dissolve));
         for (int32_t f = 0; f < s->dissolve.front_count; f++)
             CHECK_NEAR(s->dissolve.tilt[s->dissolve.front[f]], 1.0, 0.0);
         CHECK(s->dissolve.front_count > 0);
@@ -134,7 +134,7 @@ TEST(step_by_step)
         for (int step = 0; step < 40; step++)
             if (!scene_step(s, 1e6)) return;
         pd_dissolve *d = &s->dissolve;
-        CHECK_OK(&s->ctx, pdi_dissolve_prepare(&s->ctx, d));
+        CHECK_OK(&s->ctx, pd_dissolve_prepare(&s->ctx, d));
         int32_t total = s->grid.total < 40000 ? s->grid.total : 40000;
         double most = 0.0;
         for (int32_t j = 0; j < total; j++) {

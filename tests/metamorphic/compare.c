@@ -2,7 +2,7 @@
 #include "compare.h"
 #include "generate.h"
 #include "lattice/grid.h"
-#include "scene/units.h"
+#include "setup/units.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>

@@ -1,6 +1,6 @@
 /* record: see record.h */
 #define _XOPEN_SOURCE 700
-#include "scene/fields.h"
+#include "setup/fields.h"
 #include "record.h"
 #include "run/run.h"
 #include "scene/scene.h"
@@ -88,7 +88,7 @@ static void collect_vector(const pd_snapshot *at, const char *name, const char *
         memset(v, 0, sizeof v);
         if (of_current && m->grid.kind[i] == PD_FLUID) pdi_cell_current(&m->cell, i, v);
         if (!of_current && m->grid.kind[i] == PD_SOLID && m->solid.point[i] >= 0)
-            memcpy(v, pdi_solid_coupling_displacements(&m->solid) + (int64_t)m->solid.point[i] * PD_DIM, sizeof v);
+            memcpy(v, pd_solid_coupling_displacements(&m->solid) + (int64_t)m->solid.point[i] * PD_DIM, sizeof v);
         for (int d = 0; d < PD_DIM; d++) f->data[d * r->cells + k] = v[d];
         for (int d = 0; d < PD_DIM && ++x[d] == m->grid.n[d]; d++) x[d] = 0;
     }
@@ -99,8 +99,8 @@ static void collect_fields(pd_ctx *ctx, const pd_snapshot *at, record *r)
     r->field = (run_field *)need((PD_FIELD_COUNT + 3) * sizeof(run_field));
     for (int k = 0; k < PD_FIELD_COUNT; k++) {
         const pd_setup *u = at->model->setup;
-        const char *name = pdi_fields_get_name(u, (pd_field)k);
-        if (name && name[0] && !pdi_fields_lacks(u, (pd_field)k)) collect_field(ctx, at, name, r);
+        const char *name = pd_fields_get_name(u, (pd_field)k);
+        if (name && name[0] && !pd_fields_lacks(u, (pd_field)k)) collect_field(ctx, at, name, r);
     }
     if (at->model->setup->has_solid) collect_vector(at, "u(vector)", "u [m]", 0, r);
     if (at->model->setup->has_potential && !at->model->setup->has_migration)

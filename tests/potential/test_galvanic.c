@@ -67,12 +67,12 @@ TEST(gap)
         double x[2] = {2.03e-3, 0.2e-3}, at = 1.0 - 0.1 - 1e-3 * i - i * 1.03e-3 / 2.0;
         CHECK_REL(electrode(0).current, i * DEEP, 1e-11);
         CHECK_REL(electrode(1).current, -i * DEEP, 1e-11);
-        CHECK_NEAR(pdi_sample_get_point(&model, PD_FIELD_PHI, 0, x), at, 1e-11);
+        CHECK_NEAR(pd_sample_get_point(&model, PD_FIELD_PHI, 0, x), at, 1e-11);
         double near = 0.0, far = 0.0;
         for (int32_t n = 0; n < model.grid.total; n++) {
             if (model.grid.kind[n] != PD_FLUID) continue;
-            far = fmax(far, fabs(pdi_sample_get_node(&model, PD_FIELD_CURRENT_FLUID, n) / i - 1.0));
-            near = fmax(near, pdi_sample_get_node(&model, PD_FIELD_CURRENT_METAL, n));
+            far = fmax(far, fabs(pd_sample_get_node(&model, PD_FIELD_CURRENT_FLUID, n) / i - 1.0));
+            near = fmax(near, pd_sample_get_node(&model, PD_FIELD_CURRENT_METAL, n));
         }
         CHECK_LE(far, 1e-9);
         CHECK_REL(near, i, 1e-11);
@@ -123,7 +123,7 @@ static double amount(const char *species)
 {
     const pd_electrolyte *e = &setup.electrolyte;
     double sum = 0.0;
-    const double *c = pd_reactive_field(&model.reactive, pdi_electrolyte_find_species(e, species));
+    const double *c = pd_reactive_field(&model.reactive, pd_electrolyte_find_species(e, species));
     for (int32_t i = 0; i < model.grid.total; i++)
         if (model.grid.kind[i] == PD_FLUID) sum += c[i];
     return sum * model.stencil.volume;
@@ -391,9 +391,9 @@ TEST(refused)
         pd_ctx_init(&ctx);
         pd_status status = pd_scene_parse(&ctx, "a.scene", bad[k][0], NULL, 0, &setup);
         if (status == PD_OK) {
-            status = pdi_model_build(&ctx, &setup, &model);
+            status = pd_model_build(&ctx, &setup, &model);
             if (status == PD_OK) status = pd_time_loop_run(&ctx, &model.time_loop, 0.0, 0.0, NULL, NULL);
-            if (model.grid.kind) pdi_model_free(&ctx, &model);
+            if (model.grid.kind) pd_model_free(&ctx, &model);
             pd_setup_free(&ctx, &setup);
         }
         if (!CHECK(status < 0) || !CHECK(strstr(ctx.message, bad[k][1]) != NULL))

@@ -343,8 +343,8 @@ TEST(receding)
             double x[PD_DIM];
             int at[PD_DIM];
             pd_grid_position(&S.grid, i, x);
-            pdi_grid_index(&S.grid, i, at);
-            if (at[0] == 5 && pdi_grid_is_inside(&S.grid, at)) turned[count++] = i;
+            pd_grid_index(&S.grid, i, at);
+            if (at[0] == 5 && pd_grid_is_inside(&S.grid, at)) turned[count++] = i;
             if (is_right(x)) left[i] = 1.0;
         }
         for (int k = 0; k < count; k++) pdi_grid_set_fluid(&S.grid, turned[k]);

@@ -2,7 +2,7 @@
  * in time, bounds, metal that goes, checkpoints, threads, bad input.
  * dims: 1 2 */
 #define _XOPEN_SOURCE 700
-#include "scene/fields.h"
+#include "setup/fields.h"
 #include "physics/sample.h"
 #include "checkpoint_model.h"
 #include "scene_file.h"
@@ -28,7 +28,7 @@
 static double mean_of(int k)
 {
     pd_surface_state_statistics f;
-    pdi_surface_states_compute_statistics(model.surface_states, k, &f);
+    pd_surface_states_compute_statistics(model.surface_states, k, &f);
     CHECK_LE(f.min - f.mean, 1e-12 * fabs(f.mean));
     CHECK_LE(f.mean - f.max, 1e-12 * fabs(f.mean));
     return f.mean;
@@ -36,7 +36,7 @@ static double mean_of(int k)
 
 static double mean_concentration(const char *species)
 {
-    const double *c = pd_reactive_field(&model.reactive, pdi_electrolyte_find_species(&setup.electrolyte, species));
+    const double *c = pd_reactive_field(&model.reactive, pd_electrolyte_find_species(&setup.electrolyte, species));
     double sum = 0.0;
     for (int32_t i = 0; i < model.grid.total; i++)
         if (model.grid.kind[i] == PD_FLUID) sum += c[i];
@@ -325,20 +325,20 @@ TEST(seen)
     char unit[PD_UNITS_TEXT];
     if (!open_model(COUPLE("1e-9 m2/s", "0", "0"), NULL, 0)) return;
     if (run_to(100.0)) {
-        int l = pdi_fields_find(&setup, "l");
+        int l = pd_fields_find(&setup, "l");
         double x[PD_DIM];
-        CHECK_STR(pdi_fields_get_label(&setup, (pd_field)l), "l [m]");
-        pdi_fields_get_unit(&setup, (pd_field)pdi_fields_find(&setup, "theta"), unit);
+        CHECK_STR(pd_fields_get_label(&setup, (pd_field)l), "l [m]");
+        pd_fields_get_unit(&setup, (pd_field)pd_fields_find(&setup, "theta"), unit);
         CHECK_STR(unit, "");
-        CHECK_INT(pdi_fields_species_index(&setup, l), -1);
-        CHECK_INT(pdi_fields_state_index(&setup, l), 2);
+        CHECK_INT(pd_fields_species_index(&setup, l), -1);
+        CHECK_INT(pd_fields_state_index(&setup, l), 2);
         for (int d = 0; d < PD_DIM; d++) x[d] = 0.2e-3;
         x[0] = 1e-3; /* the surface of magnesium; a cell of fluid */
-        CHECK_REL(pdi_sample_get_point(&model, (pd_field)l, 0, x), mean_of(2), 1e-12);
+        CHECK_REL(pd_sample_get_point(&model, (pd_field)l, 0, x), mean_of(2), 1e-12);
         x[0] = 2e-3;
-        CHECK(isnan(pdi_sample_get_point(&model, (pd_field)l, 0, x)));
+        CHECK(isnan(pd_sample_get_point(&model, (pd_field)l, 0, x)));
         x[0] = 3e-3; /* the aluminium carries none */
-        CHECK(isnan(pdi_sample_get_point(&model, (pd_field)l, 0, x)));
+        CHECK(isnan(pd_sample_get_point(&model, (pd_field)l, 0, x)));
         CHECK_INT(setup.monitors, 5);
         CHECK_STR(setup.monitor[4].name, "l");
     }
@@ -393,10 +393,10 @@ TEST(refused)
         memset(&model, 0, sizeof model);
         pd_status status = pd_scene_parse(&ctx, "a.scene", bad[k][0], NULL, 0, &setup);
         if (status == PD_OK) {
-            status = pdi_model_build(&ctx, &setup, &model);
+            status = pd_model_build(&ctx, &setup, &model);
             if (status == PD_OK) {
                 status = pd_time_loop_run(&ctx, &model.time_loop, 20.0, 0.0, NULL, NULL);
-                pdi_model_free(&ctx, &model);
+                pd_model_free(&ctx, &model);
             }
             pd_setup_free(&ctx, &setup);
         }

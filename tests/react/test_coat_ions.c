@@ -23,14 +23,14 @@
 static double mean_of(int k)
 {
     pd_surface_state_statistics f;
-    pdi_surface_states_compute_statistics(model.surface_states, k, &f);
+    pd_surface_states_compute_statistics(model.surface_states, k, &f);
     return f.mean;
 }
 
 static double level_of(int electrode)
 {
     pd_cell_electrode e;
-    pdi_species_electrodes_get_electrode(&model.dissolution_laws.species_electrodes, electrode, &e);
+    pd_species_electrodes_get_electrode(&model.dissolution_laws.species_electrodes, electrode, &e);
     return e.potential;
 }
 
@@ -148,7 +148,7 @@ TEST(metal_that_goes)
         }
         NOTE("rusts: E %.7f V (%.7f), theta %.7f, %g m", level_of(0), u, mean_of(0), receded);
         pd_cell_electrode e;
-        pdi_species_electrodes_get_electrode(&model.dissolution_laws.species_electrodes, 0, &e);
+        pd_species_electrodes_get_electrode(&model.dissolution_laws.species_electrodes, 0, &e);
         CHECK_REL(e.anodic / e.area, 0.01 * theta * pow(10.0, (u + 0.6) / 0.06), 2e-4); /* it has receded by 1.8e-3 */
         CHECK_NEAR(level_of(0), u, 26e-3 * 0.43 / 500.0); /* the diffusion potential of 0.43 mol/m3 of Fe2+ in salt */
         CHECK_NEAR(mean_of(0), theta, 0.0);
@@ -216,10 +216,10 @@ TEST(refused)
         memset(&model, 0, sizeof model);
         pd_status status = pd_scene_parse(&ctx, "a.scene", bad[k][0], NULL, 0, &setup);
         if (status == PD_OK) {
-            status = pdi_model_build(&ctx, &setup, &model);
+            status = pd_model_build(&ctx, &setup, &model);
             if (status == PD_OK) {
                 status = pd_time_loop_run(&ctx, &model.time_loop, 20.0, 0.0, NULL, NULL);
-                pdi_model_free(&ctx, &model);
+                pd_model_free(&ctx, &model);
             }
             pd_setup_free(&ctx, &setup);
         }

@@ -1,7 +1,7 @@
 /* course: species in scenes: titration of a closed box by its metal against a table, fronts of acid and base against a
  * closed form, one species against transport, what metal loses against what species gain, checkpoints, bad input.
  * dims: 1 2 */
-#include "scene/fields.h"
+#include "setup/fields.h"
 #include "physics/model.h"
 #include "physics/sample.h"
 #include "run/field_view.h"
@@ -48,12 +48,12 @@ static int open_model(const char *text)
 {
     pd_ctx_init(&test_ctx);
     if (!CHECK_OK(&test_ctx, pd_scene_parse(&test_ctx, "a.scene", text, NULL, 0, &test_setup))) return 0;
-    return CHECK_OK(&test_ctx, pdi_model_build(&test_ctx, &test_setup, &test_model));
+    return CHECK_OK(&test_ctx, pd_model_build(&test_ctx, &test_setup, &test_model));
 }
 
 static void close_model(void)
 {
-    pdi_model_free(&test_ctx, &test_model);
+    pd_model_free(&test_ctx, &test_model);
     pd_setup_free(&test_ctx, &test_setup);
     CHECK_INT(test_ctx.in_use, 0);
 }
@@ -79,7 +79,7 @@ static pd_reactive_balance balances(const char *name)
 
 static const double *species(const char *name)
 {
-    return pd_reactive_field(&test_model.reactive, pdi_electrolyte_find_species(&test_setup.electrolyte, name));
+    return pd_reactive_field(&test_model.reactive, pd_electrolyte_find_species(&test_setup.electrolyte, name));
 }
 
 /* ---- metal ---- */
@@ -101,7 +101,7 @@ TEST(titration)
         if (!k) CHECK_OK(&test_ctx, pd_time_loop_start(&test_ctx, &test_model.time_loop));
         for (int32_t i = 0; i < test_model.grid.total; i++)
             if (test_model.grid.kind[i] == PD_FLUID)
-                worst = fmax(worst, fabs(pdi_sample_get_node(&test_model, PD_FIELD_PH, i) - table[k][1]));
+                worst = fmax(worst, fabs(pd_sample_get_node(&test_model, PD_FIELD_PH, i) - table[k][1]));
     }
     CHECK_LE(worst, 2e-3);
     pd_reactive_balance mg = balances("Mg");
@@ -270,7 +270,7 @@ TEST(solutions)
     if (!open_model(text)) return;
     int low[PD_DIM];
     memset(low, 0, sizeof low);
-    CHECK_NEAR(pdi_sample_get_node(&test_model, PD_FIELD_PH, pd_grid_node(&test_model.grid, low)), 3.0, 1e-6);
+    CHECK_NEAR(pd_sample_get_node(&test_model, PD_FIELD_PH, pd_grid_node(&test_model.grid, low)), 3.0, 1e-6);
     if (!run_to(20.0)) return;
     const double *k = species("K+");
     double worst = 0.0, pi = 3.14159265358979324, x[PD_DIM];
@@ -616,14 +616,14 @@ TEST(fields)
     memset(&views, 0, sizeof views);
     if (!open_model(text)) return;
     if (!run_to(1.0)) return;
-    pd_field field = (pd_field)pdi_fields_find(&test_setup, "HCO3-");
-    CHECK_STR(pdi_fields_get_label(&test_setup, field), "HCO3- [mol/m3]");
+    pd_field field = (pd_field)pd_fields_find(&test_setup, "HCO3-");
+    CHECK_STR(pd_fields_get_label(&test_setup, field), "HCO3- [mol/m3]");
     CHECK_OK(&test_ctx, pdi_field_view_get(&test_ctx, &test_model, &views, "pH", &v));
     CHECK_NEAR(v.data[0], 7.4, 1e-6);
-    CHECK_NEAR(pdi_sample_get_point(&test_model, PD_FIELD_PH, 0, x), 7.4, 1e-6);
+    CHECK_NEAR(pd_sample_get_point(&test_model, PD_FIELD_PH, 0, x), 7.4, 1e-6);
     CHECK_OK(&test_ctx, pdi_field_view_get(&test_ctx, &test_model, &views, "HCO3-", &v));
     CHECK_NEAR(v.data[0], 4.17, 1e-12);
-    CHECK_NEAR(pdi_sample_get_point(&test_model, field, 0, x), v.data[0], 1e-12);
+    CHECK_NEAR(pd_sample_get_point(&test_model, field, 0, x), v.data[0], 1e-12);
     CHECK(pdi_field_view_get(&test_ctx, &test_model, &views, "H2O", &v) == PD_ERR_ARGUMENT);
     pdi_field_view_free(&test_ctx, &views);
     close_model();

@@ -149,7 +149,7 @@ static void closed(void)
     pd_reactive_balance b;
     double given = 0.0, volume = test_reactive.bonds->stencil->volume;
     for (int32_t p = 0; p < test_etch.count; p++) {
-        double around = pdi_grid_circumference(&s->grid, test_etch.node[p]);
+        double around = pd_grid_circumference(&s->grid, test_etch.node[p]);
         given += volume * around * test_etch.weight[p] * test_etch.passed[p];
     }
     for (int row = 0; row < test_reactive.rows; row++) {

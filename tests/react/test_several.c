@@ -20,14 +20,14 @@
 static double level_of(int electrode)
 {
     pd_cell_electrode now;
-    pdi_species_electrodes_get_electrode(&model.dissolution_laws.species_electrodes, electrode, &now);
+    pd_species_electrodes_get_electrode(&model.dissolution_laws.species_electrodes, electrode, &now);
     return now.potential;
 }
 
 static double anodic_of(int electrode)
 {
     pd_cell_electrode now;
-    pdi_species_electrodes_get_electrode(&model.dissolution_laws.species_electrodes, electrode, &now);
+    pd_species_electrodes_get_electrode(&model.dissolution_laws.species_electrodes, electrode, &now);
     return now.anodic;
 }
 
@@ -44,7 +44,7 @@ static double solid_of(int metal)
 static double ions_of(const char *name)
 {
     const pd_reactive *r = &model.reactive;
-    int place = r->components.solute_of_species[pdi_electrolyte_find_species(&setup.electrolyte, name)], own = -1;
+    int place = r->components.solute_of_species[pd_electrolyte_find_species(&setup.electrolyte, name)], own = -1;
     double sum = 0.0;
     for (int k = 0; k < r->components.count; k++)
         if (r->components.component_solute[k] == place) own = k;

@@ -7,7 +7,7 @@
 #include "io/archive_file.h"
 #include "checkpoint_model.h"
 #include "run/monitor.h"
-#include "run/step_diagnostics.h"
+#include "physics/step_diagnostics.h"
 #include "io/zlib.h"
 #include <signal.h>
 #include <sys/resource.h>
@@ -165,7 +165,7 @@ TEST(life_of_a_checkpoint)
 
 static int grow(pd_ctx *ctx, pd_setup *u, pd_model *m, const char *text)
 {
-    return CHECK_OK(ctx, load(ctx, text, NULL, 0, u)) && CHECK_OK(ctx, pdi_model_build(ctx, u, m));
+    return CHECK_OK(ctx, load(ctx, text, NULL, 0, u)) && CHECK_OK(ctx, pd_model_build(ctx, u, m));
 }
 
 /* Some metal has turned fluid, and some has not. */
@@ -180,7 +180,7 @@ TEST(models_go_on)
     pd_ctx ctx;
     pd_setup u;
     pd_model a, b;
-    if (!grow(&ctx, &u, &a, COUPLED) || !CHECK_OK(&ctx, pdi_model_build(&ctx, &u, &b))) return;
+    if (!grow(&ctx, &u, &a, COUPLED) || !CHECK_OK(&ctx, pd_model_build(&ctx, &u, &b))) return;
     CHECK_OK(&ctx, pd_time_loop_run(&ctx, &a.time_loop, u.end_time, u.output_interval, stop_when_turned, NULL));
     CHECK(a.grid.solid_count > 0 && a.grid.solid_count < b.grid.solid_count && a.time_loop.steps > 1);
     CHECK_OK(&ctx, checkpoint_save(&ctx, path_of("model"), &a));
@@ -199,8 +199,8 @@ TEST(models_go_on)
     CHECK_INT(a.time_loop.steps, b.time_loop.steps);
     /* metal that is there cannot come from metal that is gone: b has made steps */
     CHECK(checkpoint_load(&ctx, path_of("model"), &b) == PD_ERR_GEOMETRY);
-    pdi_model_free(&ctx, &a);
-    pdi_model_free(&ctx, &b);
+    pd_model_free(&ctx, &a);
+    pd_model_free(&ctx, &b);
     leave(&ctx, &u);
 }
 
@@ -216,7 +216,7 @@ typedef struct watcher {
 static int watch(void *user, const pd_time_loop *couple)
 {
     watcher *w = (watcher *)user;
-    pdi_step_diagnostics_update(w->ctx, w->model, &w->observables);
+    pd_step_diagnostics_update(w->ctx, w->model, &w->observables);
     CHECK_OK(w->ctx, pdi_monitors_step(w->ctx, &w->monitors));
     return couple->time < 0.0;
 }
@@ -241,10 +241,10 @@ static void observed(int k)
     memset(&w, 0, sizeof w);
     w.ctx = &ctx;
     w.model = &b;
-    if (!grow(&ctx, &u, &a, kinds[k].text) || !CHECK_OK(&ctx, pdi_model_build(&ctx, &u, &b))) return;
+    if (!grow(&ctx, &u, &a, kinds[k].text) || !CHECK_OK(&ctx, pd_model_build(&ctx, &u, &b))) return;
     int before = test_now.failures;
     if (CHECK_OK(&ctx, pdi_monitors_build(&ctx, &b, &w.monitors)) &&
-        CHECK_OK(&ctx, pdi_step_diagnostics_build(&ctx, &b, &w.observables))) {
+        CHECK_OK(&ctx, pd_step_diagnostics_build(&ctx, &b, &w.observables))) {
         CHECK_OK(&ctx, pd_time_loop_run(&ctx, &a.time_loop, u.end_time, u.output_interval, NULL, NULL));
         CHECK_OK(&ctx, pd_time_loop_run(&ctx, &b.time_loop, u.end_time, u.output_interval, watch, &w));
         CHECK(a.time_loop.steps > 2);
@@ -256,10 +256,10 @@ static void observed(int k)
         CHECK_INT(memcmp(&a.time_loop.ledger, &b.time_loop.ledger, sizeof a.time_loop.ledger), 0);
     }
     if (test_now.failures > before) NOTE("of %s", kinds[k].name);
-    pdi_step_diagnostics_free(&ctx, &w.observables);
+    pd_step_diagnostics_free(&ctx, &w.observables);
     pdi_monitors_free(&ctx, &w.monitors);
-    pdi_model_free(&ctx, &a);
-    pdi_model_free(&ctx, &b);
+    pd_model_free(&ctx, &a);
+    pd_model_free(&ctx, &b);
     leave(&ctx, &u);
 }
 
@@ -315,7 +315,7 @@ TEST(damage)
     CHECK(strstr(ctx.message, "goes on behind its end") != NULL);
     free(longer);
     free(bytes);
-    pdi_model_free(&ctx, &m);
+    pd_model_free(&ctx, &m);
     leave(&ctx, &u);
 }
 
@@ -337,7 +337,7 @@ TEST(other_files)
     uint32_t format = 7, dim = 5 - PD_DIM, order = 0x04030201u;
     if (!grow(&ctx, &u, &m, SMALL)) return;
     CHECK_OK(&ctx, checkpoint_save(&ctx, path_of("good"), &m));
-    pdi_model_free(&ctx, &m);
+    pd_model_free(&ctx, &m);
     leave(&ctx, &u);
     char *bytes = bytes_of(path_of("good"), &size);
     if (!CHECK(bytes && size > 64)) return;
@@ -372,12 +372,12 @@ static void stranger(const char *text, const char *other, pd_status wanted, cons
     if (!grow(&ctx, &u, &m, text)) return;
     CHECK_OK(&ctx, pd_time_loop_run(&ctx, &m.time_loop, 600.0, 0.0, NULL, NULL));
     CHECK_OK(&ctx, checkpoint_save(&ctx, path_of("theirs"), &m));
-    pdi_model_free(&ctx, &m);
+    pd_model_free(&ctx, &m);
     leave(&ctx, &u);
     if (!grow(&ctx, &u, &m, other)) return;
     CHECK_INT(checkpoint_load(&ctx, path_of("theirs"), &m), wanted);
     if (part && !CHECK(strstr(ctx.message, part) != NULL)) NOTE("message: %s; expected: %s", ctx.message, part);
-    pdi_model_free(&ctx, &m);
+    pd_model_free(&ctx, &m);
     leave(&ctx, &u);
 }
 
@@ -414,7 +414,7 @@ TEST(other_settings)
     CHECK(strstr(ctx.message, "good' is of another run: until [s] = 3600, expected 7200") != NULL);
     u.end_time = 3600.0;
     CHECK_OK(&ctx, checkpoint_load(&ctx, path_of("good"), &m));
-    pdi_model_free(&ctx, &m);
+    pd_model_free(&ctx, &m);
     leave(&ctx, &u);
 }
 
@@ -449,9 +449,9 @@ TEST(no_room)
     CHECK(access(path_of("room.part"), F_OK) != 0);
     char *left = bytes_of(path_of("room"), &after);
     CHECK(bytes && left && size == after && memcmp(bytes, left, size) == 0);
-    pdi_model_free(&ctx, &m);
-    if (CHECK_OK(&ctx, pdi_model_build(&ctx, &u, &m))) CHECK_OK(&ctx, checkpoint_load(&ctx, path_of("room"), &m));
-    pdi_model_free(&ctx, &m);
+    pd_model_free(&ctx, &m);
+    if (CHECK_OK(&ctx, pd_model_build(&ctx, &u, &m))) CHECK_OK(&ctx, checkpoint_load(&ctx, path_of("room"), &m));
+    pd_model_free(&ctx, &m);
     leave(&ctx, &u);
     free(bytes);
     free(left);

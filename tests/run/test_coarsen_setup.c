@@ -12,7 +12,7 @@ static int start(pd_ctx *ctx, pd_setup *u)
 {
     pd_ctx_init(ctx);
     ctx->threads = 1;
-    if (!CHECK_OK(ctx, pdi_setup_init(ctx, u))) return 0;
+    if (!CHECK_OK(ctx, pd_setup_init(ctx, u))) return 0;
     for (int d = 0; d < PD_DIM; d++) {
         u->h[d] = 1e-6;
         u->hi[d] = 40e-6;
@@ -30,7 +30,7 @@ static int add(pd_ctx *ctx, pd_setup *u, pd_shape_type type, double ax, double a
     s.a[1] = ay * 1e-6;
     s.b[0] = bx * 1e-6;
     s.b[1] = by * 1e-6;
-    CHECK_OK(ctx, pdi_setup_add_shape(ctx, u, &s, &index));
+    CHECK_OK(ctx, pd_setup_add_shape(ctx, u, &s, &index));
     return index;
 }
 
@@ -67,7 +67,7 @@ TEST(corners_are_held)
     for (int k = 0; k < 4; k++)
         all.child[all.child_count++] =
             add(&ctx, &u, PD_SHAPE_HALF_SPACE, 20.0 + 12.0 * normal[k][0], 20.0, normal[k][0], normal[k][1]);
-    CHECK_OK(&ctx, pdi_setup_add_shape(&ctx, &u, &all, &u.solid));
+    CHECK_OK(&ctx, pd_setup_add_shape(&ctx, &u, &all, &u.solid));
     coarser_of(&ctx, &u, 2, NULL);
     coarser_of(&ctx, &u, 4, NULL);
     pd_setup_free(&ctx, &u);
@@ -87,8 +87,8 @@ TEST(thin_parts_are_refused)
     /* a gap of one node between two thick walls, away from where their shapes end */
     u.shapes = 0;
     u.wall = -1;
-    CHECK_OK(&ctx, pdi_setup_add_union(&ctx, &u, slab(&ctx, &u, 14.5, 11.8), &u.wall));
-    CHECK_OK(&ctx, pdi_setup_add_union(&ctx, &u, slab(&ctx, &u, 26.5, 10.4), &u.wall));
+    CHECK_OK(&ctx, pd_setup_add_union(&ctx, &u, slab(&ctx, &u, 14.5, 11.8), &u.wall));
+    CHECK_OK(&ctx, pd_setup_add_union(&ctx, &u, slab(&ctx, &u, 26.5, 10.4), &u.wall));
     coarser_of(&ctx, &u, 2, "the fluid near x = 20.5 um is thinner");
     pd_setup_free(&ctx, &u);
 }

@@ -160,12 +160,12 @@ TEST(parts_grow_as_estimated)
             h = u.h[0];
             pd_memory_estimate_compute(&u, &b);
             memset(&model, 0, sizeof model);
-            if (CHECK_OK(&ctx, pdi_model_build(&ctx, &u, &model)))
+            if (CHECK_OK(&ctx, pd_model_build(&ctx, &u, &model)))
                 for (int p = 0; p < PD_PART_COUNT; p++) {
                     estimate[fine][p] = b.bytes[p];
                     found[fine][p] = (double)model.bytes[p];
                 }
-            pdi_model_free(&ctx, &model);
+            pd_model_free(&ctx, &model);
             leave(&ctx, &u);
         }
         for (int p = 0; p < PD_PART_COUNT; p++) {

@@ -96,7 +96,7 @@ TEST(residual_of_a_flow)
     double most[2] = {0.0, 0.0};
     if (!CHECK_OK(&ctx, load(&ctx, scene, NULL, 0, &u))) return;
     CHECK_OK(&ctx, run(&ctx, &u, "flow", &r));
-    if (!CHECK_OK(&ctx, pdi_model_build(&ctx, &u, &m)) || !CHECK_OK(&ctx, pd_time_loop_start(&ctx, &m.time_loop)))
+    if (!CHECK_OK(&ctx, pd_model_build(&ctx, &u, &m)) || !CHECK_OK(&ctx, pd_time_loop_start(&ctx, &m.time_loop)))
         return;
     int64_t total = m.grid.total, split = PD_DIM * total;
     double *of = (double *)calloc((size_t)(split + total), sizeof *of);
@@ -110,7 +110,7 @@ TEST(residual_of_a_flow)
     NOTE("momentum %g, continuity %g", most[0], most[1]);
     CHECK_LE(1.1 * fmin(most[0], most[1]), fmax(most[0], most[1])); /* one is the larger one */
     CHECK_REL(r.residual, fmax(most[0], most[1]), 1e-6);
-    pdi_model_free(&ctx, &m);
+    pd_model_free(&ctx, &m);
     leave(&ctx, &u);
 }
 

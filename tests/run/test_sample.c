@@ -16,8 +16,8 @@ static pd_model model;
 static int start(const char *text)
 {
     if (!CHECK_OK(&ctx, load(&ctx, text, NULL, 0, &setup))) return 0;
-    if (CHECK_OK(&ctx, pdi_model_build(&ctx, &setup, &model))) {
-        if (model.transport.c) pdi_sample_prepare(&ctx, &model, 0);
+    if (CHECK_OK(&ctx, pd_model_build(&ctx, &setup, &model))) {
+        if (model.transport.c) pd_sample_prepare(&ctx, &model, 0);
         return 1;
     }
     leave(&ctx, &setup);
@@ -26,7 +26,7 @@ static int start(const char *text)
 
 static void stop(void)
 {
-    pdi_model_free(&ctx, &model);
+    pd_model_free(&ctx, &model);
     leave(&ctx, &setup);
 }
 
@@ -76,10 +76,10 @@ static void check_plates(const char *h, int m, const char *sides, double lid)
         double x[PD_DIM];
         place(&state, x);
         double exact = lid * x[1] + 4.0 * x[1] * (1.0 - x[1]);
-        double error = fabs(pdi_sample_get_point(&model, PD_FIELD_V, 0, x) - exact);
+        double error = fabs(pd_sample_get_point(&model, PD_FIELD_V, 0, x) - exact);
         worst = fmax(worst, error);
         if (!(x[1] > 0.0) || !(x[1] < 1.0)) wall = fmax(wall, error);
-        for (int d = 1; d < PD_DIM; d++) CHECK_NEAR(pdi_sample_get_point(&model, PD_FIELD_V, d, x), 0.0, 1e-12);
+        for (int d = 1; d < PD_DIM; d++) CHECK_NEAR(pd_sample_get_point(&model, PD_FIELD_V, d, x), 0.0, 1e-12);
     }
     CHECK_LE(worst, 2e-9);
     CHECK_LE(wall, 1e-11);
@@ -132,8 +132,8 @@ static double ball_error(int n, double m, double shift, double *on)
         r = k % 2 ? 0.43 : 0.43 + (4.0 / n) * draw(&state);
         for (int d = 0; d < PD_DIM; d++) x[d] *= r / length;
         double exact = k % 2 ? 0.0 : 2.0 * log(radius(x) / 0.43),
-               value = pdi_sample_get_point(&model, PD_FIELD_V, 0, x);
-        CHECK(pdi_sample_is_inside(&model, x));
+               value = pd_sample_get_point(&model, PD_FIELD_V, 0, x);
+        CHECK(pd_sample_is_inside(&model, x));
         if (k % 2) *on = fmax(*on, fabs(value - exact));
         else worst = fmax(worst, fabs(value - exact));
         CHECK(value == value);
@@ -205,13 +205,13 @@ TEST(pressure_on_walls)
         place(&state, x);
         for (int d = 0; d < PD_DIM; d++) r += pow(x[d] - (d == 0 ? 0.97 : 0.5), 2.0);
         if (sqrt(r) < 0.23) continue;
-        CHECK_NEAR(pdi_sample_get_point(&model, PD_FIELD_P, 0, x), straight(x), 1e-9);
+        CHECK_NEAR(pd_sample_get_point(&model, PD_FIELD_P, 0, x), straight(x), 1e-9);
     }
     for (int side = 0; side < 2; side++) { /* front and back of the ball */
         double x[PD_DIM];
         for (int d = 0; d < PD_DIM; d++) x[d] = d == 0 ? 0.97 + (side ? 0.23 : -0.23) : 0.5;
-        CHECK(pdi_sample_is_inside(&model, x));
-        CHECK_NEAR(pdi_sample_get_point(&model, PD_FIELD_P, 0, x), straight(x), 1e-9);
+        CHECK(pd_sample_is_inside(&model, x));
+        CHECK_NEAR(pd_sample_get_point(&model, PD_FIELD_P, 0, x), straight(x), 1e-9);
     }
     stop();
 }
@@ -240,7 +240,7 @@ TEST(bent_pressure_on_walls)
         r = sqrt(r);
         if (!(r > 0.05)) continue;
         for (int d = 0; d < PD_DIM && (k % 2 || r < 0.23); d++) x[d] = middle[d] + (x[d] - middle[d]) * 0.23 / r;
-        CHECK_NEAR(pdi_sample_get_point(&model, PD_FIELD_P, 0, x), bent(x), 1e-8);
+        CHECK_NEAR(pd_sample_get_point(&model, PD_FIELD_P, 0, x), bent(x), 1e-8);
         served++;
     }
     CHECK(served > PLACES / 2);
@@ -262,25 +262,25 @@ TEST(dissolving_metal)
     for (int32_t i = 0; i < model.grid.total; i++)
         if (model.grid.kind[i] == PD_FLUID) model.flow.u[i] = 1.0;
     pdi_flow_update_derived_fields(&ctx, &model.flow);
-    CHECK_NEAR(pdi_sample_get_point(&model, PD_FIELD_V, 0, on), 0.0, 1e-8);
-    CHECK(pdi_sample_is_inside(&model, deep));
-    double value = pdi_sample_get_point(&model, PD_FIELD_V, 0, deep);
+    CHECK_NEAR(pd_sample_get_point(&model, PD_FIELD_V, 0, on), 0.0, 1e-8);
+    CHECK(pd_sample_is_inside(&model, deep));
+    double value = pd_sample_get_point(&model, PD_FIELD_V, 0, deep);
     CHECK(value != value);
     int32_t changed[4000], count = 0;
     for (int32_t i = 0; i < model.grid.total; i++) {
         double x[PD_DIM];
         int at[PD_DIM];
         pd_grid_position(&model.grid, i, x);
-        pdi_grid_index(&model.grid, i, at);
-        if (pdi_grid_is_inside(&model.grid, at) && model.grid.kind[i] == PD_SOLID && x[1] > 0.3) changed[count++] = i;
+        pd_grid_index(&model.grid, i, at);
+        if (pd_grid_is_inside(&model.grid, at) && model.grid.kind[i] == PD_SOLID && x[1] > 0.3) changed[count++] = i;
     }
     for (int32_t n = 0; n < count; n++) pdi_grid_set_fluid(&model.grid, changed[n]);
     CHECK_OK(&ctx, pd_bonds_update(&ctx, changed, count, &model.bonds));
     CHECK_OK(&ctx, pd_flow_update(&ctx, changed, count, &model.flow));
     for (int32_t n = 0; n < count; n++) model.flow.u[changed[n]] = 1.0;
     pdi_flow_update_derived_fields(&ctx, &model.flow);
-    CHECK_NEAR(pdi_sample_get_point(&model, PD_FIELD_V, 0, above), 0.0, 1e-8);
-    CHECK_LE(0.9, pdi_sample_get_point(&model, PD_FIELD_V, 0, on));
+    CHECK_NEAR(pd_sample_get_point(&model, PD_FIELD_V, 0, above), 0.0, 1e-8);
+    CHECK_LE(0.9, pd_sample_get_point(&model, PD_FIELD_V, 0, on));
     stop();
 }
 #endif
@@ -296,8 +296,8 @@ TEST(tube)
     for (int k = 0; k < PLACES; k++) {
         double x[2];
         place(&state, x);
-        CHECK_NEAR(pdi_sample_get_point(&model, PD_FIELD_V, 0, x), 1.0 - x[1] * x[1], 1e-9);
-        CHECK_NEAR(pdi_sample_get_point(&model, PD_FIELD_V, 1, x), 0.0, 1e-12);
+        CHECK_NEAR(pd_sample_get_point(&model, PD_FIELD_V, 0, x), 1.0 - x[1] * x[1], 1e-9);
+        CHECK_NEAR(pd_sample_get_point(&model, PD_FIELD_V, 1, x), 0.0, 1e-12);
     }
     stop();
 }
@@ -318,7 +318,7 @@ static void check_linear(int m, int closed)
         double x[PD_DIM];
         place(&state, x);
         double exact = 1.0 + 3.0 * x[0] - (closed ? 1.5 * x[0] * x[0] : 0.0);
-        CHECK_NEAR(pdi_sample_get_point(&model, PD_FIELD_C, 0, x), exact, 1e-9);
+        CHECK_NEAR(pd_sample_get_point(&model, PD_FIELD_C, 0, x), exact, 1e-9);
     }
     stop();
 }
@@ -352,7 +352,7 @@ TEST(concentration_in_layers)
             double x[PD_DIM], s = n / 200.0;
             for (int d = 0; d < PD_DIM; d++) x[d] = d == 0 ? s : 0.17;
             double exact = 1.0 - flux * (fmin(s, place) + fmax(s - place, 0.0) / 0.01);
-            CHECK_NEAR(pdi_sample_get_point(&model, PD_FIELD_C, 0, x), exact, 1e-7);
+            CHECK_NEAR(pd_sample_get_point(&model, PD_FIELD_C, 0, x), exact, 1e-7);
         }
         stop();
     }

@@ -1,7 +1,7 @@
 /* sim: a scene step by step against a run of it, its fields against the model.
  * dims: 2 3 */
 #define _XOPEN_SOURCE 700
-#include "scene/fields.h"
+#include "setup/fields.h"
 #include "run/sim.h"
 #include "physics/sample.h"
 #include "checkpoint_scene.h"
@@ -40,21 +40,21 @@ static void against_run(const char *text, const char *const *names)
     CHECK_NEAR(result.time, sim.time, 0.0);
     CHECK_INT(result.steps, sim.steps);
     CHECK_NEAR(result.volume_loss, pd_time_loop_volume_loss(&sim.model.time_loop), 0.0);
-    CHECK_OK(&other, pdi_model_build(&other, &setup, &model));
+    CHECK_OK(&other, pd_model_build(&other, &setup, &model));
     CHECK_OK(&other, pd_time_loop_run(&other, &model.time_loop, setup.end_time, 0.0, NULL, NULL));
     for (int k = 0; names[k]; k++) {
         pd_field_view v;
         int field = 0, at[PD_DIM];
         if (!CHECK_OK(&ctx, pd_sim_field(&ctx, &sim, names[k], &v))) continue;
-        while (strcmp(pdi_fields_get_name(&setup, (pd_field)field), names[k]) != 0) field++;
+        while (strcmp(pd_fields_get_name(&setup, (pd_field)field), names[k]) != 0) field++;
         CHECK_INT(v.components, field == PD_FIELD_V ? PD_DIM : 1);
-        CHECK_STR(v.label, pdi_fields_get_label(&setup, (pd_field)field));
+        CHECK_STR(v.label, pd_fields_get_label(&setup, (pd_field)field));
         memset(at, 0, sizeof at);
         double size = 0.0;
         for (int64_t cell = 0; cell < v.component_stride; cell++) {
             int64_t place_of = 0;
             int32_t i = pd_grid_node(&model.grid, at);
-            double square = 0.0, value = pdi_sample_get_node(&model, (pd_field)field, i);
+            double square = 0.0, value = pd_sample_get_node(&model, (pd_field)field, i);
             for (int d = 0; d < PD_DIM; d++) place_of += at[d] * v.stride[d];
             for (int d = 0; d < v.components; d++) {
                 double part = v.data[d * v.component_stride + place_of];
@@ -69,7 +69,7 @@ static void against_run(const char *text, const char *const *names)
         }
         if (!CHECK(size > 0.0)) NOTE("%s is zero everywhere", names[k]);
     }
-    pdi_model_free(&other, &model);
+    pd_model_free(&other, &model);
     leave(&other, &setup);
     pd_sim_close(&ctx, &sim);
     pd_sim_close(&ctx, &sim);
@@ -332,7 +332,7 @@ TEST(functions_tell_their_breaks)
 /* C, t, x, y, z, grain */
 static double law_of_grain(void *user, const double *vars)
 {
-    int odd = (int)vars[PDI_SETUP_RATE_GRAIN] % 2;
+    int odd = (int)vars[PD_SETUP_RATE_GRAIN] % 2;
     *(int *)user |= odd ? 2 : 1;
     return (odd ? 3e-6 : 1e-6) / 3600.0;
 }
@@ -355,7 +355,7 @@ TEST(a_law_of_grains)
     if (!CHECK_OK(&ctx, pd_sim_open(&ctx, PIN_SCENE, changes, 2, &sim))) return;
     if (!CHECK_OK(&other, pd_scene_parse(&other, "pin", PIN_SCENE, changes + 1, 1, &called.setup))) return;
     CHECK_OK(&other, pd_setup_set_function(&other, &called.setup, "rate", law_of_grain, &seen_grains,
-                                           1u << (PDI_SETUP_RATE_GRAIN)));
+                                           1u << (PD_SETUP_RATE_GRAIN)));
     if (!CHECK_OK(&other, pd_sim_start(&other, &called))) return;
     for (int k = 0; k < 2; k++) {
         CHECK_OK(&ctx, pd_sim_step(&ctx, &sim, 7200.0));
@@ -371,7 +371,7 @@ TEST(a_law_of_grains)
     CHECK_INT(pd_scene_parse(&ctx, "pin", plain, coarse, 1, &setup), PD_ERR_ARGUMENT);
     CHECK(strstr(ctx.message, "expected grains = SIZE in a solid [shape ...]") != NULL);
     if (!CHECK_OK(&ctx, pd_scene_parse(&ctx, "pin", plain, NULL, 0, &setup))) return;
-    CHECK_INT(pd_setup_set_function(&ctx, &setup, "rate", law_of_grain, &seen_grains, 1u << (PDI_SETUP_RATE_GRAIN)),
+    CHECK_INT(pd_setup_set_function(&ctx, &setup, "rate", law_of_grain, &seen_grains, 1u << (PD_SETUP_RATE_GRAIN)),
               PD_ERR_ARGUMENT);
     pd_setup_free(&ctx, &setup);
     CHECK_INT(ctx.in_use, 0);

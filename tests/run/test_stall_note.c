@@ -44,7 +44,7 @@ static pd_status halver_at(pd_ctx *ctx, void *self, double t)
 {
     (void)self;
     (void)t;
-    return pdi_check_cancel(ctx, "flow: Newton", 3);
+    return pd_check_cancel(ctx, "flow: Newton", 3);
 }
 
 static int watch(void *user, const char *doing, int64_t count)

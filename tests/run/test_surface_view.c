@@ -34,7 +34,7 @@ static int open_plate(int axis, const char *metal, const char *output)
 static int draw(pd_rendering *shade)
 {
     pd_field field = pdi_surface_view_get_colour_field(&setup);
-    pdi_sample_prepare(&ctx, &model, field < PD_FIELD_COUNT ? (pd_fields)1 << field : 0);
+    pd_sample_prepare(&ctx, &model, field < PD_FIELD_COUNT ? (pd_fields)1 << field : 0);
     return CHECK(pdi_surface_view_is_requested(&setup)) &&
            CHECK_OK(&ctx, pdi_surface_view_build(&ctx, &setup, shade)) &&
            CHECK_OK(&ctx, pdi_surface_view_draw(&ctx, &model, shade));

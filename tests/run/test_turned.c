@@ -1,7 +1,7 @@
 /* turned: scenes that change along one axis alone have the same profiles along each axis and from either end: no axis
  * and no side is another than the others.
  * dims: 1 2 3 */
-#include "scene/fields.h"
+#include "setup/fields.h"
 #include "physics/sample.h"
 #include "run/sim.h"
 #include "test.h"
@@ -123,16 +123,16 @@ static int profiles(const char *text, const char *fields, int axis, int from_hig
             return 0;
         }
     snprintf(name, sizeof name, "%s", fields);
-    pdi_sample_prepare(&ctx, &sim.model, ~(pd_fields)0);
+    pd_sample_prepare(&ctx, &sim.model, ~(pd_fields)0);
     for (char *of = strtok(next, " "); of; of = strtok(NULL, " ")) {
         int field = 0;
-        while (field < PD_FIELD_COUNT && strcmp(pdi_fields_get_name(sim.model.setup, (pd_field)field), of) != 0)
+        while (field < PD_FIELD_COUNT && strcmp(pd_fields_get_name(sim.model.setup, (pd_field)field), of) != 0)
             field++;
         if (!CHECK(field < PD_FIELD_COUNT)) break;
         for (int k = 0; k < CELLS; k++) {
             int cell[3] = {1, 1, 1};
             cell[axis] = (int)along_of(k + 0.5, from_high);
-            value[count][k] = pdi_sample_get_node(&sim.model, (pd_field)field, pd_grid_node(&sim.model.grid, cell));
+            value[count][k] = pd_sample_get_node(&sim.model, (pd_field)field, pd_grid_node(&sim.model.grid, cell));
         }
         count++;
     }

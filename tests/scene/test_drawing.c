@@ -1,7 +1,7 @@
 /* drawing, scene: keys of pictures, what is refused of them, and what depends on time in a scene without time.
  * dims: 2 */
 #define _XOPEN_SOURCE 700
-#include "scene/fields.h"
+#include "setup/fields.h"
 #include "io/field_plot.h"
 #include "scene_file.h"
 
@@ -58,7 +58,7 @@ TEST(pictures_as_wanted)
     CHECK_INT(d->map[PD_FIELD_C], 1 + PD_COLOUR_MAP_GREY);
     CHECK_INT(d->map[PD_FIELD_P], 1 + PD_COLOUR_MAP_VIRIDIS);
     CHECK_INT(d->map[PD_FIELD_V], 1 + PD_COLOUR_MAP_DIVERGING);
-    CHECK(d->log == (pdi_fields_bit(PD_FIELD_C) | pdi_fields_bit(PD_FIELD_P)));
+    CHECK(d->log == (pd_fields_bit(PD_FIELD_C) | pd_fields_bit(PD_FIELD_P)));
     CHECK_INT(d->has_contour_values[PD_FIELD_C], 1);
     CHECK_INT(d->contours[PD_FIELD_C], 2);
     CHECK_NEAR(d->contour_value[PD_FIELD_C][0], 1.0, 0.0);

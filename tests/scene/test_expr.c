@@ -1,5 +1,5 @@
 /* units and expr: values against closed forms and the C library, dimensions, messages, hostile text. */
-#include "scene/expr.h"
+#include "setup/expr.h"
 #include "fault.h"
 
 typedef struct sample {
@@ -23,7 +23,7 @@ static pd_status build(pd_ctx *ctx, const char *text, const char *unit, int bare
     desc.const_count = CONSTS;
     desc.unit = unit;
     desc.allow_bare = bare;
-    return pdi_expr_build(ctx, &desc, expr);
+    return pd_expr_build(ctx, &desc, expr);
 }
 
 static void check_value(const char *text, const char *unit, double value, double tol)
@@ -31,9 +31,9 @@ static void check_value(const char *text, const char *unit, double value, double
     pd_ctx ctx;
     pd_expr expr;
     pd_ctx_init(&ctx);
-    if (CHECK_OK(&ctx, build(&ctx, text, unit, 0, &expr)) && !CHECK_REL(pdi_expr_eval(&expr, at), value, tol))
+    if (CHECK_OK(&ctx, build(&ctx, text, unit, 0, &expr)) && !CHECK_REL(pd_expr_eval(&expr, at), value, tol))
         NOTE("in '%s'", text);
-    pdi_expr_free(&ctx, &expr);
+    pd_expr_free(&ctx, &expr);
     CHECK_INT(ctx.in_use, 0);
 }
 
@@ -244,25 +244,25 @@ TEST(place_and_unit_of_the_caller)
     desc.unit = "mm/year";
     desc.location = "pin.scene:7";
     desc.column = 20;
-    CHECK_INT(pdi_expr_build(&ctx, &desc, &expr), PD_ERR_PARSE);
+    CHECK_INT(pd_expr_build(&ctx, &desc, &expr), PD_ERR_PARSE);
     CHECK_STR(ctx.message, "pin.scene:7: column 27: found 'y', expected a constant: no variable has a value here");
     desc.text = "1.3 um/h";
-    CHECK_OK(&ctx, pdi_expr_build(&ctx, &desc, &expr));
-    CHECK_REL(pdi_expr_eval(&expr, NULL), 1.3 / 3.6e9, 1e-15); /* SI although the unit was mm/year */
-    pdi_expr_free(&ctx, &expr);
+    CHECK_OK(&ctx, pd_expr_build(&ctx, &desc, &expr));
+    CHECK_REL(pd_expr_eval(&expr, NULL), 1.3 / 3.6e9, 1e-15); /* SI although the unit was mm/year */
+    pd_expr_free(&ctx, &expr);
     desc.unit = "nonsense";
-    CHECK_INT(pdi_expr_build(&ctx, &desc, &expr), PD_ERR_ARGUMENT);
+    CHECK_INT(pd_expr_build(&ctx, &desc, &expr), PD_ERR_ARGUMENT);
     desc.unit = NULL; /* any dimension; the result has it */
-    CHECK_OK(&ctx, pdi_expr_build(&ctx, &desc, &expr));
+    CHECK_OK(&ctx, pd_expr_build(&ctx, &desc, &expr));
     CHECK_NEAR(expr.dims.exponent[0], 1, 0);
     CHECK_NEAR(expr.dims.exponent[2], -1, 0);
-    pdi_expr_free(&ctx, &expr);
+    pd_expr_free(&ctx, &expr);
     desc.var_count = 33;
-    CHECK_INT(pdi_expr_build(&ctx, &desc, &expr), PD_ERR_ARGUMENT);
+    CHECK_INT(pd_expr_build(&ctx, &desc, &expr), PD_ERR_ARGUMENT);
     desc.var_count = 0;
     desc.text = NULL;
-    CHECK_INT(pdi_expr_build(&ctx, &desc, &expr), PD_ERR_ARGUMENT);
-    CHECK(pdi_expr_eval(&expr, NULL) != pdi_expr_eval(&expr, NULL));
+    CHECK_INT(pd_expr_build(&ctx, &desc, &expr), PD_ERR_ARGUMENT);
+    CHECK(pd_expr_eval(&expr, NULL) != pd_expr_eval(&expr, NULL));
 }
 
 TEST(bare_numbers_when_allowed)
@@ -271,11 +271,11 @@ TEST(bare_numbers_when_allowed)
     pd_expr expr;
     pd_ctx_init(&ctx);
     CHECK_OK(&ctx, build(&ctx, "5e-6", "m", 1, &expr));
-    CHECK_NEAR(pdi_expr_eval(&expr, NULL), 5e-6, 0);
-    pdi_expr_free(&ctx, &expr);
+    CHECK_NEAR(pd_expr_eval(&expr, NULL), 5e-6, 0);
+    pd_expr_free(&ctx, &expr);
     CHECK_OK(&ctx, build(&ctx, "1e-3*(1 - C/Csat)", "1/s", 1, &expr));
-    CHECK_REL(pdi_expr_eval(&expr, at), 0.75e-3, 1e-15);
-    pdi_expr_free(&ctx, &expr);
+    CHECK_REL(pd_expr_eval(&expr, at), 0.75e-3, 1e-15);
+    pd_expr_free(&ctx, &expr);
     CHECK_INT(build(&ctx, "5 s", "m", 1, &expr), PD_ERR_PARSE);
 }
 
@@ -293,9 +293,9 @@ TEST(names_win_over_units)
     desc.var_count = 2;
     desc.text = "6 m/h + R/h";
     desc.unit = "";
-    CHECK_OK(&ctx, pdi_expr_build(&ctx, &desc, &expr));
-    CHECK_NEAR(pdi_expr_eval(&expr, value), 4.5, 1e-15);
-    pdi_expr_free(&ctx, &expr);
+    CHECK_OK(&ctx, pd_expr_build(&ctx, &desc, &expr));
+    CHECK_NEAR(pd_expr_eval(&expr, value), 4.5, 1e-15);
+    pd_expr_free(&ctx, &expr);
 }
 
 TEST(constants_are_folded)
@@ -304,14 +304,14 @@ TEST(constants_are_folded)
     pd_expr expr;
     pd_ctx_init(&ctx);
     CHECK_OK(&ctx, build(&ctx, "2*(3 + sin(0.5))^2/Csat", NULL, 0, &expr));
-    CHECK(pdi_expr_is_constant(&expr));
+    CHECK(pd_expr_is_constant(&expr));
     CHECK_INT(expr.code_count, 1);
-    pdi_expr_free(&ctx, &expr);
+    pd_expr_free(&ctx, &expr);
     CHECK_OK(&ctx, build(&ctx, "x + t*0 m/s", "m", 0, &expr));
-    CHECK(!pdi_expr_is_constant(&expr));
+    CHECK(!pd_expr_is_constant(&expr));
     CHECK_INT(expr.variables_used, 1 | 4);
-    pdi_expr_free(&ctx, &expr);
-    pdi_expr_free(&ctx, &expr);
+    pd_expr_free(&ctx, &expr);
+    pd_expr_free(&ctx, &expr);
     CHECK_INT(ctx.in_use, 0);
 }
 
@@ -328,9 +328,9 @@ TEST(kinetics_of_alloy_625)
     for (int k = 0; k < 3; k++) {
         double v[VARS] = {0, 0, 0, 0, 0};
         v[3] = C[k];
-        CHECK_REL(pdi_expr_eval(&expr, v), i[k], 0.06);
+        CHECK_REL(pd_expr_eval(&expr, v), i[k], 0.06);
     }
-    pdi_expr_free(&ctx, &expr);
+    pd_expr_free(&ctx, &expr);
 }
 
 TEST(limits_are_refused)
@@ -350,8 +350,8 @@ TEST(limits_are_refused)
     memset(text, '-', 4000);
     memcpy(text + 4000, "1", 2);
     CHECK_OK(&ctx, build(&ctx, text, "", 0, &expr));
-    CHECK_NEAR(pdi_expr_eval(&expr, NULL), 1, 0);
-    pdi_expr_free(&ctx, &expr);
+    CHECK_NEAR(pd_expr_eval(&expr, NULL), 1, 0);
+    pd_expr_free(&ctx, &expr);
     for (int k = 0; k < 1300; k++) memcpy(text + 2 * k, "n^", 3);
     text[2599] = '\0';
     CHECK_INT(build(&ctx, text, "", 0, &expr), PD_ERR_PARSE);
@@ -361,8 +361,8 @@ TEST(limits_are_refused)
     CHECK(strstr(ctx.message, "more than 1024 instructions") != NULL);
     text[2 * 512 - 1] = '\0'; /* 512 n and 511 + */
     CHECK_OK(&ctx, build(&ctx, text, "", 0, &expr));
-    CHECK_NEAR(pdi_expr_eval(&expr, at), 512 * 7, 0);
-    pdi_expr_free(&ctx, &expr);
+    CHECK_NEAR(pd_expr_eval(&expr, at), 512 * 7, 0);
+    pd_expr_free(&ctx, &expr);
     /* wide in every level: a^b*(a^b*( ... needs more than two operands a level */
     size_t used = 0;
     for (int k = 0; k < 60; k++) used += (size_t)sprintf(text + used, "n+n*(");
@@ -381,7 +381,7 @@ TEST(allocation_failures)
         fault f;
         fault_context(&f, n, 1, &ctx);
         pd_status status = build(&ctx, "x + 1 um", "m", 0, &expr);
-        pdi_expr_free(&ctx, &expr);
+        pd_expr_free(&ctx, &expr);
         CHECK_INT(ctx.in_use, 0);
         if (status == PD_OK) break;
         CHECK_INT(status, PD_ERR_MEMORY);
@@ -411,8 +411,8 @@ static void hostile(const char *text, int *good, int *bad)
     pd_status status = build(&ctx, text, NULL, 0, &expr);
     if (status == PD_OK) {
         (*good)++;
-        double value = pdi_expr_eval(&expr, at);
-        if (pdi_expr_is_constant(&expr)) CHECK(isfinite(value));
+        double value = pd_expr_eval(&expr, at);
+        if (pd_expr_is_constant(&expr)) CHECK(isfinite(value));
     } else {
         (*bad)++;
         if (!(status == PD_ERR_PARSE && strncmp(ctx.message, "expr: column ", 13) == 0))
@@ -423,7 +423,7 @@ static void hostile(const char *text, int *good, int *bad)
             c += bytes ? bytes : 1;
         }
     }
-    pdi_expr_free(&ctx, &expr);
+    pd_expr_free(&ctx, &expr);
     if (ctx.in_use != 0) CHECK_INT(ctx.in_use, 0);
 }
 
@@ -534,9 +534,9 @@ TEST(printed_values_read_back)
             pdi_units_format_value(value, &dims, text);
             desc.text = text;
             desc.unit = units[k];
-            if (!CHECK_OK(&ctx, pdi_expr_build(&ctx, &desc, &expr))) NOTE("%s", text);
-            else CHECK_REL(pdi_expr_eval(&expr, NULL), value, 5.1e-6);
-            pdi_expr_free(&ctx, &expr);
+            if (!CHECK_OK(&ctx, pd_expr_build(&ctx, &desc, &expr))) NOTE("%s", text);
+            else CHECK_REL(pd_expr_eval(&expr, NULL), value, 5.1e-6);
+            pd_expr_free(&ctx, &expr);
         }
 }
 
@@ -558,7 +558,7 @@ TEST(unit_definitions)
         CHECK_OK(&ctx, pd_units_parse(&ctx, same[k][0], &a, &da));
         CHECK_OK(&ctx, pd_units_parse(&ctx, same[k][1], &b, &db));
         CHECK_REL(a / b, ratio[k], 5e-16);
-        if (!CHECK(pdi_units_is_same(&da, &db))) NOTE("%s", same[k][0]);
+        if (!CHECK(pd_units_is_same(&da, &db))) NOTE("%s", same[k][0]);
     }
     CHECK_INT(pd_units_parse(&ctx, "furlong", NULL, NULL), PD_ERR_PARSE);
     CHECK_INT(pd_units_parse(&ctx, "m/", NULL, NULL), PD_ERR_PARSE);

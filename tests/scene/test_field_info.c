@@ -3,7 +3,7 @@
  * dims: 1 2 3 */
 #define _XOPEN_SOURCE 700
 #include "scene_file.h"
-#include "scene/fields.h"
+#include "setup/fields.h"
 #include "run/sim.h"
 #include <math.h>
 
@@ -44,12 +44,12 @@ static void list(const char *scene, char *text)
         CHECK_INT(view.components, info.components);
         CHECK_STR(view.label, info.label);
         CHECK(strncmp(info.label, info.name, strlen(info.name)) == 0);
-        CHECK_INT(info.map == PD_COLOUR_MAP_LABELS, strcmp(info.name, "kind") == 0 || strcmp(info.name, "phase") == 0);
+        CHECK_INT(info.scale == PD_FIELD_SCALE_CATEGORY, strcmp(info.name, "kind") == 0 || strcmp(info.name, "phase") == 0);
         snprintf(text + strlen(text), 400 - strlen(text), "%s%s", listed ? ", " : "", info.name);
     }
     for (int field = 0; field < PD_FIELD_COUNT; field++) {
         pd_field_view view;
-        const char *name = pdi_fields_get_name(&sim.setup, (pd_field)field);
+        const char *name = pd_fields_get_name(&sim.setup, (pd_field)field);
         if (name[0] && pd_sim_field(&ctx, &sim, name, &view) == PD_OK) found++;
     }
     CHECK_INT(found, listed);
@@ -93,18 +93,18 @@ TEST(names_in_messages)
 TEST(places)
 {
     static const pd_setup none; /* without physics of the program */
-    CHECK_INT(pdi_fields_get_place(&none, PD_FIELD_C), PD_FIELD_IN_FLUID);
-    CHECK_INT(pdi_fields_get_place(&none, PD_FIELD_PHI), PD_FIELD_IN_FLUID);
-    CHECK_INT(pdi_fields_get_place(&none, PD_FIELD_SPECIES), PD_FIELD_IN_FLUID);
-    CHECK_INT(pdi_fields_get_place(&none, PD_FIELD_GRAIN), PD_FIELD_IN_METAL);
-    CHECK_INT(pdi_fields_get_place(&none, PD_FIELD_SIGMA_ZX), PD_FIELD_IN_METAL);
-    CHECK_INT(pdi_fields_get_place(&none, PD_FIELD_DENSITY), PD_FIELD_IN_BOTH);
-    CHECK_INT(pdi_fields_get_place(&none, PD_FIELD_KIND), PD_FIELD_IN_ALL);
-    CHECK_INT(pdi_fields_count_components(PD_FIELD_V), PD_DIM);
-    CHECK_STR(pdi_fields_get_axis(PD_FIELD_V, 0), "x"); /* in 1D, too: the key of a column knows no dimension */
-    CHECK_STR(pdi_fields_get_axis(PD_FIELD_V, PD_DIM - 1), PD_DIM == 1 ? "x" : PD_DIM == 2 ? "y" : "z");
-    CHECK_STR(pdi_fields_get_axis(PD_FIELD_P, 0), "");
-    CHECK_INT(pdi_fields_is_scalar(PD_FIELD_U), 0);
+    CHECK_INT(pd_fields_get_place(&none, PD_FIELD_C), PD_FIELD_IN_FLUID);
+    CHECK_INT(pd_fields_get_place(&none, PD_FIELD_PHI), PD_FIELD_IN_FLUID);
+    CHECK_INT(pd_fields_get_place(&none, PD_FIELD_SPECIES), PD_FIELD_IN_FLUID);
+    CHECK_INT(pd_fields_get_place(&none, PD_FIELD_GRAIN), PD_FIELD_IN_METAL);
+    CHECK_INT(pd_fields_get_place(&none, PD_FIELD_SIGMA_ZX), PD_FIELD_IN_METAL);
+    CHECK_INT(pd_fields_get_place(&none, PD_FIELD_DENSITY), PD_FIELD_IN_BOTH);
+    CHECK_INT(pd_fields_get_place(&none, PD_FIELD_KIND), PD_FIELD_IN_ALL);
+    CHECK_INT(pd_fields_count_components(PD_FIELD_V), PD_DIM);
+    CHECK_STR(pd_fields_get_axis(PD_FIELD_V, 0), "x"); /* in 1D, too: the key of a column knows no dimension */
+    CHECK_STR(pd_fields_get_axis(PD_FIELD_V, PD_DIM - 1), PD_DIM == 1 ? "x" : PD_DIM == 2 ? "y" : "z");
+    CHECK_STR(pd_fields_get_axis(PD_FIELD_P, 0), "");
+    CHECK_INT(pd_fields_is_scalar(PD_FIELD_U), 0);
     CHECK_INT(pdi_fields_get_map(PD_FIELD_SIGMA_XX), PD_COLOUR_MAP_DIVERGING);
     CHECK_INT(pdi_fields_get_map(PD_FIELD_MISES), PD_COLOUR_MAP_SEQUENTIAL);
 }

@@ -1,5 +1,5 @@
 /* interval: bounds of expressions hold all values, and close in on them. */
-#include "scene/interval.h"
+#include "setup/interval.h"
 #include "test.h"
 
 static const pd_expr_symbol vars[] = {{"x", "", 0}, {"t", "", 0}};
@@ -15,7 +15,7 @@ static pd_status build(pd_ctx *ctx, const char *text, const pd_expr_table *table
     desc.var_count = 2;
     desc.tables = table;
     desc.table_count = 1;
-    return pdi_expr_build(ctx, &desc, expr);
+    return pd_expr_build(ctx, &desc, expr);
 }
 
 static const char *const texts[] = {
@@ -36,7 +36,7 @@ TEST(bounds_hold_all_values)
     int64_t checked = 0;
     pd_ctx_init(&ctx);
     memset(&table, 0, sizeof table);
-    CHECK_OK(&ctx, pdi_monotone_cubic_build(&ctx, table_x, table_y, 4, 0, &curve));
+    CHECK_OK(&ctx, pd_monotone_cubic_build(&ctx, table_x, table_y, 4, 0, &curve));
     table.name = "f";
     table.curve = &curve;
     for (int k = 0; k < (int)(sizeof texts / sizeof *texts); k++) {
@@ -54,7 +54,7 @@ TEST(bounds_hold_all_values)
             pdi_interval range = pdi_interval_eval_expr(&expr, at, 1, a, b);
             for (int n = 0; n <= 100; n++) {
                 at[1] = a + (b - a) * n / 100.0;
-                double value = pdi_expr_eval(&expr, at), slack = 1e-12 * fabs(value);
+                double value = pd_expr_eval(&expr, at), slack = 1e-12 * fabs(value);
                 checked++;
                 if (isnan(value)) { /* then any number may come */
                     value = HUGE_VAL;
@@ -68,7 +68,7 @@ TEST(bounds_hold_all_values)
                 }
             }
         }
-        pdi_expr_free(&ctx, &expr);
+        pd_expr_free(&ctx, &expr);
     }
     CHECK(checked > 1000000);
     pdi_monotone_cubic_free(&ctx, &curve);
@@ -100,7 +100,7 @@ TEST(bounds_are_those_of_the_function)
     memset(&table, 0, sizeof table);
     memset(at, 0, sizeof at);
     at[0] = 0.5;
-    CHECK_OK(&ctx, pdi_monotone_cubic_build(&ctx, table_x, table_y, 4, 0, &curve));
+    CHECK_OK(&ctx, pd_monotone_cubic_build(&ctx, table_x, table_y, 4, 0, &curve));
     table.name = "f";
     table.curve = &curve;
     for (int k = 0; k < (int)(sizeof list / sizeof *list); k++) {
@@ -109,7 +109,7 @@ TEST(bounds_are_those_of_the_function)
         pdi_interval range = pdi_interval_eval_expr(&expr, at, 1, list[k].a, list[k].b);
         if (!CHECK_NEAR(range.low, list[k].low, 1e-9) || !CHECK_NEAR(range.high, list[k].high, 1e-9))
             NOTE("%s from %g to %g", list[k].text, list[k].a, list[k].b);
-        pdi_expr_free(&ctx, &expr);
+        pd_expr_free(&ctx, &expr);
     }
     pdi_monotone_cubic_free(&ctx, &curve);
 }

@@ -63,7 +63,7 @@ TEST(guide)
         }
         CHECK_INT(rows_of(from), rows);
     }
-    PDI_DELETE(&ctx, size + 1, guide);
+    PD_DELETE(&ctx, size + 1, guide);
 }
 
 /* ---- the parser ---- */

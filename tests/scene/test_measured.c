@@ -204,10 +204,10 @@ TEST(constants)
     pd_setup u;
     double none = 0.0;
     if (!CHECK_OK(&ctx, load(&ctx, "[constants] tau = 2 h  path = 4 um  v = path/tau\n" SLAB, NULL, 0, &u))) return;
-    CHECK_REL(u.metal[0].rate_scale * pdi_expr_eval(&u.metal[0].rate, &none), 2e-6 / 3600.0, 1e-14);
+    CHECK_REL(u.metal[0].rate_scale * pd_expr_eval(&u.metal[0].rate, &none), 2e-6 / 3600.0, 1e-14);
     leave(&ctx, &u);
     if (!CHECK_OK(&ctx, load(&ctx, SLAB_V, more, 2, &u))) return;
-    CHECK_REL(u.metal[0].rate_scale * pdi_expr_eval(&u.metal[0].rate, &none), 1.5e-6 / 3600.0, 1e-14);
+    CHECK_REL(u.metal[0].rate_scale * pd_expr_eval(&u.metal[0].rate, &none), 1.5e-6 / 3600.0, 1e-14);
     leave(&ctx, &u);
     refused("[constants] v = 2 um\n" SLAB, "found a length [m], expected a speed [m/s]");
     refused("[constants] v = 2 um/h  C = 1\n" SLAB, "found the name 'C', expected one that expressions do not have");
@@ -215,7 +215,7 @@ TEST(constants)
     refused("[constants] v = 2 um/h  s = 2 s\n" SLAB, "found the name 's', which is a unit, expected another");
     refused("[constants] v = 2 um/h  m2 = 1 m2\n" SLAB, "found the name 'm2', which is a unit");
     if (!CHECK_OK(&ctx, load(&ctx, "[constants] h0 = 1 h  d0 = 4 um  v = 2*d0/h0/4\n" SLAB, NULL, 0, &u))) return;
-    CHECK_REL(u.metal[0].rate_scale * pdi_expr_eval(&u.metal[0].rate, &none), 2e-6 / 3600.0, 1e-14);
+    CHECK_REL(u.metal[0].rate_scale * pd_expr_eval(&u.metal[0].rate, &none), 2e-6 / 3600.0, 1e-14);
     leave(&ctx, &u);
 }
 

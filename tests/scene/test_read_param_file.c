@@ -38,7 +38,7 @@ static const double layers = PD_DIM == 2 ? 26.0 / 36.0 / 0.8 : 114.0 / 178.0 / 0
 static double speed_of(const pd_setup *u)
 {
     double none = 0.0;
-    return u->metal[0].rate_scale * pdi_expr_eval(&u->metal[0].rate, &none);
+    return u->metal[0].rate_scale * pd_expr_eval(&u->metal[0].rate, &none);
 }
 
 /* Time [s] in which the front passes a layer by a rule of the project, in explicit steps as it makes them: a plane
@@ -189,13 +189,13 @@ TEST(geometry)
     pd_ctx_init(&ctx);
     ctx.threads = 1;
     if (!CHECK_OK(&ctx, pd_scene_read(&ctx, defaults, overrides, 3, &u))) return;
-    if (CHECK_OK(&ctx, pdi_model_build(&ctx, &u, &m))) {
+    if (CHECK_OK(&ctx, pd_model_build(&ctx, &u, &m))) {
         double cells = PD_DIM == 2 ? 8.0 * 40.0 : 3.14159265358979323846 * 16.0 * 40.0;
         CHECK_REL((double)m.grid.solid_count, cells, PD_DIM == 2 ? 0.0 : 0.05);
         double open = PD_DIM == 2 ? 30.0 * 48.0 : 3.14159265358979323846 * 225.0 * 48.0;
         CHECK_REL((double)(m.grid.solid_count + m.grid.fluid_count), open, PD_DIM == 2 ? 0.0 : 0.02);
         CHECK_REL(m.flow.reference_length, 300e-6, 1e-9);
-        pdi_model_free(&ctx, &m);
+        pd_model_free(&ctx, &m);
     }
     leave(&ctx, &u);
 }
@@ -253,7 +253,7 @@ TEST(later_files)
     CHECK_REL(u.gb_factor, 5.0, 1e-5); /* 2e-15 over 4e-16, less what the fluid adds */
     double c = 0.45 * 1738.0 / 0.024305;
     const pd_setup_metal *metal = &u.metal[0];
-    CHECK_REL(metal->rate_scale * pdi_expr_eval(&metal->rate, &c), 0.5 * speed_of(&u), 1e-9); /* halfway to C_sat */
+    CHECK_REL(metal->rate_scale * pd_expr_eval(&metal->rate, &c), 0.5 * speed_of(&u), 1e-9); /* halfway to C_sat */
     leave(&ctx, &u);
     /* a rate of the file wins, and the diffusivities have no effect */
     char text[sizeof later + 40];
@@ -278,10 +278,10 @@ TEST(around_the_axis)
     CHECK_INT(u.axisymmetric, 1);
     CHECK_NEAR(u.lo[1], 0.0, 0.0);
     CHECK_INT(u.side[2].kind, PD_SIDE_MIRROR);
-    if (CHECK_OK(&ctx, pdi_model_build(&ctx, &u, &m))) {
+    if (CHECK_OK(&ctx, pd_model_build(&ctx, &u, &m))) {
         CHECK_INT(m.grid.solid_count, 4 * 40);
         CHECK_INT(m.grid.solid_count + m.grid.fluid_count, 15 * 48);
-        pdi_model_free(&ctx, &m);
+        pd_model_free(&ctx, &m);
     }
     leave(&ctx, &u);
 }

@@ -30,7 +30,7 @@ TEST(crevice_data)
     pd_ctx_init(&ctx);
     if (!CHECK_OK(&ctx, pdi_file_read_all(&ctx, "examples/scenes/crevice_625.csv", 1 << 16, &bytes, &size))) return;
     put("crevice.csv", bytes, size);
-    PDI_DELETE(&ctx, size + 1, bytes);
+    PD_DELETE(&ctx, size + 1, bytes);
     if (!CHECK_OK(&ctx, load(&ctx, "[table iC] file = crevice.csv  x = C_mol_per_L in mol/L  y = i_A_per_m2 in A/m2\n"
                              BOX METAL SIDES CORRODE "current = iC(C)\n" END, NULL, 0, &u)))
         return;
@@ -38,7 +38,7 @@ TEST(crevice_data)
     for (int k = 0; k <= 560; k++) {
         double c = 10.0 * k, pH = 7.405 * exp(-0.08036 * 1e-3 * c) - 6.498; /* C in mol/L */
         double i = 1e4 * pow(10.0, 1.151 * exp(-0.723 * pH) - 7.647);
-        double error = fabs(pdi_expr_eval(&u.metal[0].rate, &c) / i - 1.0);
+        double error = fabs(pd_expr_eval(&u.metal[0].rate, &c) / i - 1.0);
         if (k % 20 == 0) at_points = fmax(at_points, error);
         else if (k < 540) between = fmax(between, error);
         else last = fmax(last, error);
@@ -48,8 +48,8 @@ TEST(crevice_data)
     CHECK_LE(between, 4.5e-3);
     CHECK_LE(last, 9e-3);
     double beyond = 1e4, before = -1.0;
-    CHECK_REL(pdi_expr_eval(&u.metal[0].rate, &beyond), 3.2422, 1e-15); /* the end values hold */
-    CHECK_REL(pdi_expr_eval(&u.metal[0].rate, &before), 8.9212e-4, 1e-15);
+    CHECK_REL(pd_expr_eval(&u.metal[0].rate, &beyond), 3.2422, 1e-15); /* the end values hold */
+    CHECK_REL(pd_expr_eval(&u.metal[0].rate, &before), 8.9212e-4, 1e-15);
     leave(&ctx, &u);
 }
 
@@ -82,8 +82,8 @@ TEST(in_every_expression)
                                  "initial = 1 mol/L * g(10*x/(10 um))\n" END, other, 1, &u));
         CHECK_REL(u.h[0], 1e-6, 1e-12);
         CHECK_REL(u.hi[0], 30e-6, 1e-12);
-        CHECK_REL(pdi_expr_eval(&u.metal[0].rate, &c), factor * (2e-6 + 1e-6), 1e-12);
-        CHECK_REL(pdi_expr_eval(&u.initial_c, x), 1e3 * 0.5, 1e-12);
+        CHECK_REL(pd_expr_eval(&u.metal[0].rate, &c), factor * (2e-6 + 1e-6), 1e-12);
+        CHECK_REL(pd_expr_eval(&u.initial_c, x), 1e3 * 0.5, 1e-12);
         leave(&ctx, &u);
     }
 }

@@ -54,8 +54,8 @@ TEST(every_key)
     CHECK_NEAR(u.steady_tolerance, 1e-7, 0.0);
     CHECK_NEAR(u.diffusivity, 2e-9, 0.0);
     CHECK_INT(u.advection, PD_ADVECTION_UPWIND);
-    CHECK_REL(pdi_expr_eval(&u.initial_c, x), 2.0, 1e-15);
-    CHECK_REL(u.metal[0].rate_scale * pdi_expr_eval(&u.metal[0].rate, &c), 0.5e-9, 1e-14);
+    CHECK_REL(pd_expr_eval(&u.initial_c, x), 2.0, 1e-15);
+    CHECK_REL(u.metal[0].rate_scale * pd_expr_eval(&u.metal[0].rate, &c), 0.5e-9, 1e-14);
     CHECK_REL(u.metal[0].solid_c, 1738.0 / 0.024305, 1e-15);
     CHECK_NEAR(u.saturation, 50.0, 0.0);
     CHECK_NEAR(u.gb_factor, 3.0, 0.0);
@@ -124,7 +124,7 @@ TEST(law_per_layer)
     pd_setup u;
     double c = 0.0;
     if (!CHECK_OK(&ctx, load(&ctx, STILL BLOCK "[dissolve] law = 1e-3 1/s\n", NULL, 0, &u))) return;
-    CHECK_REL(u.metal[0].rate_scale * pdi_expr_eval(&u.metal[0].rate, &c), 1e-8, 1e-14);
+    CHECK_REL(u.metal[0].rate_scale * pd_expr_eval(&u.metal[0].rate, &c), 1e-8, 1e-14);
     CHECK_INT(u.notes, 1);
     CHECK(strstr(u.note[0], "36 um/h") != NULL && strstr(u.note[0], "315.576 mm/year") != NULL);
     leave(&ctx, &u);
@@ -166,7 +166,7 @@ TEST(masks)
 static int build(pd_ctx *ctx, const char *text, pd_setup *setup, pd_model *model)
 {
     if (!CHECK_OK(ctx, load(ctx, text, NULL, 0, setup))) return 0;
-    if (CHECK_OK(ctx, pdi_model_build(ctx, setup, model))) return 1;
+    if (CHECK_OK(ctx, pd_model_build(ctx, setup, model))) return 1;
     pd_setup_free(ctx, setup);
     return 0;
 }
@@ -189,7 +189,7 @@ TEST(parabola_between_walls)
         CHECK_NEAR(v[0], 0.45 * (1.0 - s * s), 1e-9);
         CHECK_NEAR(v[1], 0.0, 0.0);
     }
-    pdi_model_free(&ctx, &m);
+    pd_model_free(&ctx, &m);
     leave(&ctx, &u);
 }
 
@@ -205,7 +205,7 @@ TEST(flow_rate_and_direction)
                &u, &m)) return;
     pdi_inlet_get_velocity(&m.inlet, x, v);
     CHECK_REL(v[0], -1e-9 / 60.0 / (3.14159265358979323846 * 50e-6 * 50e-6), 1e-12);
-    pdi_model_free(&ctx, &m);
+    pd_model_free(&ctx, &m);
     leave(&ctx, &u);
 }
 
@@ -223,7 +223,7 @@ TEST(flow_without_progress)
     CHECK(strstr(ctx.message, "further steps do not lower them. That is as far as their rounding lets them") != NULL);
     CHECK(strstr(ctx.message, " accepts this one") != NULL && strstr(ctx.message, "time = implicit") == NULL);
     CHECK(strstr(ctx.message, "efine the grid") == NULL);
-    pdi_model_free(&ctx, &m);
+    pd_model_free(&ctx, &m);
     leave(&ctx, &u);
 }
 
@@ -239,7 +239,7 @@ TEST(expression_profile)
     CHECK_REL(v[0], 2e-4, 1e-14);
     CHECK_REL(v[1], 1e-3, 1e-14);
     CHECK_REL(m.flow.reference_speed, 5e-4, 1e-12); /* the mean of 10/s y over the side */
-    pdi_model_free(&ctx, &m);
+    pd_model_free(&ctx, &m);
     leave(&ctx, &u);
 }
 
@@ -267,14 +267,14 @@ TEST(sides_and_motion)
         CHECK_NEAR(pdi_wall_bc_get_concentration(&m.inlet, x), 5.0, 0.0);
         CHECK(!(pdi_wall_bc_get_concentration(&m.inlet, inside) >= 0.0));
         CHECK(m.time_loop.process[0].self == &m.implicit && m.quasi.steady == NULL && m.unsteady.density == NULL);
-        pdi_model_free(&ctx, &m);
+        pd_model_free(&ctx, &m);
         leave(&ctx, &u);
     }
     if (build(&ctx, CLOSED "  time = explicit  c0 = 20 mm/s  eos = linear\n[run] until = 3 s\n", &u, &m)) {
         CHECK_INT(m.unsteady.desc.eos, PD_EOS_LINEAR);
         CHECK_NEAR(m.unsteady.desc.sound_speed, 0.02, 0.0);
         CHECK(m.steady.divergence_potential == NULL && m.implicit.start_state == NULL);
-        pdi_model_free(&ctx, &m);
+        pd_model_free(&ctx, &m);
         leave(&ctx, &u);
     }
     refused(CLOSED "\n[side y-] flow = periodic\n", "flow: found 'periodic', expected it on y- and y+");
@@ -299,21 +299,21 @@ TEST(absent_physics_costs_nothing)
         CHECK(m.time_loop.count == 1 && m.time_loop.process[0].self == &m.transport_integrator);
         CHECK_INT(m.unknowns[PD_PART_FLOW], 0);
         CHECK_INT(m.unknowns[PD_PART_TRANSPORT], 200);
-        pdi_model_free(&ctx, &m);
+        pd_model_free(&ctx, &m);
         leave(&ctx, &u);
     }
     if (build(&ctx, CHANNEL "[side x-] flow = inlet  profile = uniform  mean = 1 mm/s\n", &u, &m)) {
         CHECK_INT(m.bytes[PD_PART_TRANSPORT], 0);
         CHECK(m.transport.c == NULL && m.time_loop.count == 1 && m.time_loop.elements == 0);
         CHECK_INT(m.unknowns[PD_PART_FLOW], 600);
-        pdi_model_free(&ctx, &m);
+        pd_model_free(&ctx, &m);
         leave(&ctx, &u);
     }
     /* grains without a boundary factor need no factor field */
     if (build(&ctx, STILL "[shape b] box = 0 .. 50 um, 0 .. 50 um  kind = solid  grains = 20 um\n"
                     "[dissolve] rate = 1 um/h\n", &u, &m)) {
         CHECK(m.boundary_factor == NULL && m.grain.id != NULL);
-        pdi_model_free(&ctx, &m);
+        pd_model_free(&ctx, &m);
         leave(&ctx, &u);
     }
 }
@@ -336,7 +336,7 @@ TEST(grain_factor)
     CHECK_REL(sum / 100.0, 1.0 + 2.0 * m.grain_stats.boundary_fraction, 1e-6);
     CHECK(m.grain_stats.boundary_fraction > 0.02 && m.grain_stats.boundary_fraction < 0.15);
     CHECK_NEAR(least, 1.0, 0.2);
-    pdi_model_free(&ctx, &m);
+    pd_model_free(&ctx, &m);
     leave(&ctx, &u);
 }
 
@@ -500,7 +500,7 @@ TEST(walls_and_media)
     CHECK_NEAR(m.transport.desc.field(m.transport.desc.user, inside), 3e-9, 0.0);
     CHECK_NEAR(m.transport.desc.field(m.transport.desc.user, outside), 1e-9, 0.0);
     CHECK_REL(m.transport.desc.level(m.transport.desc.user, inside), -10e-6, 1e-9);
-    pdi_model_free(&ctx, &m);
+    pd_model_free(&ctx, &m);
     leave(&ctx, &u);
 }
 
@@ -634,7 +634,7 @@ TEST(refusals)
     /* nothing develops between mirrors */
     if (!CHECK_OK(&ctx, load(&ctx, CHANNEL "[side y-] flow = mirror\n[side y+] flow = mirror\n"
                              "[side x-] flow = inlet  profile = parabola  mean = 1 m/s\n", NULL, 0, &u))) return;
-    CHECK_INT(pdi_model_build(&ctx, &u, &m), PD_ERR_GEOMETRY);
+    CHECK_INT(pd_model_build(&ctx, &u, &m), PD_ERR_GEOMETRY);
     CHECK(strstr(ctx.message, "side x-: found no wall beside the opening") != NULL);
     leave(&ctx, &u);
 }
@@ -659,13 +659,13 @@ TEST(parabola_of_a_tube)
     if (!CHECK_OK(&ctx, load(&ctx, TUBE "[shape w] cylinder = x  radius = 37 um  outside = yes  kind = wall\n"
                              "[side x-] flow = inlet  profile = parabola  flow_rate = 1 uL/min\n", NULL, 0, &u)))
         return;
-    if (CHECK_OK(&ctx, pdi_model_build(&ctx, &u, &m))) {
+    if (CHECK_OK(&ctx, pd_model_build(&ctx, &u, &m))) {
         CHECK_REL(m.flow.reference_speed, mean, 1e-12);
         CHECK_REL(m.flow.reference_length, 74e-6, 1e-12);
         pdi_inlet_get_velocity(&m.inlet, x, v);
         CHECK_REL(v[0], 2.0 * mean * (1.0 - 500.0 / 1369.0), 1e-12);
         CHECK_NEAR(fabs(v[1]) + fabs(v[2]), 0.0, 0.0);
-        pdi_model_free(&ctx, &m);
+        pd_model_free(&ctx, &m);
     }
     leave(&ctx, &u);
 }
@@ -680,7 +680,7 @@ TEST(parabola_of_a_square)
     double sum = 0.0, v[3];
     if (!CHECK_OK(&ctx, load(&ctx, TUBE "[side x-] flow = inlet  profile = parabola  mean = 1 m/s\n", NULL, 0,
                              &u))) return;
-    if (CHECK_OK(&ctx, pdi_model_build(&ctx, &u, &m))) {
+    if (CHECK_OK(&ctx, pd_model_build(&ctx, &u, &m))) {
         for (int k = 0; k < 64; k++) {
             double x[3], w[3];
             x[0] = -5e-6;
@@ -699,13 +699,13 @@ TEST(parabola_of_a_square)
             CHECK_NEAR(w[0], v[0], 1e-9);
         }
         CHECK_NEAR(sum, 1.0, 1e-9);
-        pdi_model_free(&ctx, &m);
+        pd_model_free(&ctx, &m);
     }
     leave(&ctx, &u);
     if (!CHECK_OK(&ctx, load(&ctx, TUBE "[side x-] flow = inlet  profile = parabola  mean = 1 m/s\n"
                              "[side y-] flow = mirror\n[side y+] flow = mirror\n"
                              "[side z-] flow = periodic\n[side z+] flow = periodic\n", NULL, 0, &u))) return;
-    CHECK_INT(pdi_model_build(&ctx, &u, &m), PD_ERR_GEOMETRY);
+    CHECK_INT(pd_model_build(&ctx, &u, &m), PD_ERR_GEOMETRY);
     CHECK(strstr(ctx.message, "side x-: found no wall beside the opening") != NULL);
     leave(&ctx, &u);
 }

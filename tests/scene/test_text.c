@@ -141,8 +141,8 @@ TEST(values_of_the_sample)
     CHECK_NEAR(where[1], 60e-6, 0);
     CHECK_OK(&ctx, pdi_text_get_expr(&ctx, &text, at(&ctx, &text, "dissolve", NULL), "law", NULL, vars, 1, NULL, &law));
     value = 500;
-    CHECK_REL(pdi_expr_eval(&law, &value), 0.75e-3, 1e-15);
-    pdi_expr_free(&ctx, &law);
+    CHECK_REL(pd_expr_eval(&law, &value), 0.75e-3, 1e-15);
+    pd_expr_free(&ctx, &law);
     /* defaults are text too */
     CHECK_OK(&ctx, pdi_text_get_number(&ctx, &text, grid, "depth", "m", "2 mm", &value));
     CHECK_NEAR(value, 2e-3, 0);
@@ -167,9 +167,9 @@ TEST(lists_and_words)
     int a = at(&ctx, &text, "a", NULL);
     CHECK_OK(&ctx, pdi_text_get_exprs(&ctx, &text, a, "v", "m/s", vars, 1, NULL, 3, v, &count));
     CHECK_INT(count, 3);
-    CHECK_NEAR(pdi_expr_eval(&v[0], &y), 1, 0);
-    CHECK_NEAR(pdi_expr_eval(&v[2], &y), -2, 0);
-    for (int k = 0; k < count; k++) pdi_expr_free(&ctx, &v[k]);
+    CHECK_NEAR(pd_expr_eval(&v[0], &y), 1, 0);
+    CHECK_NEAR(pd_expr_eval(&v[2], &y), -2, 0);
+    for (int k = 0; k < count; k++) pd_expr_free(&ctx, &v[k]);
     CHECK_INT(pdi_text_get_exprs(&ctx, &text, a, "v", "m/s", vars, 1, NULL, 2, v, &count), PD_ERR_PARSE);
     check_message(&ctx, "pin.scene:1: column 29: found ','", "at most 2 items");
     CHECK_INT(count, 0);
@@ -503,7 +503,7 @@ static int read_all(pd_ctx *ctx, pd_text *text)
             good += pdi_text_get_bool(ctx, text, s, key, NULL, &count) == PD_OK;
             if (pdi_text_get_exprs(ctx, text, s, key, NULL, vars, 2, NULL, 3, expr, &count) == PD_OK) {
                 good++;
-                while (count > 0) pdi_expr_free(ctx, &expr[--count]);
+                while (count > 0) pd_expr_free(ctx, &expr[--count]);
             }
         }
     good += pdi_text_check_unused(ctx, text) == PD_OK;

@@ -42,8 +42,8 @@ static int attempt(const char *bytes, size_t size, int build)
         CHECK(b.total_bytes > 0.0 && pdi_file_is_subpath(u.folder));
         if (build && b.total_bytes - b.output_bytes < 1e6) {
             model = (pd_model *)calloc(1, sizeof *model);
-            if (CHECK(model != NULL)) status = pdi_model_build(&ctx, &u, model);
-            if (model) pdi_model_free(&ctx, model);
+            if (CHECK(model != NULL)) status = pd_model_build(&ctx, &u, model);
+            if (model) pd_model_free(&ctx, model);
             free(model);
         }
         pd_setup_free(&ctx, &u);

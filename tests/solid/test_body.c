@@ -143,10 +143,10 @@ TEST(bonds_that_leave)
             int32_t n = pd_body_family(&c->body[0], i, to, NULL);
             lost += n < c->body[0].stencil_bonds;
             for (int32_t k = 0; k < n; k++) CHECK(beside(c, i, to[k], NULL));
-            for (pd_bond_iterator f = pdi_body_bonds_begin(&c->body[0], i); pdi_body_bonds_next(&f);) {
-                pd_bond_iterator back = pdi_body_bonds_begin(&c->body[0], f.neighbour);
+            for (pd_bond_iterator f = pd_body_bonds_begin(&c->body[0], i); pd_body_bonds_next(&f);) {
+                pd_bond_iterator back = pd_body_bonds_begin(&c->body[0], f.neighbour);
                 int32_t b = pdi_body_find_bond(&c->body[0], i, f.neighbour);
-                while (back.number < b) pdi_body_bonds_next(&back);
+                while (back.number < b) pd_body_bonds_next(&back);
                 if (b < 0 || back.neighbour != i) split = i;
             }
         }
@@ -220,7 +220,7 @@ TEST(bits)
 {
     pair_case *c = make(1e-3, 3.0, PD_PARTIAL_VOLUME_LINEAR, 1, 0);
     if (!c) return;
-    CHECK(pdi_body_is_intact(&c->body[0]));
+    CHECK(pd_body_is_intact(&c->body[0]));
     int32_t middle = c->body[0].count / 2, to[MOST], n = pd_body_family(&c->body[0], middle, to, NULL);
     for (int k = 0; k < 2; k++) {
         CHECK_INT(pd_body_break(&c->body[k], middle, to[n / 2]), 1);
@@ -233,7 +233,7 @@ TEST(bits)
             CHECK_INT(pdi_body_count_intact(&c->body[k], to[i]),
                       c->body[k].first_bond[to[i] + 1] - c->body[k].first_bond[to[i]] - 1);
     }
-    CHECK(!pdi_body_is_intact(&c->body[0]));
+    CHECK(!pd_body_is_intact(&c->body[0]));
     same(c);
     end(c);
 }
@@ -378,7 +378,7 @@ TEST(weights_of_the_inside)
             longest = body->first_bond[i + 1] - body->first_bond[i];
     for (int32_t i = 0; i < body->count; i++) {
         int whole = 1;
-        for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+        for (pd_bond_iterator f = pd_body_bonds_begin(body, i); pd_body_bonds_next(&f);) {
             double weight = by_families(body, i, &f);
             CHECK_NEAR(pdi_bond_weights_get(&weights, i, &f), weight, 0.0);
             whole = whole && weight >= 2.0 * (double)longest;

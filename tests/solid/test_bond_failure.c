@@ -75,8 +75,8 @@ TEST(uniaxial)
         pd_bond_failure_find_first(&c->ctx, &criterion, c->u, &first);
         if (kind != PD_BOND_FAILURE_ENERGY) CHECK_REL(first.factor, wanted, 1e-12);
         CHECK(first.bond >= c->body.first_bond[first.from] && first.bond < c->body.first_bond[first.from + 1]);
-        pd_bond_iterator b = pdi_body_bonds_begin(&c->body, first.from);
-        while (pdi_body_bonds_next(&b) && pdi_body_bond_number(&b) < first.bond) continue;
+        pd_bond_iterator b = pd_body_bonds_begin(&c->body, first.from);
+        while (pd_body_bonds_next(&b) && pdi_body_bond_number(&b) < first.bond) continue;
         CHECK_INT(b.neighbour, first.to);
         for (int k = 0; k < 2; k++) {
             pull(c, stress * first.factor * (k ? 1.0 + 1e-9 : 1.0 - 1e-9));
@@ -117,7 +117,7 @@ TEST(energies)
         double bulk = material.lambda + 2.0 * material.mu / PD_DIM, alpha = material.alpha[middle], trace = 0.0;
         for (int k = 0; k < PD_DIM; k++) trace += g[k * (PD_DIM + 1)];
         for (int32_t i = 0; i < c->body.count; i++)
-            for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
+            for (pd_bond_iterator b = pd_body_bonds_begin(&c->body, i); pd_body_bonds_next(&b);) {
                 int32_t j = b.neighbour;
                 int64_t at = pdi_body_bond_number(&b),
                         back = c->body.first_bond[j] + pdi_body_find_bond(&c->body, i, j);
@@ -251,12 +251,12 @@ TEST(worst)
     criterion.desc.unbreakable = spared;
     int64_t broken = pd_bond_failure_break(&c->ctx, &criterion, c->u, 0.0);
     for (int32_t i = 0; i < c->body.count; i++)
-        for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
+        for (pd_bond_iterator b = pd_body_bonds_begin(&c->body, i); pd_body_bonds_next(&b);) {
             int32_t j = b.neighbour, same = 0;
-            once += pdi_body_bond_is_broken(&b);
-            CHECK(!pdi_body_bond_is_broken(&b) || !(spared[i] || spared[j]));
-            for (pd_bond_iterator k = pdi_body_bonds_begin(&c->body, j); pdi_body_bonds_next(&k);)
-                if (k.neighbour == i) same = pdi_body_bond_is_broken(&k) == pdi_body_bond_is_broken(&b);
+            once += pd_body_bond_is_broken(&b);
+            CHECK(!pd_body_bond_is_broken(&b) || !(spared[i] || spared[j]));
+            for (pd_bond_iterator k = pd_body_bonds_begin(&c->body, j); pd_body_bonds_next(&k);)
+                if (k.neighbour == i) same = pd_body_bond_is_broken(&k) == pd_body_bond_is_broken(&b);
             if (!same) CHECK(same);
         }
     CHECK_INT(once, 2 * broken);
@@ -266,13 +266,13 @@ TEST(worst)
     while (rounds < 50 && pd_bond_failure_break(&c->ctx, &criterion, c->u, 1.0) > 0) rounds++;
     CHECK(rounds < 50);
     for (int32_t i = 0; i < c->body.count; i++)
-        for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
+        for (pd_bond_iterator b = pd_body_bonds_begin(&c->body, i); pd_body_bonds_next(&b);) {
             int32_t j = b.neighbour;
             double xi[PD_DIM], eta[PD_DIM], y[PD_DIM], r, length;
             pdi_body_compute_offset(&c->body, i, b.neighbour, xi);
             for (int d = 0; d < PD_DIM; d++) eta[d] = c->u[j * PD_DIM + d] - c->u[i * PD_DIM + d];
-            if (spared[i] || spared[j]) CHECK(!pdi_body_bond_is_broken(&b));
-            else if (!pdi_body_bond_is_broken(&b))
+            if (spared[i] || spared[j]) CHECK(!pd_body_bond_is_broken(&b));
+            else if (!pd_body_bond_is_broken(&b))
                 CHECK(pdi_body_compute_stretch(xi, eta, y, &r, &length) <= 1e-4 * (1.0 + 1e-9));
         }
     end(c);
@@ -292,7 +292,7 @@ TEST(notch)
         const double *x = c->position + i * 2;
         c->held[i * 2 + 1] = fabs(x[1]) > 10e-3 ? 1.0 : 0.0;
         c->u[i * 2 + 1] = c->held[i * 2 + 1] > 0.0 ? (x[1] > 0.0 ? 1e-6 : -1e-6) : 0.0;
-        for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
+        for (pd_bond_iterator b = pd_body_bonds_begin(&c->body, i); pd_body_bonds_next(&b);) {
             const double *y = c->position + b.neighbour * 2;
             if (x[1] * y[1] > 0.0) continue;
             double at = x[0] + (y[0] - x[0]) * x[1] / (x[1] - y[1]);

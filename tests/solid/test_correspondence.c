@@ -120,7 +120,7 @@ TEST(families)
             }
         CHECK_INT(c->body.bonds, pairs);
         for (int32_t i = 0; i < c->body.count; i++)
-            for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i), last = b; pdi_body_bonds_next(&b); last = b) {
+            for (pd_bond_iterator b = pd_body_bonds_begin(&c->body, i), last = b; pd_body_bonds_next(&b); last = b) {
                 const double *q = c->position + b.neighbour * PD_DIM;
                 if (b.number) CHECK(c->position[last.neighbour * PD_DIM + PD_DIM - 1] <= q[PD_DIM - 1]);
             }
@@ -195,7 +195,7 @@ TEST(cut)
     if (!c) return;
     int64_t broken = 0;
     for (int32_t i = 0; i < c->body.count; i++)
-        for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);)
+        for (pd_bond_iterator b = pd_body_bonds_begin(&c->body, i); pd_body_bonds_next(&b);)
             if ((c->position[i * PD_DIM] < 0.2e-3) != (c->position[b.neighbour * PD_DIM] < 0.2e-3)) {
                 pdi_body_mark_broken(&c->body, i, b.number);
                 broken++;
@@ -348,8 +348,8 @@ TEST(bands)
         body_case *c = block(cells(), 1.0, 1.0, 0.0);
         if (!c) return;
         int32_t middle = c->body.count / 2;
-        pd_bond_iterator b = pdi_body_bonds_begin(&c->body, middle);
-        if (pdi_body_bonds_next(&b) && breaks) pd_body_break(&c->body, middle, b.neighbour);
+        pd_bond_iterator b = pd_body_bonds_begin(&c->body, middle);
+        if (pd_body_bonds_next(&b) && breaks) pd_body_break(&c->body, middle, b.neighbour);
         if (!elastic(c, 0.3, PD_PLANE_STRESS, PD_INFLUENCE_INVERSE)) return;
         shake(c, 4, u);
         pd_correspondence_force(&c->ctx, &c->elastic, u, force);

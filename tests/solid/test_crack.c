@@ -65,14 +65,14 @@ static int64_t cut(plate_case *c, double length)
 {
     int64_t broken = 0;
     for (int32_t i = 0; i < c->body.count; i++)
-        for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
+        for (pd_bond_iterator b = pd_body_bonds_begin(&c->body, i); pd_body_bonds_next(&b);) {
             double p[2], q[2];
             local(c, c->position + i * PD_DIM, p);
             local(c, c->position + b.neighbour * PD_DIM, q);
             if ((p[1] < 0.0) == (q[1] < 0.0)) continue;
             double at = p[0] - p[1] * (q[0] - p[0]) / (q[1] - p[1]);
             if (at > 0.0 || at < -length) continue;
-            broken += !pdi_body_bond_is_broken(&b);
+            broken += !pd_body_bond_is_broken(&b);
             pdi_body_mark_broken(&c->body, i, b.number);
         }
     return broken;

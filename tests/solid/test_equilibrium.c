@@ -201,7 +201,7 @@ TEST(no_rest)
         ring_case *c = cells(in_box, 1.0, 0.2, 1.0);
         if (!c) return;
         for (int32_t i = 0; i < c->body.count && way == 2; i++)
-            for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);)
+            for (pd_bond_iterator b = pd_body_bonds_begin(&c->body, i); pd_body_bonds_next(&b);)
                 if ((c->position[i * PD_DIM] < 0.0) != (c->position[b.neighbour * PD_DIM] < 0.0))
                     pdi_body_mark_broken(&c->body, i, b.number);
         if (!elastic(c, 0.3, PD_PLANE_STRAIN)) return;
@@ -247,7 +247,7 @@ static ring_case *pulled(int way, double h, double m, double *stiff)
     for (int32_t i = 0; i < c->body.count; i++) {
         const double *x = c->position + i * PD_DIM;
         stiff[i] = way == WEAK && radius(x) < 0.6 ? 1e-3 : 1.0;
-        for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); way == CRACK && pdi_body_bonds_next(&b);) {
+        for (pd_bond_iterator b = pd_body_bonds_begin(&c->body, i); way == CRACK && pd_body_bonds_next(&b);) {
             const double *y = c->position + b.neighbour * PD_DIM;
             if ((x[0] < 0.0) != (y[0] < 0.0) && x[1] + y[1] > 0.0) pdi_body_mark_broken(&c->body, i, b.number);
         }

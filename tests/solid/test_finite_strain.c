@@ -229,7 +229,7 @@ static void patterns(const solid_case *c, const pd_finite_strain *f, int32_t i, 
 {
     double modulus = 0.0, all = 0.0;
     memset(energy, 0, 4 * sizeof *energy);
-    for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
+    for (pd_bond_iterator b = pd_body_bonds_begin(&c->body, i); pd_body_bonds_next(&b);) {
         double xi[PD_DIM], along = 0.0, size = 0.0, r, shear;
         double weight = pdi_bond_weights_get_intact(&f->weights, i, &b) * c->volume[0];
         pdi_body_compute_offset(&c->body, i, b.neighbour, xi);
@@ -596,11 +596,11 @@ TEST(loose)
     solid_case *c = solid_block(CELLS, 2.0, 1.0, 0.2);
     if (!c) return;
     int32_t alone = c->body.count / 2, one;
-    pd_bond_iterator first = pdi_body_bonds_begin(&c->body, alone);
-    pdi_body_bonds_next(&first);
+    pd_bond_iterator first = pd_body_bonds_begin(&c->body, alone);
+    pd_body_bonds_next(&first);
     one = first.neighbour;
     for (int32_t j = 0; j < c->body.count; j++)
-        for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, j); pdi_body_bonds_next(&b);)
+        for (pd_bond_iterator b = pd_body_bonds_begin(&c->body, j); pd_body_bonds_next(&b);)
             if ((j == alone || b.neighbour == alone) && j + b.neighbour != alone + one)
                 pdi_body_mark_broken(&c->body, j, b.number);
     if (PD_DIM > 1) CHECK_INT(pd_finite_strain_build(&c->ctx, &c->body, &d, &f), PD_ERR_GEOMETRY);
@@ -726,8 +726,8 @@ TEST(store)
             solid_gradient(&seed, 0.03, g);
             solid_stretch(c, g, 1e-7, 4, u);
             if (!run) {
-                pd_bond_iterator first = pdi_body_bonds_begin(&c->body, 0);
-                pdi_body_bonds_next(&first);
+                pd_bond_iterator first = pd_body_bonds_begin(&c->body, 0);
+                pd_body_bonds_next(&first);
                 pd_body_break(&c->body, 0, first.neighbour);
                 CHECK_OK(&c->ctx, s.update(&c->ctx, s.self));
                 CHECK_OK(&c->ctx, s.commit(&c->ctx, s.self, u));

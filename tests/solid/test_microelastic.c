@@ -78,7 +78,7 @@ static double density(const bar_case *c, const double *e)
     const pd_body *body = &c->body;
     int32_t i = middle(c);
     double sum = 0.0;
-    for (pd_bond_iterator b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
+    for (pd_bond_iterator b = pd_body_bonds_begin(body, i); pd_body_bonds_next(&b);) {
         double xi[PD_DIM], square = 0.0, s = 0.0;
         pdi_body_compute_offset(body, i, b.neighbour, xi);
         for (int d = 0; d < PD_DIM; d++) square += xi[d] * xi[d];
@@ -167,7 +167,7 @@ static double off_by(const bar_case *c, const double *u, const double *force)
     double off = 0.0, most = 0.0;
     for (int32_t i = 0; i < body->count; i++) {
         double sum[PD_DIM] = {0.0};
-        for (pd_bond_iterator b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
+        for (pd_bond_iterator b = pd_body_bonds_begin(body, i); pd_body_bonds_next(&b);) {
             double xi[PD_DIM], eta[PD_DIM], y[PD_DIM], r, length;
             int32_t j = b.neighbour;
             pdi_body_compute_offset(body, i, b.neighbour, xi);
@@ -223,13 +223,13 @@ TEST(vectors)
         broken = pd_microelastic_force(&c->ctx, &c->material, u[1], 1, force[1]);
         worst = fmax(worst, off_by(c, u[1], force[1]));
         for (int32_t i = 0; i < all; i++)
-            for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
-                CHECK(pdi_body_bond_is_broken(&b) ==
+            for (pd_bond_iterator b = pd_body_bonds_begin(&c->body, i); pd_body_bonds_next(&b);) {
+                CHECK(pd_body_bond_is_broken(&b) ==
                       (pdi_bond_weights_get_intact(&c->material.weights, i, &b) > 0.0 ? 0 : 1));
-                pd_bond_iterator back = pdi_body_bonds_begin(&c->body, b.neighbour);
-                while (pdi_body_bonds_next(&back) && back.neighbour != i) continue;
-                CHECK(pdi_body_bond_is_broken(&b) == pdi_body_bond_is_broken(&back));
-                found += pdi_body_bond_is_broken(&b);
+                pd_bond_iterator back = pd_body_bonds_begin(&c->body, b.neighbour);
+                while (pd_body_bonds_next(&back) && back.neighbour != i) continue;
+                CHECK(pd_body_bond_is_broken(&b) == pd_body_bond_is_broken(&back));
+                found += pd_body_bond_is_broken(&b);
             }
         CHECK(broken > 0 && found == 2 * broken);
         if (way == 0) memcpy(force[0], force[1], sizeof force[0]);
@@ -389,7 +389,7 @@ TEST(table)
     bar_case *c = box(n, 1e-4, 2.0);
     if (!c) return;
     for (int32_t i = 0; i < c->body.count; i++)
-        for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);)
+        for (pd_bond_iterator b = pd_body_bonds_begin(&c->body, i); pd_body_bonds_next(&b);)
             if (PD_DIM > 1 && (i + b.neighbour) % 5 == 0) pdi_body_mark_broken(&c->body, i, b.number);
     if (!springs(c, 0.0, PD_PLANE_STRESS, PD_INFLUENCE_CONSTANT)) return;
     pd_material_interface solid = pd_microelastic_material(&c->material);
@@ -422,7 +422,7 @@ TEST(table)
         CHECK_REL(energy, solid.energy(&c->ctx, solid.self, u), 1e-13);
         memset(moved, 0, sizeof moved);
         for (int32_t i = 0; i < c->body.count; i++)
-            for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
+            for (pd_bond_iterator b = pd_body_bonds_begin(&c->body, i); pd_body_bonds_next(&b);) {
                 double pull[PD_DIM];
                 int32_t j = b.neighbour;
                 solid.force_state(solid.self, u, i, &b, pull);
@@ -545,7 +545,7 @@ TEST(plate)
     int64_t cut = 0;
     if (!c) return;
     for (int32_t i = 0; i < c->body.count; i++)
-        for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
+        for (pd_bond_iterator b = pd_body_bonds_begin(&c->body, i); pd_body_bonds_next(&b);) {
             const double *p = c->position + i * 2, *q = c->position + b.neighbour * 2;
             if ((p[1] < 0.0) == (q[1] < 0.0) || p[0] - p[1] * (q[0] - p[0]) / (q[1] - p[1]) > 0.0) continue;
             pdi_body_mark_broken(&c->body, i, b.number);
@@ -565,8 +565,8 @@ TEST(plate)
         tip = 0.0;
         for (int32_t i = 0; i < c->body.count; i++) {
             int gone = 0;
-            for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);)
-                gone += pdi_body_bond_is_broken(&b);
+            for (pd_bond_iterator b = pd_body_bonds_begin(&c->body, i); pd_body_bonds_next(&b);)
+                gone += pd_body_bond_is_broken(&b);
             double share = (double)gone / (double)(c->body.first_bond[i + 1] - c->body.first_bond[i]);
             if (share < 0.35) continue;
             tip = fmax(tip, c->position[i * 2]);

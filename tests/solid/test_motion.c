@@ -52,7 +52,7 @@ static scene_case *run(const char *text)
     pd_ctx_init(&c->ctx);
     c->ctx.threads = 1;
     if (!CHECK_OK(&c->ctx, pd_scene_parse(&c->ctx, "bar", text, NULL, 0, &c->setup))) return NULL;
-    if (!CHECK_OK(&c->ctx, pdi_model_build(&c->ctx, &c->setup, &c->model))) return NULL;
+    if (!CHECK_OK(&c->ctx, pd_model_build(&c->ctx, &c->setup, &c->model))) return NULL;
     if (!CHECK_OK(&c->ctx, pd_time_loop_run(&c->ctx, &c->model.time_loop, c->setup.end_time, 0.0, NULL, NULL)))
         return NULL;
     return c;
@@ -60,7 +60,7 @@ static scene_case *run(const char *text)
 
 static void end(scene_case *c)
 {
-    pdi_model_free(&c->ctx, &c->model);
+    pd_model_free(&c->ctx, &c->model);
     pd_setup_free(&c->ctx, &c->setup);
     CHECK_INT(c->ctx.in_use, 0);
 }
@@ -145,7 +145,7 @@ TEST(driven)
             double left =
                 pd_verlet_kinetic(&s->dynamic_solver) + s->solid.energy(&c->ctx, s->solid.self, s->dynamic_solver.u);
             off[fine] = fabs(s->dynamic_solver.work / left - 1.0);
-            CHECK(pdi_reaction_force_compute(&c->ctx, &c->model.mechanical_bc, 0, c->model.time_loop.time, force) ==
+            CHECK(pd_reaction_force_compute(&c->ctx, &c->model.mechanical_bc, 0, c->model.time_loop.time, force) ==
                   PD_OK);
             CHECK_REL(force[0], DENSITY * SPEED * velocity * AREA, 0.02);
             end(c);
@@ -168,7 +168,7 @@ TEST(springs_in_balance)
              materials[1], planes[1]);
     scene_case *c = run(text);
     if (!c) return;
-    CHECK(pdi_reaction_force_compute(&c->ctx, &c->model.mechanical_bc, 1, c->model.time_loop.time, force) == PD_OK);
+    CHECK(pd_reaction_force_compute(&c->ctx, &c->model.mechanical_bc, 1, c->model.time_loop.time, force) == PD_OK);
     /* the first and last bonds see points that move with the grips */
     double strain = 1e-6 / (LENGTH - 6e-3 + 1e-3);
     NOTE("force %.4f of E strain", fabs(force[0]) / (YOUNG * strain * AREA));
@@ -193,7 +193,7 @@ TEST(branches)
     for (int32_t i = 0; i < s->count; i++) {
         int at[2];
         double x[2];
-        pdi_grid_index(s->grid, s->node[i], at);
+        pd_grid_index(s->grid, s->node[i], at);
         pd_grid_position(s->grid, s->node[i], x);
         at[1] = s->grid->n[1] - 1 - at[1];
         int32_t mirror = s->point[pd_grid_node(s->grid, at)];

@@ -354,7 +354,7 @@ TEST(derivative)
             }
             for (int k = 0; k < 3; k++)
                 turn[k] += (y[(k + 1) % 3] * f[(k + 2) % 3] - y[(k + 2) % 3] * f[(k + 1) % 3]) * 1e3;
-            for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);)
+            for (pd_bond_iterator b = pd_body_bonds_begin(&c->body, i); pd_body_bonds_next(&b);)
                 split += c->volume[i] * c->volume[b.neighbour] * bond[pdi_body_bond_number(&b)];
         }
         sums = fmax(sums, fmax(largest(push, PD_DIM), largest(turn, 3)) / size);
@@ -458,7 +458,7 @@ TEST(broken)
     pd_ordinary_state_desc d = steel(0.3, 0, 0, 0);
     if (!c || !make(c, &d, &s)) return;
     for (int32_t i = 0; i < c->body.count; i++)
-        for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
+        for (pd_bond_iterator b = pd_body_bonds_begin(&c->body, i); pd_body_bonds_next(&b);) {
             double own = c->position[i * PD_DIM], far = c->position[b.neighbour * PD_DIM];
             if ((own < 0.8e-3) != (far < 0.8e-3)) pdi_body_mark_broken(&c->body, i, b.number);
         }
@@ -475,7 +475,7 @@ TEST(broken)
     CHECK_INT(s.update(&c->ctx, s.self), PD_ERR_GEOMETRY);
     CHECK(strstr(c->ctx.message, "the 0 bonds of point 7 at x") != NULL);
     material.desc.detach_singular = 1; /* then it is free, and a point with one bond is, too */
-    for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, 0); pdi_body_bonds_next(&b);)
+    for (pd_bond_iterator b = pd_body_bonds_begin(&c->body, 0); pd_body_bonds_next(&b);)
         if (b.number) pd_body_break(&c->body, 0, b.neighbour);
     CHECK_OK(&c->ctx, s.update(&c->ctx, s.self));
     CHECK_INT(material.detached_bonds, 1);

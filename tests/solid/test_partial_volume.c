@@ -152,7 +152,7 @@ TEST(families)
             }
         CHECK_INT(body->bonds, pairs);
         for (int32_t i = 0; i < body->count; i++)
-            for (pd_bond_iterator b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
+            for (pd_bond_iterator b = pd_body_bonds_begin(body, i); pd_body_bonds_next(&b);) {
                 double xi[PD_DIM], back[PD_DIM];
                 pdi_body_compute_offset(body, i, b.neighbour, xi);
                 for (int d = 0; d < PD_DIM; d++) back[d] = -xi[d];
@@ -165,7 +165,7 @@ TEST(families)
         int32_t middle = n / 2;
         double sum = 1.0;
         for (int d = 1, stride = n; d < PD_DIM; d++, stride *= n) middle += n / 2 * stride;
-        for (pd_bond_iterator b = pdi_body_bonds_begin(body, middle); pdi_body_bonds_next(&b);) {
+        for (pd_bond_iterator b = pd_body_bonds_begin(body, middle); pd_body_bonds_next(&b);) {
             double xi[PD_DIM];
             pdi_body_compute_offset(body, middle, b.neighbour, xi);
             sum += pdi_body_compute_bond_weight(body, PD_INFLUENCE_CONSTANT, xi);
@@ -287,7 +287,7 @@ TEST(materials)
     double sum = 0.0;
     int32_t middle = n / 2;
     for (int d = 1, stride = n; d < PD_DIM; d++, stride *= n) middle += n / 2 * stride;
-    for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, middle); pdi_body_bonds_next(&b);) {
+    for (pd_bond_iterator b = pd_body_bonds_begin(&c->body, middle); pd_body_bonds_next(&b);) {
         double xi[PD_DIM], square = 0.0;
         pdi_body_compute_offset(&c->body, middle, b.neighbour, xi);
         for (int d = 0; d < PD_DIM; d++) square += xi[d] * xi[d];

@@ -124,16 +124,16 @@ static void compare(void)
         CHECK_INT(one.body.first_bond[i + 1] - one.body.first_bond[i],
                   many.body.first_bond[middle + i + 1] - many.body.first_bond[middle + i]);
         CHECK_INT(pdi_body_count_intact(&one.body, i), pdi_body_count_intact(&many.body, middle + i));
-        pd_bond_iterator far = pdi_body_bonds_begin(&many.body, middle + i);
-        for (pd_bond_iterator b = pdi_body_bonds_begin(&one.body, i);
-             pdi_body_bonds_next(&b) && pdi_body_bonds_next(&far);) {
+        pd_bond_iterator far = pd_body_bonds_begin(&many.body, middle + i);
+        for (pd_bond_iterator b = pd_body_bonds_begin(&one.body, i);
+             pd_body_bonds_next(&b) && pd_body_bonds_next(&far);) {
             double xi[PD_DIM], back[PD_DIM], copy[PD_DIM];
-            pd_bond_iterator other = pdi_body_bonds_begin(&one.body, b.neighbour);
-            while (pdi_body_bonds_next(&other) && other.number < pdi_body_find_reverse_bond(&one.body, i, &b)) continue;
+            pd_bond_iterator other = pd_body_bonds_begin(&one.body, b.neighbour);
+            while (pd_body_bonds_next(&other) && other.number < pdi_body_find_reverse_bond(&one.body, i, &b)) continue;
             CHECK_INT(b.neighbour, far.neighbour % count);
             CHECK_INT(other.neighbour, i);
-            CHECK_INT(pdi_body_bond_is_broken(&b), pdi_body_bond_is_broken(&other));
-            CHECK_INT(pdi_body_bond_is_broken(&b), pdi_body_bond_is_broken(&far));
+            CHECK_INT(pd_body_bond_is_broken(&b), pd_body_bond_is_broken(&other));
+            CHECK_INT(pd_body_bond_is_broken(&b), pd_body_bond_is_broken(&far));
             pdi_body_bond_vector(&one.body, i, &b, xi);
             pdi_body_bond_vector(&one.body, b.neighbour, &other, back);
             pdi_body_bond_vector(&many.body, middle + i, &far, copy);

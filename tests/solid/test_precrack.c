@@ -130,10 +130,10 @@ static int64_t compare(const cut_case *c, const int64_t *corner)
 {
     int64_t wrong = 0, pairs = 0;
     for (int32_t i = 0; i < c->body.count; i++)
-        for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
+        for (pd_bond_iterator b = pd_body_bonds_begin(&c->body, i); pd_body_bonds_next(&b);) {
             int32_t j = b.neighbour;
             int expected = crosses(corner, c->at + (int64_t)i * PD_DIM, c->at + (int64_t)j * PD_DIM);
-            wrong += expected != pdi_body_bond_is_broken(&b);
+            wrong += expected != pd_body_bond_is_broken(&b);
             pairs += expected && j > i;
         }
     CHECK_INT(wrong, 0);
@@ -249,14 +249,14 @@ TEST(order)
         CHECK_INT(broken[0], broken[1]);
         CHECK(broken[0] > 0);
         for (int32_t i = 0; i < count; i++)
-            for (pd_bond_iterator b = pdi_body_bonds_begin(&body[0], i),
-                                  twin = pdi_body_bonds_begin(&body[1], count - 1 - i);
-                 pdi_body_bonds_next(&b);) {
-                pd_bond_iterator back = pdi_body_bonds_begin(&body[0], b.neighbour);
-                wrong += !pdi_body_bonds_next(&twin) || twin.neighbour != count - 1 - b.neighbour;
-                wrong += pdi_body_bond_is_broken(&twin) != pdi_body_bond_is_broken(&b);
-                while (pdi_body_bonds_next(&back) && back.neighbour != i) continue;
-                uneven += pdi_body_bond_is_broken(&back) != pdi_body_bond_is_broken(&b);
+            for (pd_bond_iterator b = pd_body_bonds_begin(&body[0], i),
+                                  twin = pd_body_bonds_begin(&body[1], count - 1 - i);
+                 pd_body_bonds_next(&b);) {
+                pd_bond_iterator back = pd_body_bonds_begin(&body[0], b.neighbour);
+                wrong += !pd_body_bonds_next(&twin) || twin.neighbour != count - 1 - b.neighbour;
+                wrong += pd_body_bond_is_broken(&twin) != pd_body_bond_is_broken(&b);
+                while (pd_body_bonds_next(&back) && back.neighbour != i) continue;
+                uneven += pd_body_bond_is_broken(&back) != pd_body_bond_is_broken(&b);
             }
         CHECK_INT(wrong, 0);
         CHECK_INT(uneven, 0);
@@ -278,9 +278,9 @@ static int joined(const pd_body *body, int32_t from, uint8_t *seen)
     while (depth) {
         int32_t i = stack[--depth];
         found++;
-        for (pd_bond_iterator b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
+        for (pd_bond_iterator b = pd_body_bonds_begin(body, i); pd_body_bonds_next(&b);) {
             int32_t j = b.neighbour;
-            if (pdi_body_bond_is_broken(&b) || seen[j]) continue;
+            if (pd_body_bond_is_broken(&b) || seen[j]) continue;
             seen[j] = 1;
             stack[depth++] = j;
         }
@@ -419,9 +419,9 @@ TEST(energy)
     for (int32_t i = 0; i < c->body.count; i++) {
         int column = c->at[i * PD_DIM] < n; /* lower ends in the middle column */
         for (int d = 1; d < PD_DIM; d++) column = column && c->at[i * PD_DIM + d] == 2 * (n / 2) + 1;
-        for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); column && pdi_body_bonds_next(&b);) {
+        for (pd_bond_iterator b = pd_body_bonds_begin(&c->body, i); column && pd_body_bonds_next(&b);) {
             double xi[PD_DIM], square = 0.0;
-            if (!pdi_body_bond_is_broken(&b)) continue;
+            if (!pd_body_bond_is_broken(&b)) continue;
             pdi_body_compute_offset(&c->body, i, b.neighbour, xi);
             for (int d = 0; d < PD_DIM; d++) square += xi[d] * xi[d];
             double weight = (double)pdi_bond_weights_get(&m.weights, i, &b);
@@ -478,7 +478,7 @@ static void refused(cut_case *c, int corners, const double *corner, const char *
     CHECK_INT(pd_body_apply_precracks(&c->ctx, &c->body, two, 2, &broken), PD_ERR_ARGUMENT);
     CHECK(strstr(c->ctx.message, "cut 1") && strstr(c->ctx.message, text));
     CHECK_INT(broken, 0);
-    CHECK(pdi_body_is_intact(&c->body));
+    CHECK(pd_body_is_intact(&c->body));
 }
 
 TEST(refusals)

@@ -98,7 +98,7 @@ static body_case *bar_at(int n, int slit, int dead, double yield, double stretch
     c->desc.spacing = c->h;
     if (!CHECK_OK(&c->ctx, pd_body_build(&c->ctx, &c->desc, &c->body))) return NULL;
     for (int32_t i = 0; i < c->body.count && slit; i++)
-        for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
+        for (pd_bond_iterator b = pd_body_bonds_begin(&c->body, i); pd_body_bonds_next(&b);) {
             const double *x = c->position + i * PD_DIM, *to = c->position + b.neighbour * PD_DIM;
             double y = PD_DIM > 1 ? fabs(0.5 * (x[1] + to[1]) - 0.25) : 0.0;
             if ((x[0] < 0.5) != (to[0] < 0.5) && y > 0.125) pdi_body_mark_broken(&c->body, i, b.number);
@@ -131,7 +131,7 @@ static int cut(body_case *c, double left, uint32_t *seed)
     double middle = 0.5 + c->shift;
     int kept = 0;
     for (int32_t i = 0; i < c->body.count; i++)
-        for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
+        for (pd_bond_iterator b = pd_body_bonds_begin(&c->body, i); pd_body_bonds_next(&b);) {
             const double *x = c->position + i * PD_DIM, *y = c->position + b.neighbour * PD_DIM;
             double aside = 0.0;
             if (!(x[0] < middle) || y[0] < middle) continue;

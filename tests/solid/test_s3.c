@@ -87,11 +87,11 @@ TEST(bonds)
     if (!c) return;
     material(c, &f);
     for (int32_t i = 0; i < c->body.count; i++)
-        for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
+        for (pd_bond_iterator b = pd_body_bonds_begin(&c->body, i); pd_body_bonds_next(&b);) {
             double xi[PD_DIM], other[PD_DIM];
             int32_t j = b.neighbour;
-            pd_bond_iterator back = pdi_body_bonds_begin(&c->body, j);
-            while (pdi_body_bonds_next(&back) && back.number < f.reverse_bond[pdi_body_bond_number(&b)]) continue;
+            pd_bond_iterator back = pd_body_bonds_begin(&c->body, j);
+            while (pd_body_bonds_next(&back) && back.number < f.reverse_bond[pdi_body_bond_number(&b)]) continue;
             CHECK_INT(back.neighbour, i);
             pdi_body_compute_offset(&c->body, i, b.neighbour, xi);
             pdi_body_compute_offset(&c->body, j, back.neighbour, other);
@@ -279,18 +279,18 @@ TEST(fifteen_by_thirty_one)
     ed.young = 1e4;
     ed.poisson = 0.3;
     qd.prescribed = held;
-    double begin = pdi_par_clock();
+    double begin = pd_par_clock();
     CHECK_OK(&c->ctx, pd_correspondence_build(&c->ctx, &c->body, &ed, &e));
     pd_material_interface es = pd_correspondence_material(&e);
     memcpy(v, given, sizeof v);
     CHECK_OK(&c->ctx, pd_equilibrium_solve(&c->ctx, &es, &qd, NULL, v, &result));
-    double linear = pdi_par_clock() - begin;
-    begin = pdi_par_clock();
+    double linear = pd_par_clock() - begin;
+    begin = pd_par_clock();
     pd_material_interface s = material(c, &f);
     pd_equilibrium_result r = rest(c, &s);
     NOTE("small strains: %d iterations, residual %.1e, %.3f s", result.iterations, result.residual, linear);
     NOTE("large strains: %d steps, %d iterations, residual %.1e, %.3f s", r.steps, r.iterations, r.residual,
-         pdi_par_clock() - begin);
+         pd_par_clock() - begin);
     CHECK_LE(result.residual, 1e-10);
     /* what they tell differs by the square of the strain */
     double apart = 0.0;

@@ -150,7 +150,7 @@ static int plate(const int *n, int half, double m)
     c.desc.count = n[0] * n[1];
     if (!body(h, m)) return 0;
     for (int32_t i = 0; i < c.body.count; i++)
-        for (pd_bond_iterator b = pdi_body_bonds_begin(&c.body, i); pdi_body_bonds_next(&b);) {
+        for (pd_bond_iterator b = pd_body_bonds_begin(&c.body, i); pd_body_bonds_next(&b);) {
             const double *p = c.position + 2 * i, *q = c.position + 2 * b.neighbour;
             if ((p[1] < 0.0) == (q[1] < 0.0)) continue;
             double at = p[0] - p[1] * (q[0] - p[0]) / (q[1] - p[1]);

@@ -111,7 +111,7 @@ TEST(stiffness)
 static void keep(const bar *c, float *to)
 {
     for (int32_t i = 0; i < c->body.count; i++)
-        for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);)
+        for (pd_bond_iterator b = pd_body_bonds_begin(&c->body, i); pd_body_bonds_next(&b);)
             to[pdi_body_bond_number(&b)] = pdi_bond_weights_get(&c->springs.weights, i, &b);
 }
 
@@ -136,7 +136,7 @@ TEST(factors)
         if (body->first_bond[i + 1] - body->first_bond[i] > whole)
             whole = body->first_bond[i + 1] - body->first_bond[i];
     for (int32_t i = 0; i < body->count; i++)
-        for (pd_bond_iterator b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
+        for (pd_bond_iterator b = pd_body_bonds_begin(body, i); pd_body_bonds_next(&b);) {
             int32_t j = b.neighbour, mirror[2] = {i, j};
             int64_t at = pdi_body_bond_number(&b);
             double factor = (double)kept[1][at] / (double)kept[0][at];
@@ -181,7 +181,7 @@ TEST(slanted)
             double sum = 0.0;
             for (int32_t i = 0; i < c->body.count; i++) /* energy of uniaxial stress, of the middle */
                 if (i % 60 >= 20 && i % 60 < 40)
-                    for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
+                    for (pd_bond_iterator b = pd_body_bonds_begin(&c->body, i); pd_body_bonds_next(&b);) {
                         double xi[2], square, e = 0.0;
                         int32_t j = b.neighbour;
                         pdi_body_compute_offset(&c->body, i, b.neighbour, xi);

@@ -62,7 +62,7 @@ TEST(misra1a)
         d.high[1] = 5e-3;
         memcpy(d.start, starts[s], sizeof starts[s]);
         d.tolerance = 1e-8;
-        if (!CHECK_OK(&ctx, pdi_least_squares_solve(&ctx, &d, &r))) NOTE("message: %s", ctx.message);
+        if (!CHECK_OK(&ctx, pd_least_squares_solve(&ctx, &d, &r))) NOTE("message: %s", ctx.message);
         CHECK_REL(r.value[0], 2.3894212918e2, 1e-7);
         CHECK_REL(r.value[1], 5.5015643181e-4, 1e-7);
         CHECK_REL(r.standard_error[0], 2.7070075241, 1e-5);
@@ -88,7 +88,7 @@ TEST(box_bod)
     d.high[1] = 2.0;
     d.start[1] = 1.0;
     d.tolerance = 1e-8;
-    CHECK_OK(&ctx, pdi_least_squares_solve(&ctx, &d, &r));
+    CHECK_OK(&ctx, pd_least_squares_solve(&ctx, &d, &r));
     CHECK_REL(r.value[0], 2.1380940889e2, 1e-6);
     CHECK_REL(r.value[1], 5.4723748542e-1, 1e-6);
     CHECK_REL(r.standard_error[0], 1.2354515176e1, 1e-4);
@@ -110,7 +110,7 @@ TEST(line)
         d.low[0] = d.low[1] = -10.0;
         d.high[0] = d.high[1] = 10.0;
         d.known_deviation = 1;
-        CHECK(pdi_least_squares_solve(&ctx, &d, &r) >= 0);
+        CHECK(pd_least_squares_solve(&ctx, &d, &r) >= 0);
         CHECK_NEAR(r.value[0], 0.16, noisy ? 1e-3 : 1e-8); /* by hand: b = (30.1 - 2 10.3)/10, a = 2.06 - 2 b */
         CHECK_NEAR(r.value[1], 0.95, noisy ? 1e-3 : 1e-8);
         CHECK_REL(r.standard_error[0], errors[0], noisy ? 1e-3 : 1e-8);
@@ -136,7 +136,7 @@ TEST(bound)
     d.low[0] = d.low[1] = -10.0;
     d.high[0] = 10.0;
     d.high[1] = 0.9;
-    CHECK_OK(&ctx, pdi_least_squares_solve(&ctx, &d, &r));
+    CHECK_OK(&ctx, pd_least_squares_solve(&ctx, &d, &r));
     CHECK_NEAR(r.value[1], 0.9, 0.0);
     CHECK_NEAR(r.value[0], 2.06 - 1.8, 1e-8);
     CHECK_INT(r.active_bound[1], 1);
@@ -156,14 +156,14 @@ TEST(refused)
     pd_least_squares_desc d = describe(&p, 2);
     pd_ctx_init(&ctx);
     d.high[0] = d.high[1] = 1.0;
-    CHECK_INT(pdi_least_squares_solve(&ctx, &d, &r), PD_ERR_ARGUMENT);
+    CHECK_INT(pd_least_squares_solve(&ctx, &d, &r), PD_ERR_ARGUMENT);
     CHECK(strstr(ctx.message, "parameter 2 has no effect") != NULL);
     d.points = 1;
-    CHECK_INT(pdi_least_squares_solve(&ctx, &d, &r), PD_ERR_ARGUMENT);
+    CHECK_INT(pd_least_squares_solve(&ctx, &d, &r), PD_ERR_ARGUMENT);
     CHECK(strstr(ctx.message, "1 points for 2 parameters") != NULL);
     d.points = 6;
     d.low[1] = 1.0;
-    CHECK_INT(pdi_least_squares_solve(&ctx, &d, &r), PD_ERR_ARGUMENT);
+    CHECK_INT(pd_least_squares_solve(&ctx, &d, &r), PD_ERR_ARGUMENT);
     CHECK_INT(ctx.in_use, 0);
 }
 

@@ -342,12 +342,12 @@ TEST(elements)
 
 static int grow(pd_ctx *ctx, pd_setup *u, pd_model *m, const char *text)
 {
-    return CHECK_OK(ctx, load(ctx, text, NULL, 0, u)) && CHECK_OK(ctx, pdi_model_build(ctx, u, m));
+    return CHECK_OK(ctx, load(ctx, text, NULL, 0, u)) && CHECK_OK(ctx, pd_model_build(ctx, u, m));
 }
 
 static void drop(pd_ctx *ctx, pd_setup *u, pd_model *m)
 {
-    pdi_model_free(ctx, m);
+    pd_model_free(ctx, m);
     leave(ctx, u);
 }
 
@@ -365,7 +365,7 @@ static void goes_on(const char *text, const char *what)
     CHECK_OK(&ctx, pd_time_loop_run(&ctx, &a.time_loop, u.end_time, 0.5 * u.end_time, NULL, NULL));
     CHECK_OK(&other, pd_time_loop_run(&other, &b.time_loop, u.end_time, 0.5 * u.end_time, NULL, NULL));
     int64_t total = a.grid.total;
-    const double *x = pdi_model_velocity(&a), *y = pdi_model_velocity(&b);
+    const double *x = pd_model_velocity(&a), *y = pd_model_velocity(&b);
     int same = memcmp(a.grid.kind, b.grid.kind, (size_t)total) == 0 &&
                memcmp(a.time_loop.ledger, b.time_loop.ledger, sizeof a.time_loop.ledger) == 0;
     if (x) same = same && memcmp(x, y, (size_t)(PD_DIM * total) * sizeof *x) == 0;

@@ -217,7 +217,7 @@ static void layer_residual(scene *s, int from, int to, double *residual)
     for (int32_t i = 0; i < s->grid.total; i++) {
         int at[PD_DIM];
         had[i] = t->c[i];
-        pdi_grid_index(&s->grid, i, at);
+        pd_grid_index(&s->grid, i, at);
         if (s->grid.kind[i] == PD_FLUID) t->c[i] = at[0] >= from && at[0] < to;
     }
     pdi_transport_residual(&s->ctx, t, t->work);
@@ -279,7 +279,7 @@ TEST(good_conductor)
         if (!scene_build(s)) return;
         for (int32_t i = 0; i < s->grid.total; i++) {
             int at[PD_DIM];
-            pdi_grid_index(&s->grid, i, at);
+            pd_grid_index(&s->grid, i, at);
             if (s->grid.kind[i] == PD_FLUID) s->transport.c[i] = at[0] < LAYERS / 2 ? 1.0 : 0.25;
         }
         double worst = 0.0;

@@ -153,7 +153,7 @@ static double disc_error(int n)
     for (int32_t i = 0; i < s->grid.total; i++)
         for (int k = 0; k < s->stencil.count; k++) {
             if (s->grid.kind[i] != PD_FLUID || s->grid.kind[i + s->bonds.paths.shift[k]] != PD_INLET) continue;
-            double around = pdi_grid_circumference(&s->grid, i);
+            double around = pd_grid_circumference(&s->grid, i);
             sum -= around * pdi_flux_bond_flux(&s->transport.flux, s->transport.c, i, k);
         }
     sum *= s->stencil.volume;
@@ -266,7 +266,7 @@ TEST(patch_across_a_border)
         for (int32_t node = 0; node < s->grid.total; node++) {
             int i[PD_DIM];
             if (s->grid.kind[node] != PD_FLUID) continue;
-            pdi_grid_index(&s->grid, node, i);
+            pd_grid_index(&s->grid, node, i);
             i[0] = (i[0] + 16 - shift) % 16;
             if (!shift) kept[node] = s->transport.c[node];
             else far = fmax(far, fabs(kept[pd_grid_node(&s->grid, i)] - s->transport.c[node]));

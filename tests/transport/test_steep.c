@@ -27,7 +27,7 @@ static int stairs_build(scene *s, double speed, int shift)
     if (!scene_build(s)) return 0;
     for (int32_t i = 0; i < s->grid.total; i++) {
         int at[3];
-        pdi_grid_index(&s->grid, i, at);
+        pd_grid_index(&s->grid, i, at);
         s->flow.u[i] = speed;
         if (s->grid.kind[i] == PD_FLUID) s->transport.c[i] = stairs((at[0] + shift) % CELLS);
     }
@@ -123,7 +123,7 @@ TEST(stairs_beside_mirrors)
         if (!scene_build(s)) return;
         for (int32_t i = 0; i < s->grid.total; i++) {
             int at[3];
-            pdi_grid_index(&s->grid, i, at);
+            pd_grid_index(&s->grid, i, at);
             s->flow.u[i] = SPEED;
             int row = at[1] < 4 ? at[1] : 7 - at[1];
             if (s->grid.kind[i] == PD_FLUID) s->transport.c[i] = stairs((at[0] + 5 * row) % CELLS);

@@ -99,7 +99,7 @@ TEST(variance_of_a_drop)
                 double mass = 0.0, second = 0.0;
                 for (int32_t i = 0; i < s->grid.total; i++) {
                     int at[PD_DIM];
-                    pdi_grid_index(&s->grid, i, at);
+                    pd_grid_index(&s->grid, i, at);
                     mass += s->transport.c[i];
                     second += s->transport.c[i] * (at[d] - centre[d]) * (at[d] - centre[d]) * H * H;
                 }

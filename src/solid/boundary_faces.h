@@ -12,8 +12,20 @@
  */
 #ifndef PD_BOUNDARY_FACES_H
 #define PD_BOUNDARY_FACES_H
-#include "io/points.h"
+#include "solid/points.h"
 
+#define pd_boundary_faces_add_cell PD_NAME(pd_boundary_faces_add_cell)
+#define pd_boundary_faces_finish PD_NAME(pd_boundary_faces_finish)
+#define pd_boundary_faces_free PD_NAME(pd_boundary_faces_free)
+
+/* Add the faces of a cell. node: ids of its corners; corner[][3]: their coordinates; cell: index of its point. */
+PD_API pd_status pd_boundary_faces_add_cell(pd_ctx *ctx, pdi_boundary_faces *skin, pdi_points_cell_type form,
+                                             const int64_t *node, const double *const *corner, int32_t cell);
+/* Find the boundary faces and set surface, faces, seams and twins of the points; lengths times scale are in metres.
+ * Sorts the faces. */
+PD_API pd_status pd_boundary_faces_finish(pd_ctx *ctx, pdi_boundary_faces *skin, double scale, pd_points *points);
+/* Free the faces. A zeroed object is allowed. */
+PD_API void pd_boundary_faces_free(pd_ctx *ctx, pdi_boundary_faces *skin);
 #ifdef PDI_INTERNAL
 enum { PDI_BOUNDARY_FACES_MAX_CORNERS = PD_DIM == 3 ? 4 : PD_DIM }; /* maximum corners of a face */
 
@@ -34,14 +46,6 @@ typedef struct pdi_boundary_faces {
     pdi_boundary_faces_face *face; /* [room] */
 } pdi_boundary_faces;
 
-/* Add the faces of a cell. node: ids of its corners; corner[][3]: their coordinates; cell: index of its point. */
-PDI_FN pd_status pdi_boundary_faces_add_cell(pd_ctx *ctx, pdi_boundary_faces *skin, pdi_points_cell_type form,
-                                             const int64_t *node, const double *const *corner, int32_t cell);
-/* Find the boundary faces and set surface, faces, seams and twins of the points; lengths times scale are in metres.
- * Sorts the faces. */
-PDI_FN pd_status pdi_boundary_faces_finish(pd_ctx *ctx, pdi_boundary_faces *skin, double scale, pd_points *points);
-/* Free the faces. A zeroed object is allowed. */
-PDI_FN void pdi_boundary_faces_free(pd_ctx *ctx, pdi_boundary_faces *skin);
 #endif
 
 #endif

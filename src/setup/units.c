@@ -1,5 +1,5 @@
 /* units: see units.h */
-#include "scene/units.h"
+#include "setup/units.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -100,9 +100,9 @@ static const pdi_units_dimension pdi_units_dimensions[] = {
 
 #define PDI_UNITS_COUNT(array) ((int)(sizeof(array) / sizeof(array)[0]))
 
-PDI_FN int pdi_units_is_blank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
+int pd_units_is_blank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
 
-PDI_FN int pdi_units_is_digit(char c) { return c >= '0' && c <= '9'; }
+int pd_units_is_digit(char c) { return c >= '0' && c <= '9'; }
 
 /* 1: a character that may begin an identifier; bytes of UTF-8 count. */
 static int pdi_units_is_letter(char c)
@@ -110,18 +110,18 @@ static int pdi_units_is_letter(char c)
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' || (unsigned char)c >= 0x80;
 }
 
-PDI_FN size_t pdi_units_scan_word(const char *text)
+size_t pd_units_scan_word(const char *text)
 {
     size_t n = 0;
     if (!pdi_units_is_letter(text[0])) return 0;
-    while (pdi_units_is_letter(text[n]) || pdi_units_is_digit(text[n])) n++;
+    while (pdi_units_is_letter(text[n]) || pd_units_is_digit(text[n])) n++;
     return n;
 }
 
 /* Index of the first non-blank byte from text[at] on. */
 static size_t pdi_units_skip_blanks(const char *text, size_t at)
 {
-    while (pdi_units_is_blank(text[at])) at++;
+    while (pd_units_is_blank(text[at])) at++;
     return at;
 }
 
@@ -141,7 +141,7 @@ static const pdi_units_definition *pdi_units_find_unit(const char *text, size_t 
 }
 
 /* Parse text[0..size) as a unit with an optional SI prefix; an exact name wins ("min" is no milli-inch). 1: found. */
-static int pdi_units_parse_symbol(const char *text, size_t size, pdi_units_product *unit)
+static int pdi_units_parse_symbol(const char *text, size_t size, pd_units_product *unit)
 {
     const pdi_units_definition *entry = pdi_units_find_unit(text, size, 0);
     unit->num = unit->den = 1;
@@ -164,10 +164,10 @@ static size_t pdi_units_scan_exponent(const char *text, double *value)
 {
     size_t at = text[0] == '-';
     double v = 0, place = 1;
-    if (!pdi_units_is_digit(text[at])) return 0;
-    for (; pdi_units_is_digit(text[at]) && v < 1e6; at++) v = 10 * v + (text[at] - '0');
-    if (text[at] == '.' && pdi_units_is_digit(text[at + 1]))
-        for (at++; pdi_units_is_digit(text[at]) && place < 1e9; at++) {
+    if (!pd_units_is_digit(text[at])) return 0;
+    for (; pd_units_is_digit(text[at]) && v < 1e6; at++) v = 10 * v + (text[at] - '0');
+    if (text[at] == '.' && pd_units_is_digit(text[at + 1]))
+        for (at++; pd_units_is_digit(text[at]) && place < 1e9; at++) {
             place *= 10;
             v = 10 * v + (text[at] - '0');
         }
@@ -176,7 +176,7 @@ static size_t pdi_units_scan_exponent(const char *text, double *value)
 }
 
 /* unit *= factor^power; whole powers by multiplication, so that powers of ten stay exact. */
-static void pdi_units_multiply(pdi_units_product *unit, const pdi_units_product *factor, double power)
+static void pdi_units_multiply(pd_units_product *unit, const pd_units_product *factor, double power)
 {
     double num = 1, den = 1, size = fabs(power);
     if (size <= 12 && size == floor(size)) {
@@ -194,14 +194,14 @@ static void pdi_units_multiply(pdi_units_product *unit, const pdi_units_product 
 }
 
 /* The dimensionless unit 1. */
-static void pdi_units_init_one(pdi_units_product *unit)
+static void pdi_units_init_one(pd_units_product *unit)
 {
     memset(unit, 0, sizeof *unit);
     unit->num = unit->den = 1;
 }
 
 /* Cancel the common factor of whole num and den: 0.1 kg is 0.1 * 1, not 0.1 * 1000 / 1000. */
-static void pdi_units_reduce_fraction(pdi_units_product *unit)
+static void pdi_units_reduce_fraction(pd_units_product *unit)
 {
     double a = unit->num, b = unit->den;
     if (!(a < 9e15 && b < 9e15) || a != floor(a) || b != floor(b)) return;
@@ -216,11 +216,11 @@ static void pdi_units_reduce_fraction(pdi_units_product *unit)
 
 /* Parse one unit with exponent at text and multiply *unit by its power sign * exponent. Returns the bytes read; 0: no
  * unit. */
-static size_t pdi_units_scan_term(const char *text, pdi_units_is_declared_fn declared, const void *user, double sign,
-                                  pdi_units_product *unit, const char **why)
+static size_t pdi_units_scan_term(const char *text, pd_units_is_declared_fn declared, const void *user, double sign,
+                                  pd_units_product *unit, const char **why)
 {
-    pdi_units_product factor;
-    size_t size = text[0] == '%' ? 1 : pdi_units_scan_word(text), name = size, at, n;
+    pd_units_product factor;
+    size_t size = text[0] == '%' ? 1 : pd_units_scan_word(text), name = size, at, n;
     double power = 1;
     if (size == 0 || (declared && declared(user, text, size))) return 0;
     for (int k = 0; k < PDI_UNITS_COUNT(pdi_units_offset_scales); k++)
@@ -228,7 +228,7 @@ static size_t pdi_units_scan_term(const char *text, pdi_units_is_declared_fn dec
             *why = "a temperature scale with an offset is not a unit: write the temperature in K (37 degC is 310.15 K)";
             return 0;
         }
-    while (name > 1 && pdi_units_is_digit(text[name - 1])) name--;
+    while (name > 1 && pd_units_is_digit(text[name - 1])) name--;
     if (size - name > 2 || !pdi_units_parse_symbol(text, name, &factor)) return 0;
     at = size;
     if (name < size) {
@@ -237,9 +237,9 @@ static size_t pdi_units_scan_term(const char *text, pdi_units_is_declared_fn dec
         n = pdi_units_scan_exponent(text + at + 1, &power);
         at += 1 + n;
         if (n == 0) *why = "the exponent of a unit is a number (m^2, s^-1); for a power of the value write (3 m)^2";
-    } else if (text[at] == '-' && pdi_units_is_digit(text[at + 1])) {
-        n = pdi_units_is_digit(text[at + 2]) ? 2 : 1;
-        if (text[at + n + 1] != '.' && !pdi_units_scan_word(text + at + n + 1) && !pdi_units_is_digit(text[at + n + 1]))
+    } else if (text[at] == '-' && pd_units_is_digit(text[at + 1])) {
+        n = pd_units_is_digit(text[at + 2]) ? 2 : 1;
+        if (text[at + n + 1] != '.' && !pd_units_scan_word(text + at + n + 1) && !pd_units_is_digit(text[at + n + 1]))
             at += pdi_units_scan_exponent(text + at, &power);
     } else if (text[pdi_units_skip_blanks(text, at)] == '^') {
         *why = "write '^' directly after the unit (3 m^2) or parentheses around the value ((3 m)^2)";
@@ -249,8 +249,8 @@ static size_t pdi_units_scan_term(const char *text, pdi_units_is_declared_fn dec
     return at;
 }
 
-PDI_FN size_t pdi_units_scan_product(const char *text, pdi_units_is_declared_fn declared, const void *user,
-                                     pdi_units_product *unit, const char **why)
+size_t pd_units_scan_product(const char *text, pd_units_is_declared_fn declared, const void *user,
+                                     pd_units_product *unit, const char **why)
 {
     size_t end, at = 0;
     *why = NULL;
@@ -259,7 +259,7 @@ PDI_FN size_t pdi_units_scan_product(const char *text, pdi_units_is_declared_fn 
     end = at > 0 && text[at] == '/' ? at : pdi_units_scan_term(text, declared, user, 1, unit, why);
     if (end == 0 || *why) return end;
     for (;;) {
-        pdi_units_product group;
+        pd_units_product group;
         size_t n, next = pdi_units_skip_blanks(text, end);
         if (text[next] == '/') {
             next = pdi_units_skip_blanks(text, next + 1);
@@ -277,8 +277,8 @@ PDI_FN size_t pdi_units_scan_product(const char *text, pdi_units_is_declared_fn 
     return at > 0 && end == at ? 0 : end;
 }
 
-PDI_FN size_t pdi_units_scan_divisor(const char *text, pdi_units_is_declared_fn declared, const void *user,
-                                     pdi_units_product *unit, const char **why)
+PDI_FN size_t pdi_units_scan_divisor(const char *text, pd_units_is_declared_fn declared, const void *user,
+                                     pd_units_product *unit, const char **why)
 {
     size_t at, n;
     *why = NULL;
@@ -300,9 +300,9 @@ PDI_FN size_t pdi_units_scan_divisor(const char *text, pdi_units_is_declared_fn 
 }
 
 /* Parse a unit that fills the whole text: empty, "1", a product, or "/s". 1: it is one. */
-static int pdi_units_parse_whole(const char *text, pdi_units_product *unit, const char **why)
+static int pdi_units_parse_whole(const char *text, pd_units_product *unit, const char **why)
 {
-    pdi_units_product factor;
+    pd_units_product factor;
     size_t at = pdi_units_skip_blanks(text, 0), n;
     *why = NULL;
     pdi_units_init_one(unit);
@@ -312,25 +312,25 @@ static int pdi_units_parse_whole(const char *text, pdi_units_product *unit, cons
         n = pdi_units_scan_divisor(text + at, NULL, NULL, &factor, why);
         if (n > 0) pdi_units_multiply(unit, &factor, -1);
     } else {
-        n = pdi_units_scan_product(text + at, NULL, NULL, unit, why);
+        n = pd_units_scan_product(text + at, NULL, NULL, unit, why);
     }
     return n > 0 && !*why && text[pdi_units_skip_blanks(text, at + n)] == '\0';
 }
 
 pd_status pd_units_parse(pd_ctx *ctx, const char *unit, double *scale, pd_dims *dims)
 {
-    pdi_units_product product;
+    pd_units_product product;
     const char *why;
     int read = pdi_units_parse_whole(unit, &product, &why);
-    if (why) return pdi_fail(ctx, PD_ERR_PARSE, "units", "'%.40s': %s", unit, why);
+    if (why) return pd_fail(ctx, PD_ERR_PARSE, "units", "'%.40s': %s", unit, why);
     if (!read)
-        return pdi_fail(ctx, PD_ERR_PARSE, "units", "found '%.40s', expected a unit such as um, m2/s or Pa s", unit);
+        return pd_fail(ctx, PD_ERR_PARSE, "units", "found '%.40s', expected a unit such as um, m2/s or Pa s", unit);
     if (scale) *scale = product.num / product.den;
     if (dims) *dims = product.dims;
     return PD_OK;
 }
 
-PDI_FN int pdi_units_is_same(const pd_dims *a, const pd_dims *b)
+int pd_units_is_same(const pd_dims *a, const pd_dims *b)
 {
     for (int k = 0; k < 6; k++)
         if (!(fabs(a->exponent[k] - b->exponent[k]) < 1e-9)) return 0;
@@ -341,10 +341,10 @@ PDI_FN int pdi_units_is_same(const pd_dims *a, const pd_dims *b)
 static const pdi_units_dimension *pdi_units_find_dimension(const pd_dims *dims)
 {
     for (int k = 0; k < PDI_UNITS_COUNT(pdi_units_dimensions); k++) {
-        pdi_units_product unit;
+        pd_units_product unit;
         const char *why;
         pdi_units_parse_whole(pdi_units_dimensions[k].unit, &unit, &why);
-        if (pdi_units_is_same(&unit.dims, dims)) return &pdi_units_dimensions[k];
+        if (pd_units_is_same(&unit.dims, dims)) return &pdi_units_dimensions[k];
     }
     return NULL;
 }
@@ -384,10 +384,10 @@ static int pdi_units_is_dimensionless(const pd_dims *dims)
 {
     pd_dims none;
     memset(&none, 0, sizeof none);
-    return pdi_units_is_same(dims, &none);
+    return pd_units_is_same(dims, &none);
 }
 
-PDI_FN void pdi_units_describe(const pd_dims *dims, char *text)
+void pd_units_describe(const pd_dims *dims, char *text)
 {
     const pdi_units_dimension *named = pdi_units_find_dimension(dims);
     char unit[64];
@@ -418,7 +418,7 @@ PDI_FN void pdi_units_format_value(double value, const pd_dims *dims, char *text
         const char *list = named->print_units;
         best[0] = '\0';
         while (list) {
-            pdi_units_product product;
+            pd_units_product product;
             const char *why;
             list = pdi_units_copy_alternative(list, unit);
             pdi_units_parse_whole(unit, &product, &why);
@@ -468,7 +468,7 @@ static int pdi_units_compute_edit_distance(const char *a, const char *b)
     return row[na % 3][nb];
 }
 
-PDI_FN void pdi_units_init_suggestion(pdi_units_suggestion *near_word, const char *word, size_t size)
+void pd_units_init_suggestion(pd_units_suggestion *near_word, const char *word, size_t size)
 {
     memset(near_word, 0, sizeof *near_word);
     near_word->distance = size <= 4 ? 2 : 3; /* a candidate must be nearer than this */
@@ -486,7 +486,7 @@ static int pdi_units_is_equal_ignoring_case(const char *a, const char *b)
     return *a == *b;
 }
 
-PDI_FN void pdi_units_try_candidate(pdi_units_suggestion *near_word, const char *candidate)
+void pd_units_try_candidate(pd_units_suggestion *near_word, const char *candidate)
 {
     size_t size = strlen(candidate);
     if (near_word->distance == 0 || size == 0 || size >= sizeof near_word->best) return;
@@ -499,19 +499,19 @@ PDI_FN void pdi_units_try_candidate(pdi_units_suggestion *near_word, const char 
     memcpy(near_word->best, candidate, size + 1);
 }
 
-PDI_FN void pdi_units_try_units(pdi_units_suggestion *near_word)
+PDI_FN void pdi_units_try_units(pd_units_suggestion *near_word)
 {
     for (int k = 0; k < PDI_UNITS_COUNT(pdi_units_table); k++) {
-        pdi_units_try_candidate(near_word, pdi_units_table[k].name);
+        pd_units_try_candidate(near_word, pdi_units_table[k].name);
         for (int p = 0; pdi_units_table[k].prefix && p < PDI_UNITS_COUNT(pdi_units_prefixes) - 2; p++) {
             char name[16];
             snprintf(name, sizeof name, "%s%s", pdi_units_prefixes[p].name, pdi_units_table[k].name);
-            pdi_units_try_candidate(near_word, name);
+            pd_units_try_candidate(near_word, name);
         }
     }
 }
 
-PDI_FN void pdi_units_format_suggestion(const pdi_units_suggestion *near_word, char *text)
+void pd_units_format_suggestion(const pd_units_suggestion *near_word, char *text)
 {
     text[0] = '\0';
     if (near_word->best[0]) snprintf(text, PD_UNITS_TEXT, ": did you mean '%s'?", near_word->best);

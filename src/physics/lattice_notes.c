@@ -1,5 +1,5 @@
 /* lattice_notes: see lattice_notes.h */
-#include "run/lattice_notes.h"
+#include "physics/lattice_notes.h"
 #include "core/vec.h"
 #include <math.h>
 #include <stdio.h>
@@ -32,7 +32,7 @@ static double pdi_lattice_notes_compute_distance(const pd_setup *u, int k, const
 /* Volume of a subcell with edges size [PD_DIM] [m] around x; of its ring with axisymmetry. */
 static double pdi_lattice_notes_compute_cell_volume(const pd_grid *grid, const double *x, const double *size)
 {
-    double volume = grid->circumference ? 2.0 * PDI_PI * fabs(x[PD_DIM - 1]) : 1.0;
+    double volume = grid->circumference ? 2.0 * PD_PI * fabs(x[PD_DIM - 1]) : 1.0;
     for (int d = 0; d < PD_DIM; d++) volume *= size[d];
     return volume;
 }
@@ -85,8 +85,8 @@ static double pdi_lattice_notes_count_cut_cells(const pd_model *m, int k)
     double count = 0.0, reach = 0.5 * pdi_vec_norm(m->grid.h), x[PD_DIM];
     for (int32_t i = 0; i < m->grid.total; i++) {
         int at[PD_DIM];
-        pdi_grid_index(&m->grid, i, at);
-        if (!pdi_grid_is_inside(&m->grid, at)) continue;
+        pd_grid_index(&m->grid, i, at);
+        if (!pd_grid_is_inside(&m->grid, at)) continue;
         pd_grid_position(&m->grid, i, x);
         count += fabs(pdi_lattice_notes_compute_distance(m->setup, k, x)) <= reach;
     }
@@ -105,8 +105,8 @@ PDI_FN void pdi_lattice_notes_compute_volumes(const pd_model *m, int k, double *
     for (int32_t i = 0; i < m->grid.total; i++) {
         int at[PD_DIM];
         double x[PD_DIM];
-        pdi_grid_index(&m->grid, i, at);
-        if (!pdi_grid_is_inside(&m->grid, at)) continue;
+        pd_grid_index(&m->grid, i, at);
+        if (!pd_grid_is_inside(&m->grid, at)) continue;
         pd_grid_position(&m->grid, i, x);
         int own = m->grid.kind[i] == PD_SOLID && (m->metal ? m->metal[i] : 0) == k;
         if (own) pdi_compensated_sum_add(&sum[0], pdi_lattice_notes_compute_cell_volume(&m->grid, x, m->grid.h));
@@ -142,10 +142,10 @@ static int64_t pdi_lattice_notes_count_surface_nodes(const pd_model *m, int inde
     double x[PD_DIM];
     for (int32_t i = 0; i < m->grid.total && index >= 0; i++) {
         int at[PD_DIM];
-        pdi_grid_index(&m->grid, i, at);
-        if (!pdi_grid_is_inside(&m->grid, at)) continue;
+        pd_grid_index(&m->grid, i, at);
+        if (!pd_grid_is_inside(&m->grid, at)) continue;
         pd_grid_position(&m->grid, i, x);
-        count += fabs(pd_shape_distance(m->setup->shape, index, x)) <= pdi_shape_tolerance(m->grid.h, x);
+        count += fabs(pd_shape_distance(m->setup->shape, index, x)) <= pd_shape_tolerance(m->grid.h, x);
     }
     return count;
 }
@@ -158,7 +158,7 @@ static void pdi_lattice_notes_print_surface_nodes(const char *what, int64_t coun
     snprintf(text, sizeof text,
              "a surface of the %s passes through %.0f nodes, within %g of a spacing: they belong to "
              "it, on all its sides. Surfaces along the lattice fit best on faces of cells",
-             what, (double)count, PDI_SHAPE_TOLERANCE);
+             what, (double)count, PD_SHAPE_TOLERANCE);
     print(user, PD_PRINT_NOTE, text);
 }
 
@@ -210,7 +210,7 @@ static void pdi_lattice_notes_print_toughness_error(const pd_model *m, pd_print_
     print(user, PD_PRINT_NOTE, text);
 }
 
-PDI_FN void pdi_lattice_notes_print(const pd_model *m, pd_print_fn print, void *user)
+void pd_lattice_notes_print(const pd_model *m, pd_print_fn print, void *user)
 {
     const pd_setup *u = m->setup;
     pdi_lattice_notes_print_surface_nodes("metal", m->grid.nodes_on_surface[0], print, user);

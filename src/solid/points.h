@@ -26,17 +26,27 @@ typedef struct pd_points {
 } pd_points;
 
 #define pd_points_free PD_NAME(pd_points_free)
+#define pd_points_add PD_NAME(pd_points_add)
+#define pd_points_add_cell PD_NAME(pd_points_add_cell)
+#define pd_points_count_corners PD_NAME(pd_points_count_corners)
+#define pd_points_shrink PD_NAME(pd_points_shrink)
 
 /* Free the points. A zeroed object is allowed. */
 PD_API void pd_points_free(pd_ctx *ctx, pd_points *points);
+/* Append a point at position[PD_DIM] [m]. PD_ERR_SIZE: more than int32 counts. */
+PD_API pd_status pd_points_add(pd_ctx *ctx, pd_points *points, const double *position, double volume, int32_t tag);
+/* Append a mesh cell with these corners[][3] as a point. *fault: why the cell is refused, NULL when it is not. mirrored
+ * 1: a cell of negative volume is accepted. */
+PD_API pd_status pd_points_add_cell(pd_ctx *ctx, pdi_points_converter *cells, pdi_points_cell_type form,
+                                     const double *const *corner, int mirrored, int32_t tag, const char **fault);
+/* Number of corners of a cell type. */
+PD_API int pd_points_count_corners(pdi_points_cell_type form);
+/* Shrink the arrays to the number of points. */
+PD_API pd_status pd_points_shrink(pd_ctx *ctx, pd_points *points);
 
 #ifdef PDI_INTERNAL
-/* Append a point at position[PD_DIM] [m]. PD_ERR_SIZE: more than int32 counts. */
-PDI_FN pd_status pdi_points_add(pd_ctx *ctx, pd_points *points, const double *position, double volume, int32_t tag);
 /* Allocate the corners of that many boundary faces. */
 PDI_FN pd_status pdi_points_reserve_faces(pd_ctx *ctx, pd_points *points, int64_t faces);
-/* Shrink the arrays to the number of points. */
-PDI_FN pd_status pdi_points_shrink(pd_ctx *ctx, pd_points *points);
 
 /* Type of a mesh cell. Corners are numbered as in VTK and Gmsh, which agree on all types but for the side from which
  * the base of a wedge is seen. */
@@ -62,12 +72,6 @@ typedef struct pdi_points_converter {
                          * surface begins */
 } pdi_points_converter;
 
-/* Number of corners of a cell type. */
-PDI_FN int pdi_points_count_corners(pdi_points_cell_type form);
-/* Append a mesh cell with these corners[][3] as a point. *fault: why the cell is refused, NULL when it is not. mirrored
- * 1: a cell of negative volume is accepted. */
-PDI_FN pd_status pdi_points_add_cell(pd_ctx *ctx, pdi_points_converter *cells, pdi_points_cell_type form,
-                                     const double *const *corner, int mirrored, int32_t tag, const char **fault);
 #endif
 
 #endif

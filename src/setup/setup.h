@@ -15,9 +15,8 @@
 #include "chemistry/electrolyte.h"
 #include "potential/electrode.h"
 #include "react/coat.h"
-#include "io/file.h"
-#include "scene/expr.h"
-#include "scene/text.h"
+#include "setup/expr.h"
+#include "setup/units.h"
 
 #define PD_SETUP_NAME 64 /* [byte] of a name with its end */
 #define PD_SETUP_PROBES 16 /* most [probe] sections */
@@ -486,6 +485,8 @@ typedef struct pd_setup {
     int slice_axis;         /* 3D: normal of the drawn plane */
     double slice_at;        /* [m] its coordinate */
     pd_setup_image_options drawing;
+    /* [byte] memory of the largest picture, for estimates; NULL: nothing is drawn */
+    double (*picture_bytes)(const struct pd_setup *setup);
     double displacement_scale; /* [-] magnification of displacements in images of the metal; 0: undeformed */
     pd_setup_probe probe[PD_SETUP_PROBES];
     int probes;
@@ -501,12 +502,28 @@ typedef struct pd_setup {
 #define pd_setup_free PD_NAME(pd_setup_free)
 #define pd_setup_set_function PD_NAME(pd_setup_set_function)
 #define pd_setup_set_breaks PD_NAME(pd_setup_set_breaks)
-
-#ifdef PDI_INTERNAL
+#define pd_setup_add_complement PD_NAME(pd_setup_add_complement)
+#define pd_setup_add_facets PD_NAME(pd_setup_add_facets)
+#define pd_setup_add_mask PD_NAME(pd_setup_add_mask)
+#define pd_setup_add_note PD_NAME(pd_setup_add_note)
+#define pd_setup_add_shape PD_NAME(pd_setup_add_shape)
+#define pd_setup_add_union PD_NAME(pd_setup_add_union)
+#define pd_setup_compute_rate_at_zero PD_NAME(pd_setup_compute_rate_at_zero)
+#define pd_setup_count_cells PD_NAME(pd_setup_count_cells)
+#define pd_setup_count_ghost_layers PD_NAME(pd_setup_count_ghost_layers)
+#define pd_setup_format_value PD_NAME(pd_setup_format_value)
+#define pd_setup_free_measured PD_NAME(pd_setup_free_measured)
+#define pd_setup_get_position_symbols PD_NAME(pd_setup_get_position_symbols)
+#define pd_setup_get_rate_symbols PD_NAME(pd_setup_get_rate_symbols)
+#define pd_setup_get_reactive_desc PD_NAME(pd_setup_get_reactive_desc)
+#define pd_setup_get_stress_symbols PD_NAME(pd_setup_get_stress_symbols)
+#define pd_setup_init PD_NAME(pd_setup_init)
+#define pd_setup_monitor_section_name PD_NAME(pd_setup_monitor_section_name)
+#define pd_setup_side_name PD_NAME(pd_setup_side_name)
 /* Initialise a setup with defaults: no physics, walls on all sides, one metal (mg4ag). Allocates the array of
  * shapes. */
-PDI_FN pd_status pdi_setup_init(pd_ctx *ctx, pd_setup *setup);
-#endif
+PD_API pd_status pd_setup_init(pd_ctx *ctx, pd_setup *setup);
+
 /* Free all memory that the setup owns and set it to zero. */
 PD_API void pd_setup_free(pd_ctx *ctx, pd_setup *setup);
 /* Put a function in the place of a value that the scene gives. `uses`: bit k: it depends on variable k.
@@ -528,105 +545,104 @@ PD_API pd_status pd_setup_set_function(pd_ctx *ctx, pd_setup *setup, const char 
  * PD_ERR_ARGUMENT: no such key, no function stands there, or times that do not ascend. */
 PD_API pd_status pd_setup_set_breaks(pd_ctx *ctx, pd_setup *setup, const char *key, const double *t, int count);
 
-#ifdef PDI_INTERNAL
-/* Fill the description of the reactive species solver (species, reactions, minerals, activity model, time order) from
- * the setup. Concentrations and arena are left to the caller. */
-PDI_FN void pdi_setup_get_reactive_desc(const pd_setup *setup, pd_reactive_desc *desc);
-/* Name of the scene section of a kind of monitor: "line", "plane", ... */
-PDI_FN const char *pdi_setup_monitor_section_name(pd_monitor_kind kind);
-/* Name of a side of the box: "x-", "x+", "y-", ... */
-PDI_FN const char *pdi_setup_side_name(int side);
-/* 1: some physics needs surface areas: dissolution, grain boundaries, electrodes, mass transfer from walls. */
-PDI_FN int pdi_setup_has_surface_area(const pd_setup *setup);
-/* Number of ghost layers of the lattice: largest n with |n| < m + 1/2 of any horizon in use. */
-PDI_FN int pdi_setup_count_ghost_layers(const pd_setup *setup);
-/* Options (pd_bonds_options) for building the bonds of the lattice: fluid at rest, less memory. */
-PDI_FN int pdi_setup_get_bond_options(const pd_setup *setup);
-/* Number of cells of the box along an axis. */
-PDI_FN int pdi_setup_count_cells(const pd_setup *setup, int axis);
-#define PDI_SETUP_POSITION_VARS (PD_DIM + 1)
-/* Symbol table of expressions in space and time: x, y, z (PD_DIM of them), then t; PDI_SETUP_POSITION_VARS entries. */
-PDI_FN const pd_expr_symbol *pdi_setup_get_position_symbols(void);
-#define PDI_SETUP_RATE_GRAIN (PD_DIM + 2)     /* index of the variable grain of a rate law */
-#define PDI_SETUP_RATE_CURRENT (PD_DIM + 3)   /* index of i, current density of the electrode */
-#define PDI_SETUP_RATE_POTENTIAL (PD_DIM + 4) /* index of E, potential of the electrode */
-#define PDI_SETUP_RATE_FIELD (PD_DIM + 5)     /* index of the first field of the physics of the program */
-#define PDI_SETUP_RATE_VARS (PDI_SETUP_RATE_FIELD + PD_PHYSICS_TYPE_FIELDS) /* number of these variables */
-/* Symbol table of dissolution rate laws: C, t, x, y, z, grain as in pd_rate_at, then current density i and potential E
- * of electrodes, and nameless places for fields; PDI_SETUP_RATE_VARS entries. */
-PDI_FN const pd_expr_symbol *pdi_setup_get_rate_symbols(void);
+#define PD_SETUP_POSITION_VARS (PD_DIM + 1)
+
+#define PD_SETUP_RATE_GRAIN (PD_DIM + 2)     /* index of the variable grain of a rate law */
+#define PD_SETUP_RATE_CURRENT (PD_DIM + 3)   /* index of i, current density of the electrode */
+#define PD_SETUP_RATE_POTENTIAL (PD_DIM + 4) /* index of E, potential of the electrode */
+#define PD_SETUP_RATE_FIELD (PD_DIM + 5)     /* index of the first field of the physics of the program */
+#define PD_SETUP_RATE_VARS (PD_SETUP_RATE_FIELD + PD_PHYSICS_TYPE_FIELDS) /* number of these variables */
+
 /* Index of the variable pH of a rate law; behind it follow the species that the law names, then surface states. */
-#define PDI_SETUP_RATE_PH PDI_SETUP_RATE_VARS
-/* 1: the rate law of the metal depends on pH, species, surface states, or on E with migrating ions. */
-static inline int pdi_setup_has_species_rate(const pd_setup_metal *metal)
-{
-    return metal->rate.variables_used >> PDI_SETUP_RATE_PH != 0 ||
-           (metal->has_potential && (metal->rate.variables_used >> PDI_SETUP_RATE_POTENTIAL & 1u) != 0);
-}
-/* Index of the first metal whose rate law depends on species or, with migrating ions, on E; -1: none does. */
-static inline int pdi_setup_find_species_rate_metal(const pd_setup *setup)
-{
-    for (int k = 0; k < setup->metals && setup->has_dissolve; k++)
-        if (pdi_setup_has_species_rate(&setup->metal[k])) return k;
-    return -1;
-}
+#define PD_SETUP_RATE_PH PD_SETUP_RATE_VARS
+
+#define PD_SETUP_STRESS_VARS (PD_DIM + 4)
+/* Append the complement of the shape *index and put its index into *index. */
+PD_API pd_status pd_setup_add_complement(pd_ctx *ctx, pd_setup *setup, int *index);
+/* Allocate an empty triangle surface, owned by the setup. PD_ERR_SIZE: too many. */
+PD_API pd_status pd_setup_add_facets(pd_ctx *ctx, pd_setup *setup, pd_facets **surface);
+/* Allocate a voxel mask of `size` bytes, owned by the setup. PD_ERR_SIZE: too many. */
+PD_API pd_status pd_setup_add_mask(pd_ctx *ctx, pd_setup *setup, size_t size, uint8_t **mask);
+/* Add a note, printf style, to the printed summary. Notes beyond PD_SETUP_NOTES are dropped. */
+PD_API void pd_setup_add_note(pd_setup *setup, const char *format, ...) PD_PRINTF_LIKE(2, 3);
+/* Append a shape to the geometry tree; *index: its position. PD_ERR_SIZE: too many shapes. */
+PD_API pd_status pd_setup_add_shape(pd_ctx *ctx, pd_setup *setup, const pd_shape *shape, int *index);
+/* Append the union of the shapes `index` and *whole and put its index into *whole. *whole = -1: it becomes `index`. */
+PD_API pd_status pd_setup_add_union(pd_ctx *ctx, pd_setup *setup, int index, int *whole);
+/* Recession speed [m/s] of the rate law where all its variables are 0: C = 0, t = 0, x = 0. */
+PD_API double pd_setup_compute_rate_at_zero(const pd_setup_metal *metal);
+/* Number of cells of the box along an axis. */
+PD_API int pd_setup_count_cells(const pd_setup *setup, int axis);
+/* Number of ghost layers of the lattice: largest n with |n| < m + 1/2 of any horizon in use. */
+PD_API int pd_setup_count_ghost_layers(const pd_setup *setup);
 /* Number of metals that the species solver distinguishes: all of them when several have such a rate law, else 1. */
-static inline int pdi_setup_count_species_rate_metals(const pd_setup *setup)
+static inline int pd_setup_count_species_rate_metals(const pd_setup *setup)
 {
     int count = 0;
     for (int k = 0; k < setup->metals && setup->has_dissolve; k++)
-        count += pdi_setup_has_species_rate(&setup->metal[k]);
+        count += pd_setup_has_species_rate(&setup->metal[k]);
     return count > 1 ? setup->metals : 1;
 }
+/* Index of the first metal whose rate law depends on species or, with migrating ions, on E; -1: none does. */
+static inline int pd_setup_find_species_rate_metal(const pd_setup *setup)
+{
+    for (int k = 0; k < setup->metals && setup->has_dissolve; k++)
+        if (pd_setup_has_species_rate(&setup->metal[k])) return k;
+    return -1;
+}
+/* Print a SI value with a unit of readable size ("80 um") into text[PD_UNITS_TEXT]; `unit` gives the dimension. */
+PD_API void pd_setup_format_value(double value, const char *unit, char *text);
+/* Free the experimental data of all [measured] sections. */
+PD_API void pd_setup_free_measured(pd_ctx *ctx, pd_setup *setup);
+/* Symbol table of expressions in space and time: x, y, z (PD_DIM of them), then t; PD_SETUP_POSITION_VARS entries. */
+PD_API const pd_expr_symbol *pd_setup_get_position_symbols(void);
+/* Symbol table of dissolution rate laws: C, t, x, y, z, grain as in pd_rate_at, then current density i and potential E
+ * of electrodes, and nameless places for fields; PD_SETUP_RATE_VARS entries. */
+PD_API const pd_expr_symbol *pd_setup_get_rate_symbols(void);
+/* Fill the description of the reactive species solver (species, reactions, minerals, activity model, time order) from
+ * the setup. Concentrations and arena are left to the caller. */
+PD_API void pd_setup_get_reactive_desc(const pd_setup *setup, pd_reactive_desc *desc);
+/* Symbol table of the stress factor of the dissolution rate: sigma_h, mises, eps_p, x, y, z, t; PD_SETUP_STRESS_VARS
+ * entries. */
+PD_API const pd_expr_symbol *pd_setup_get_stress_symbols(void);
 /* 1: electrodes in an electrolyte whose ions migrate. */
-static inline int pdi_setup_has_ion_electrodes(const pd_setup *setup)
+static inline int pd_setup_has_ion_electrodes(const pd_setup *setup)
 {
     return setup->has_migration && setup->has_potential;
 }
-/* 1: the rate law depends on a field of a physics of the program. */
-static inline int pdi_setup_reads_registered_field(const pd_setup_metal *metal)
+/* 1: the rate law of the metal depends on pH, species, surface states, or on E with migrating ions. */
+static inline int pd_setup_has_species_rate(const pd_setup_metal *metal)
 {
-    return (metal->rate.variables_used >> PDI_SETUP_RATE_FIELD & (((uint32_t)1 << PD_PHYSICS_TYPE_FIELDS) - 1u)) != 0;
+    return metal->rate.variables_used >> PD_SETUP_RATE_PH != 0 ||
+           (metal->has_potential && (metal->rate.variables_used >> PD_SETUP_RATE_POTENTIAL & 1u) != 0);
 }
-/* 1: the rate law depends on i or E of the electric potential solver. */
-static inline int pdi_setup_has_electric_rate(const pd_setup_metal *metal)
-{
-    return !metal->has_potential && (metal->rate.variables_used >> PDI_SETUP_RATE_CURRENT & 3u) != 0;
-}
-#define PDI_SETUP_STRESS_VARS (PD_DIM + 4)
-/* Symbol table of the stress factor of the dissolution rate: sigma_h, mises, eps_p, x, y, z, t; PDI_SETUP_STRESS_VARS
- * entries. */
-PDI_FN const pd_expr_symbol *pdi_setup_get_stress_symbols(void);
-/* Recession speed [m/s] of the rate law where all its variables are 0: C = 0, t = 0, x = 0. */
-PDI_FN double pdi_setup_compute_rate_at_zero(const pd_setup_metal *metal);
-/* Value of an expression in x, y, z, t at the point x[PD_DIM] [m] and time t [s]. */
-PDI_FN double pdi_setup_eval_expr(const pd_expr *expr, const double *x, double t);
 /* 1: an expression in x, y, z, t depends on t. */
-static inline int pdi_setup_is_time_dependent(const pd_expr *expr)
+static inline int pd_setup_is_time_dependent(const pd_expr *expr)
 {
     return (int)(expr->variables_used >> PD_DIM & 1u);
 }
-/* Append a shape to the geometry tree; *index: its position. PD_ERR_SIZE: too many shapes. */
-PDI_FN pd_status pdi_setup_add_shape(pd_ctx *ctx, pd_setup *setup, const pd_shape *shape, int *index);
-/* Append the union of the shapes `index` and *whole and put its index into *whole. *whole = -1: it becomes `index`. */
-PDI_FN pd_status pdi_setup_add_union(pd_ctx *ctx, pd_setup *setup, int index, int *whole);
-/* Append the complement of the shape *index and put its index into *index. */
-PDI_FN pd_status pdi_setup_add_complement(pd_ctx *ctx, pd_setup *setup, int *index);
-/* Read the output folder from a key; it must lie below the current folder. PD_ERR_ARGUMENT with file:line. */
-PDI_FN pd_status pdi_setup_read_folder(pd_ctx *ctx, pd_text *text, int section, const char *key, pd_setup *setup);
-/* Free the experimental data of all [measured] sections. */
-PDI_FN void pdi_setup_free_measured(pd_ctx *ctx, pd_setup *setup);
-/* Allocate an empty triangle surface, owned by the setup. PD_ERR_SIZE: too many. */
-PDI_FN pd_status pdi_setup_add_facets(pd_ctx *ctx, pd_setup *setup, pd_facets **surface);
-/* Allocate a voxel mask of `size` bytes, owned by the setup. PD_ERR_SIZE: too many. */
-PDI_FN pd_status pdi_setup_add_mask(pd_ctx *ctx, pd_setup *setup, size_t size, uint8_t **mask);
-/* Add a note, printf style, to the printed summary. Notes beyond PD_SETUP_NOTES are dropped. */
-PDI_FN void pdi_setup_add_note(pd_setup *setup, const char *format, ...) PD_PRINTF_LIKE(2, 3);
-/* Print a SI value with a unit of readable size ("80 um") into text[PD_UNITS_TEXT]; `unit` gives the dimension. */
-PDI_FN void pdi_setup_format_value(double value, const char *unit, char *text);
-/* Split a path: file name without ending into name[PD_SETUP_NAME], and its folder, when `folder` is not NULL, into
- * folder[PD_PATH_SIZE]. */
-PDI_FN void pdi_setup_split_path(const char *path, char *name, char *folder);
+/* Name of the scene section of a kind of monitor: "line", "plane", ... */
+PD_API const char *pd_setup_monitor_section_name(pd_monitor_kind kind);
+/* 1: the rate law depends on a field of a physics of the program. */
+static inline int pd_setup_reads_registered_field(const pd_setup_metal *metal)
+{
+    return (metal->rate.variables_used >> PD_SETUP_RATE_FIELD & (((uint32_t)1 << PD_PHYSICS_TYPE_FIELDS) - 1u)) != 0;
+}
+/* Name of a side of the box: "x-", "x+", "y-", ... */
+PD_API const char *pd_setup_side_name(int side);
+
+#ifdef PDI_INTERNAL
+/* 1: some physics needs surface areas: dissolution, grain boundaries, electrodes, mass transfer from walls. */
+PDI_FN int pdi_setup_has_surface_area(const pd_setup *setup);
+/* Options (pd_bonds_options) for building the bonds of the lattice: fluid at rest, less memory. */
+PDI_FN int pdi_setup_get_bond_options(const pd_setup *setup);
+/* 1: the rate law depends on i or E of the electric potential solver. */
+static inline int pdi_setup_has_electric_rate(const pd_setup_metal *metal)
+{
+    return !metal->has_potential && (metal->rate.variables_used >> PD_SETUP_RATE_CURRENT & 3u) != 0;
+}
+/* Value of an expression in x, y, z, t at the point x[PD_DIM] [m] and time t [s]. */
+PDI_FN double pdi_setup_eval_expr(const pd_expr *expr, const double *x, double t);
 #endif
 
 #endif

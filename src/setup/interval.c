@@ -3,7 +3,7 @@
  * Sources: Moore, Kearfott and Cloud, Introduction to Interval Analysis, SIAM 2009. Bounds are those of rounded
  * numbers: they may be off by a few units of the last place, which is below all that they are asked for.
  */
-#include "scene/interval.h"
+#include "setup/interval.h"
 #include "core/vec.h"
 #include <math.h>
 #include <string.h>
@@ -65,9 +65,9 @@ static int pdi_interval_contains_periodic(pdi_interval a, double first, double p
 static pdi_interval pdi_interval_apply_sine(int op, pdi_interval a, double crest)
 {
     double low = pdi_expr_apply_op(op, &a.low), high = pdi_expr_apply_op(op, &a.high), least, most;
-    if (!(a.high - a.low < 2.0 * PDI_PI)) return pdi_interval_make(-1.0, 1.0);
-    least = pdi_interval_contains_periodic(a, crest + PDI_PI, 2.0 * PDI_PI) ? -1.0 : pdi_min(low, high);
-    most = pdi_interval_contains_periodic(a, crest, 2.0 * PDI_PI) ? 1.0 : pdi_max(low, high);
+    if (!(a.high - a.low < 2.0 * PD_PI)) return pdi_interval_make(-1.0, 1.0);
+    least = pdi_interval_contains_periodic(a, crest + PD_PI, 2.0 * PD_PI) ? -1.0 : pdi_min(low, high);
+    most = pdi_interval_contains_periodic(a, crest, 2.0 * PD_PI) ? 1.0 : pdi_max(low, high);
     return pdi_interval_make(least, most);
 }
 
@@ -95,7 +95,7 @@ static pdi_interval pdi_interval_apply_power(const pdi_interval *a)
 /* Interval of atan2(a[0], a[1]); -pi .. pi across the branch cut. */
 static pdi_interval pdi_interval_apply_atan2(const pdi_interval *a)
 {
-    if (a[1].low <= 0.0 && pdi_interval_contains(a[0], 0.0)) return pdi_interval_make(-PDI_PI, PDI_PI);
+    if (a[1].low <= 0.0 && pdi_interval_contains(a[0], 0.0)) return pdi_interval_make(-PD_PI, PD_PI);
     return pdi_interval_apply_corners(PDI_EXPR_OP_atan2, a);
 }
 
@@ -153,10 +153,10 @@ static pdi_interval pdi_interval_apply_op(int op, const pdi_interval *a)
     case PDI_EXPR_GT:
     case PDI_EXPR_LE:
     case PDI_EXPR_GE: return pdi_interval_apply_comparison(op, a);
-    case PDI_EXPR_OP_sin: return pdi_interval_apply_sine(op, a[0], 0.5 * PDI_PI);
+    case PDI_EXPR_OP_sin: return pdi_interval_apply_sine(op, a[0], 0.5 * PD_PI);
     case PDI_EXPR_OP_cos: return pdi_interval_apply_sine(op, a[0], 0.0);
     case PDI_EXPR_OP_tan:
-        if (!(a[0].high - a[0].low < PDI_PI) || pdi_interval_contains_periodic(a[0], 0.5 * PDI_PI, PDI_PI))
+        if (!(a[0].high - a[0].low < PD_PI) || pdi_interval_contains_periodic(a[0], 0.5 * PD_PI, PD_PI))
             return pdi_interval_all_reals();
         return pdi_interval_apply_increasing(op, a[0]);
     case PDI_EXPR_OP_abs:

@@ -1,5 +1,5 @@
 /* depletion_notes: see depletion_notes.h */
-#include "run/depletion_notes.h"
+#include "physics/depletion_notes.h"
 #include <stdio.h>
 #include <string.h>
 
@@ -31,22 +31,22 @@ static int pdi_depletion_notes_is_electrode_idle(const pd_model *m, int electrod
     if (!m->setup->has_potential || !(m->cell.potential.contacts.idle || m->dissolution_laws.surface_solver.idle))
         return 0;
     if (m->dissolution_laws.species_electrodes.setup)
-        pdi_species_electrodes_get_electrode(&m->dissolution_laws.species_electrodes, electrode, &now);
+        pd_species_electrodes_get_electrode(&m->dissolution_laws.species_electrodes, electrode, &now);
     else pd_cell_electrode_of(&m->cell, electrode, &now);
     return now.touches == PD_CELL_IDLE;
 }
 
-PDI_FN pd_status pdi_depletion_notes_build(pd_ctx *ctx, pd_model *model, pd_depletion_notes *d)
+pd_status pd_depletion_notes_build(pd_ctx *ctx, pd_model *model, pd_depletion_notes *d)
 {
     double x[PD_DIM];
     memset(d, 0, sizeof *d);
     if (!model->setup->has_dissolve) return PD_OK;
-    PDI_TRY(PDI_NEW(ctx, "depletion", model->grid.total, d->shape_of_node));
+    PD_TRY(PD_NEW(ctx, "depletion", model->grid.total, d->shape_of_node));
     d->model = model;
     d->solid_nodes = model->grid.solid_count;
     for (int32_t i = 0; i < model->grid.total; i++) {
         d->shape_of_node[i] = PDI_DEPLETION_NOTES_NO_SHAPE;
-        if (model->grid.kind[i] != PD_SOLID || pdi_grid_find_source(&model->grid, i, NULL) != i) continue;
+        if (model->grid.kind[i] != PD_SOLID || pd_grid_find_source(&model->grid, i, NULL) != i) continue;
         pd_grid_position(&model->grid, i, x);
         d->shape_of_node[i] = pdi_depletion_notes_find_shape(model->setup, x);
     }
@@ -57,7 +57,7 @@ PDI_FN pd_status pdi_depletion_notes_build(pd_ctx *ctx, pd_model *model, pd_depl
 /* Write a time such as "13.2 day"; returns text. */
 static const char *pdi_depletion_notes_format_time(double time, char *text)
 {
-    pdi_setup_format_value(time, "s", text);
+    pd_setup_format_value(time, "s", text);
     return text;
 }
 
@@ -100,7 +100,7 @@ static void pdi_depletion_notes_print_idle_electrodes(pd_depletion_notes *d, pd_
     }
 }
 
-PDI_FN void pdi_depletion_notes_update(pd_depletion_notes *d, pd_print_fn print, void *user)
+void pd_depletion_notes_update(pd_depletion_notes *d, pd_print_fn print, void *user)
 {
     if (!d->model) return;
     if (d->solid_nodes != d->model->grid.solid_count) pdi_depletion_notes_print_consumed_shapes(d, print, user);
@@ -109,9 +109,9 @@ PDI_FN void pdi_depletion_notes_update(pd_depletion_notes *d, pd_print_fn print,
     d->time = d->model->time_loop.time;
 }
 
-PDI_FN void pdi_depletion_notes_free(pd_ctx *ctx, pd_depletion_notes *d)
+void pd_depletion_notes_free(pd_ctx *ctx, pd_depletion_notes *d)
 {
-    if (d->model) PDI_DELETE(ctx, d->model->grid.total, d->shape_of_node);
+    if (d->model) PD_DELETE(ctx, d->model->grid.total, d->shape_of_node);
     memset(d, 0, sizeof *d);
 }
 

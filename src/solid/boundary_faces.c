@@ -1,5 +1,5 @@
 /* boundary_faces: see boundary_faces.h */
-#include "io/boundary_faces.h"
+#include "solid/boundary_faces.h"
 #include "core/vec.h"
 #include "lattice/vertex_merge.h"
 #include <math.h>
@@ -77,9 +77,9 @@ static pd_status pdi_boundary_faces_grow(pd_ctx *ctx, pdi_boundary_faces *s)
 {
     pdi_boundary_faces_face *face;
     int64_t room = 2 * s->capacity + 64;
-    PDI_TRY(PDI_NEW(ctx, "skin", room, face));
+    PD_TRY(PD_NEW(ctx, "skin", room, face));
     if (s->count) memcpy(face, s->face, (size_t)s->count * sizeof *face);
-    PDI_DELETE(ctx, s->capacity, s->face);
+    PD_DELETE(ctx, s->capacity, s->face);
     s->face = face;
     s->capacity = room;
     return PD_OK;
@@ -102,7 +102,7 @@ static int8_t pdi_boundary_faces_compute_orientation(pdi_points_cell_type form, 
                                                      const double *const *x, int corners)
 {
     double along = 0.0, area[3] = {1.0, 0.0, 0.0};
-    int all = pdi_points_count_corners(form);
+    int all = pd_points_count_corners(form);
     pdi_boundary_faces_compute_area(corners, x, area);
     for (int d = 0; d < PD_DIM; d++) {
         double middle = 0.0, at = 0.0;
@@ -124,14 +124,14 @@ static void pdi_boundary_faces_area_and_centroid(const pdi_boundary_faces_face *
     for (int d = 0; d < PD_DIM; d++) area[d] *= face->orientation;
 }
 
-PDI_FN pd_status pdi_boundary_faces_add_cell(pd_ctx *ctx, pdi_boundary_faces *s, pdi_points_cell_type form,
+pd_status pd_boundary_faces_add_cell(pd_ctx *ctx, pdi_boundary_faces *s, pdi_points_cell_type form,
                                              const int64_t *node, const double *const *corner, int32_t cell)
 {
     const pdi_boundary_faces_form *f = pdi_boundary_faces_get_form(form);
     for (int k = 0; k < f->faces; k++) {
         const double *x[4];
         int corners = 0;
-        if (s->count == s->capacity) PDI_TRY(pdi_boundary_faces_grow(ctx, s));
+        if (s->count == s->capacity) PD_TRY(pdi_boundary_faces_grow(ctx, s));
         pdi_boundary_faces_face *face = &s->face[s->count++];
         for (int c = 0; c < 4; c++) {
             face->node[c] = INT64_MAX;
@@ -353,10 +353,10 @@ static pd_status pdi_boundary_faces_merge_vertices(pd_ctx *ctx, const pdi_bounda
     for (int64_t k = 0; k < n; k++) /* missing corners of a face repeat its first one */
         for (int d = 0; d < PD_DIM; d++)
             corner[3 * k + d] = s->face[k / 4].x[k % 4 < s->face[k / 4].corners ? k % 4 : 0][d];
-    PDI_TRY(pdi_vertex_merge_identical(ctx, corner, n, vertex));
-    PDI_TRY(PDI_NEW(ctx, "skin", n, root));
+    PD_TRY(pdi_vertex_merge_identical(ctx, corner, n, vertex));
+    PD_TRY(PD_NEW(ctx, "skin", n, root));
     pd_status status = pdi_vertex_merge_nearby(ctx, corner, n, vertex, root, &joined);
-    PDI_DELETE(ctx, n, root);
+    PD_DELETE(ctx, n, root);
     return status;
 }
 
@@ -393,10 +393,10 @@ static pd_status pdi_boundary_faces_match_pieces(pd_ctx *ctx, const pdi_boundary
     int32_t *vertex = NULL;
     int64_t *nodes = NULL;
     if (count == 0 || 4 * count > INT32_MAX) return PD_OK;
-    pd_status status = PDI_NEW(ctx, "skin", count, place);
-    if (status == PD_OK) status = PDI_NEW(ctx, "skin", 12 * count, corner);
-    if (status == PD_OK) status = PDI_NEW(ctx, "skin", 4 * count, vertex);
-    if (status == PD_OK) status = PDI_NEW(ctx, "skin", 8 * count, nodes);
+    pd_status status = PD_NEW(ctx, "skin", count, place);
+    if (status == PD_OK) status = PD_NEW(ctx, "skin", 12 * count, corner);
+    if (status == PD_OK) status = PD_NEW(ctx, "skin", 4 * count, vertex);
+    if (status == PD_OK) status = PD_NEW(ctx, "skin", 8 * count, nodes);
     if (status == PD_OK) status = pdi_boundary_faces_merge_vertices(ctx, s, count, corner, vertex);
     for (int64_t k = 0; k < count && status == PD_OK; k++) {
         place[k].face = k;
@@ -413,10 +413,10 @@ static pd_status pdi_boundary_faces_match_pieces(pd_ctx *ctx, const pdi_boundary
         points->coincident_nodes =
             pdi_boundary_faces_count_distinct(nodes, n) - pdi_boundary_faces_count_distinct(nodes + 4 * count, n);
     }
-    PDI_DELETE(ctx, 8 * count, nodes);
-    PDI_DELETE(ctx, 4 * count, vertex);
-    PDI_DELETE(ctx, 12 * count, corner);
-    PDI_DELETE(ctx, count, place);
+    PD_DELETE(ctx, 8 * count, nodes);
+    PD_DELETE(ctx, 4 * count, vertex);
+    PD_DELETE(ctx, 12 * count, corner);
+    PD_DELETE(ctx, count, place);
     return status;
 }
 
@@ -428,7 +428,7 @@ static pd_status pdi_boundary_faces_store_simplices(pd_ctx *ctx, const pdi_bound
 {
     int64_t faces = 0;
     for (int64_t k = 0; k < count; k++) faces += shared[k] ? 0 : s->face[k].corners == 4 ? 2 : 1;
-    PDI_TRY(pdi_points_reserve_faces(ctx, points, faces));
+    PD_TRY(pdi_points_reserve_faces(ctx, points, faces));
     double *to = points->face_corner;
     for (int64_t k = 0; k < count; k++)
         for (int t = 0; t < (shared[k] ? 0 : s->face[k].corners == 4 ? 2 : 1); t++)
@@ -437,29 +437,29 @@ static pd_status pdi_boundary_faces_store_simplices(pd_ctx *ctx, const pdi_bound
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_boundary_faces_finish(pd_ctx *ctx, pdi_boundary_faces *s, double scale, pd_points *points)
+pd_status pd_boundary_faces_finish(pd_ctx *ctx, pdi_boundary_faces *s, double scale, pd_points *points)
 {
     double size = 1.0;
     int64_t links = 0, rooms = 4 * s->count;
     pdi_boundary_faces_node_cell *link = NULL;
     uint8_t *shared = NULL;
     for (int d = 1; d < PD_DIM; d++) size *= scale;
-    PDI_TRY(PDI_NEW(ctx, "skin", rooms, link));
+    PD_TRY(PD_NEW(ctx, "skin", rooms, link));
     pdi_boundary_faces_list_node_cells(s, link, &links);
     int64_t count = pdi_boundary_faces_extract_unshared(s);
-    pd_status status = PDI_NEW(ctx, "skin", count, shared);
+    pd_status status = PD_NEW(ctx, "skin", count, shared);
     if (status == PD_OK) status = pdi_boundary_faces_match_pieces(ctx, s, count, shared, points);
     if (status == PD_OK) status = pdi_boundary_faces_store_simplices(ctx, s, count, shared, scale, points);
     for (int64_t k = 0; k < count && status == PD_OK; k++)
         if (!shared[k]) pdi_boundary_faces_distribute_area(&s->face[k], link, links, scale, size, points);
-    PDI_DELETE(ctx, count, shared);
-    PDI_DELETE(ctx, rooms, link);
+    PD_DELETE(ctx, count, shared);
+    PD_DELETE(ctx, rooms, link);
     return status;
 }
 
-PDI_FN void pdi_boundary_faces_free(pd_ctx *ctx, pdi_boundary_faces *s)
+void pd_boundary_faces_free(pd_ctx *ctx, pdi_boundary_faces *s)
 {
-    PDI_DELETE(ctx, s->capacity, s->face);
+    PD_DELETE(ctx, s->capacity, s->face);
     memset(s, 0, sizeof *s);
 }
 

@@ -2,7 +2,7 @@
  * (Moore, Kearfott and Cloud 2009). */
 #ifndef PD_INTERVAL_H
 #define PD_INTERVAL_H
-#include "scene/expr.h"
+#include "setup/expr.h"
 
 #ifdef PDI_INTERNAL
 /* A closed interval that contains all values; low and high may be infinite. It is wider than the values by the

@@ -1,5 +1,5 @@
 /* setup: see setup.h */
-#include "scene/setup.h"
+#include "setup/setup.h"
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -26,7 +26,7 @@ static const pd_expr_symbol pdi_setup_stress_symbols[] = {
     {"sigma_h", "Pa", 0.0}, {"mises", "Pa", 0.0}, {"eps_p", "", 0.0}, PDI_SETUP_COORDINATES, {"t", "s", 0.0}};
 #undef PDI_SETUP_COORDINATES
 
-PDI_FN pd_status pdi_setup_init(pd_ctx *ctx, pd_setup *setup)
+pd_status pd_setup_init(pd_ctx *ctx, pd_setup *setup)
 {
     memset(setup, 0, sizeof *setup);
     setup->solid = setup->wall = setup->medium = setup->passive = setup->solution = -1;
@@ -41,7 +41,7 @@ PDI_FN pd_status pdi_setup_init(pd_ctx *ctx, pd_setup *setup)
     setup->metal[0].rate_scale = 1.0;
     memcpy(setup->prefix, "corr", 5);
     memcpy(setup->folder, "output", 7);
-    pd_status status = PDI_NEW(ctx, "setup", PD_SHAPE_MAX, setup->shape);
+    pd_status status = PD_NEW(ctx, "setup", PD_SHAPE_MAX, setup->shape);
     if (status < 0) memset(setup, 0, sizeof *setup);
     return status;
 }
@@ -50,12 +50,12 @@ PDI_FN pd_status pdi_setup_init(pd_ctx *ctx, pd_setup *setup)
 static void pdi_setup_free_mechanics(pd_ctx *ctx, pd_setup_mechanics *b)
 {
     for (int k = 0; k < b->mechanical_bcs; k++) {
-        for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &b->mechanical_bc[k].displacement[d]);
-        for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &b->mechanical_bc[k].traction[d]);
-        pdi_expr_free(ctx, &b->mechanical_bc[k].pressure);
+        for (int d = 0; d < PD_DIM; d++) pd_expr_free(ctx, &b->mechanical_bc[k].displacement[d]);
+        for (int d = 0; d < PD_DIM; d++) pd_expr_free(ctx, &b->mechanical_bc[k].traction[d]);
+        pd_expr_free(ctx, &b->mechanical_bc[k].pressure);
     }
-    for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &b->force[d]);
-    pdi_expr_free(ctx, &b->rate_factor);
+    for (int d = 0; d < PD_DIM; d++) pd_expr_free(ctx, &b->force[d]);
+    pd_expr_free(ctx, &b->rate_factor);
 }
 
 /* Free expressions and tables of all electrodes. */
@@ -63,11 +63,11 @@ static void pdi_setup_free_electrodes(pd_ctx *ctx, pd_setup_potential *p)
 {
     for (int k = 0; k < p->electrodes; k++) {
         pd_setup_electrode *e = &p->electrode[k];
-        pdi_expr_free(ctx, &e->species_curve);
-        PDI_DELETE(ctx, e->points, e->potential);
-        PDI_DELETE(ctx, e->points, e->current);
-        pdi_expr_free(ctx, &e->fixed_value);
-        pdi_expr_free(ctx, &e->current_factor);
+        pd_expr_free(ctx, &e->species_curve);
+        PD_DELETE(ctx, e->points, e->potential);
+        PD_DELETE(ctx, e->points, e->current);
+        pd_expr_free(ctx, &e->fixed_value);
+        pd_expr_free(ctx, &e->current_factor);
     }
 }
 
@@ -76,48 +76,48 @@ void pd_setup_free(pd_ctx *ctx, pd_setup *setup)
     pdi_setup_free_mechanics(ctx, &setup->metal_body);
     pdi_setup_free_electrodes(ctx, &setup->potential);
     for (int r = 0; r < setup->registered_count; r++) {
-        for (int k = 0; k < PD_PHYSICS_TYPE_KEYS; k++) pdi_expr_free(ctx, &setup->registered[r].value[k]);
-        for (int s = 0; s < 2 * PD_DIM; s++) pdi_expr_free(ctx, &setup->registered[r].prescribed[s]);
+        for (int k = 0; k < PD_PHYSICS_TYPE_KEYS; k++) pd_expr_free(ctx, &setup->registered[r].value[k]);
+        for (int s = 0; s < 2 * PD_DIM; s++) pd_expr_free(ctx, &setup->registered[r].prescribed[s]);
     }
     for (int s = 0; s < 2 * PD_DIM; s++) {
-        for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &setup->side[s].velocity[d]);
-        for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &setup->side[s].wall_velocity[d]);
-        pdi_expr_free(ctx, &setup->side[s].inflow_of_time);
-        pdi_expr_free(ctx, &setup->side[s].inlet_c);
-        pdi_expr_free(ctx, &setup->side[s].fixed_c);
+        for (int d = 0; d < PD_DIM; d++) pd_expr_free(ctx, &setup->side[s].velocity[d]);
+        for (int d = 0; d < PD_DIM; d++) pd_expr_free(ctx, &setup->side[s].wall_velocity[d]);
+        pd_expr_free(ctx, &setup->side[s].inflow_of_time);
+        pd_expr_free(ctx, &setup->side[s].inlet_c);
+        pd_expr_free(ctx, &setup->side[s].fixed_c);
     }
-    for (int k = 0; k < setup->wall_count; k++) pdi_expr_free(ctx, &setup->wall_shape[k].fixed_c);
-    for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &setup->body_force[d]);
-    for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &setup->initial_velocity[d]);
-    pdi_expr_free(ctx, &setup->gas_rho);
-    pdi_expr_free(ctx, &setup->gas_p);
-    pdi_expr_free(ctx, &setup->initial_c);
+    for (int k = 0; k < setup->wall_count; k++) pd_expr_free(ctx, &setup->wall_shape[k].fixed_c);
+    for (int d = 0; d < PD_DIM; d++) pd_expr_free(ctx, &setup->body_force[d]);
+    for (int d = 0; d < PD_DIM; d++) pd_expr_free(ctx, &setup->initial_velocity[d]);
+    pd_expr_free(ctx, &setup->gas_rho);
+    pd_expr_free(ctx, &setup->gas_p);
+    pd_expr_free(ctx, &setup->initial_c);
     for (int k = 0; k < setup->metals; k++) {
-        pdi_expr_free(ctx, &setup->metal[k].rate);
-        pdi_expr_free(ctx, &setup->metal[k].potential);
+        pd_expr_free(ctx, &setup->metal[k].rate);
+        pd_expr_free(ctx, &setup->metal[k].potential);
     }
     for (int k = 0; k < setup->states; k++) {
-        pdi_expr_free(ctx, &setup->state[k].initial);
-        pdi_expr_free(ctx, &setup->state[k].rate);
+        pd_expr_free(ctx, &setup->state[k].initial);
+        pd_expr_free(ctx, &setup->state[k].rate);
     }
-    for (int k = 0; k < setup->masks; k++) PDI_DELETE(ctx, setup->mask_size[k], setup->mask[k]);
+    for (int k = 0; k < setup->masks; k++) PD_DELETE(ctx, setup->mask_size[k], setup->mask[k]);
     for (int k = 0; k < setup->facets_count; k++) {
         pd_facets_free(ctx, setup->facets[k]);
-        PDI_DELETE(ctx, 1, setup->facets[k]);
+        PD_DELETE(ctx, 1, setup->facets[k]);
     }
-    PDI_DELETE(ctx, PD_SHAPE_MAX, setup->shape);
+    PD_DELETE(ctx, PD_SHAPE_MAX, setup->shape);
     for (int k = 0; k < setup->tables; k++) pdi_monotone_cubic_free(ctx, &setup->table[k].curve);
-    PDI_DELETE(ctx, setup->tables, setup->table);
-    PDI_DELETE(ctx, setup->tables, setup->function);
-    PDI_DELETE(ctx, setup->fingerprint_size, setup->fingerprint);
-    pdi_setup_free_measured(ctx, setup);
+    PD_DELETE(ctx, setup->tables, setup->table);
+    PD_DELETE(ctx, setup->tables, setup->function);
+    PD_DELETE(ctx, setup->fingerprint_size, setup->fingerprint);
+    pd_setup_free_measured(ctx, setup);
     memset(setup, 0, sizeof *setup);
 }
 
 /* Error of pd_setup_set_function: the value under `key` cannot be a function, and why. Returns PD_ERR_ARGUMENT. */
 static pd_status pdi_setup_fail_function(pd_ctx *ctx, const char *key, const char *why)
 {
-    return pdi_fail(ctx, PD_ERR_ARGUMENT, "setup", "a function for '%.40s': %s", key, why);
+    return pd_fail(ctx, PD_ERR_ARGUMENT, "setup", "a function for '%.40s': %s", key, why);
 }
 
 /* Find the expression of a boundary condition that a user function replaces: key "x-.C", "x-.mean" or "x-.vx". Switches
@@ -166,7 +166,7 @@ static pd_status pdi_setup_find_rate_expr(pd_ctx *ctx, pd_setup *u, const char *
         return pdi_setup_fail_function(ctx, key,
                                        key[4] ? "no solid is of that material"
                                               : "there are several metals, expected rate.NAME for one of them");
-    if ((uses >> PDI_SETUP_RATE_GRAIN & 1u) && !u->has_grains)
+    if ((uses >> PD_SETUP_RATE_GRAIN & 1u) && !u->has_grains)
         return pdi_setup_fail_function(ctx, key, "it depends on the grain, expected a solid [shape] with grains");
     u->metal[metal].rate_scale = 1.0;
     *expr = &u->metal[metal].rate;
@@ -178,14 +178,14 @@ static pd_status pdi_setup_find_expr(pd_ctx *ctx, pd_setup *u, const char *key, 
 {
     pd_expr *expr = NULL;
     if (strcmp(key, "rate") == 0 || strncmp(key, "rate.", 5) == 0) {
-        PDI_TRY(pdi_setup_find_rate_expr(ctx, u, key, uses, &expr));
+        PD_TRY(pdi_setup_find_rate_expr(ctx, u, key, uses, &expr));
     } else if (strcmp(key, "initial") == 0) {
         if (!u->has_transport) return pdi_setup_fail_function(ctx, key, "expected [transport] or [corrode]");
         expr = &u->initial_c;
     }
     for (int s = 0; s < 2 * PD_DIM; s++)
         if (strncmp(key, pdi_setup_side_names[s], 2) == 0 && key[2] == '.')
-            PDI_TRY(pdi_setup_find_side_expr(ctx, u, key, &u->side[s], &expr));
+            PD_TRY(pdi_setup_find_side_expr(ctx, u, key, &u->side[s], &expr));
     if (!expr)
         return pdi_setup_fail_function(ctx, key, "expected rate, initial, or a side and its value, such as x-.C");
     *found = expr;
@@ -195,7 +195,7 @@ static pd_status pdi_setup_find_expr(pd_ctx *ctx, pd_setup *u, const char *key, 
 pd_status pd_setup_set_function(pd_ctx *ctx, pd_setup *u, const char *key, pd_expr_fn fn, void *user, uint32_t uses)
 {
     pd_expr *expr;
-    PDI_TRY(pdi_setup_find_expr(ctx, u, key, uses, &expr));
+    PD_TRY(pdi_setup_find_expr(ctx, u, key, uses, &expr));
     expr->fn = fn;
     expr->user = user;
     expr->variables_used = strcmp(key + 2, ".mean") == 0 ? (uint32_t)1 << PD_DIM : uses;
@@ -205,30 +205,30 @@ pd_status pd_setup_set_function(pd_ctx *ctx, pd_setup *u, const char *key, pd_ex
 pd_status pd_setup_set_breaks(pd_ctx *ctx, pd_setup *u, const char *key, const double *t, int count)
 {
     pd_expr *expr;
-    PDI_TRY(pdi_setup_find_expr(ctx, u, key, 0, &expr));
+    PD_TRY(pdi_setup_find_expr(ctx, u, key, 0, &expr));
     if (!expr->fn || count < 0)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "setup", "%d breaks of '%.40s', expected at least 0, and a function in "
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "setup", "%d breaks of '%.40s', expected at least 0, and a function in "
                         "its place", count, key);
     for (int k = 0; k < count; k++)
         if (!(fabs(t[k]) < HUGE_VAL) || (k && !(t[k] > t[k - 1])))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "setup", "break %d of '%.40s' is %g s, expected a finite time behind "
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "setup", "break %d of '%.40s' is %g s, expected a finite time behind "
                             "the one before", k, key, t[k]);
-    PDI_DELETE(ctx, expr->discontinuity_count, expr->discontinuities);
+    PD_DELETE(ctx, expr->discontinuity_count, expr->discontinuities);
     expr->discontinuity_count = count;
     expr->time_variable = strncmp(key, "rate", 4) == 0 ? 1 : PD_DIM;
     if (!count) return PD_OK;
-    PDI_TRY(PDI_NEW(ctx, "setup", count, expr->discontinuities));
+    PD_TRY(PD_NEW(ctx, "setup", count, expr->discontinuities));
     memcpy(expr->discontinuities, t, (size_t)count * sizeof *t);
     return PD_OK;
 }
 
-PDI_FN void pdi_setup_free_measured(pd_ctx *ctx, pd_setup *setup)
+void pd_setup_free_measured(pd_ctx *ctx, pd_setup *setup)
 {
     for (int k = 0; k < setup->measured_count; k++) {
         pd_setup_measured *r = &setup->measured[k];
-        PDI_DELETE(ctx, r->points, r->time);
-        PDI_DELETE(ctx, r->points, r->value);
-        PDI_DELETE(ctx, r->points, r->spread);
+        PD_DELETE(ctx, r->points, r->time);
+        PD_DELETE(ctx, r->points, r->value);
+        PD_DELETE(ctx, r->points, r->spread);
     }
     memset(setup->measured, 0, sizeof setup->measured);
     setup->measured_count = 0;
@@ -241,7 +241,7 @@ PDI_FN int pdi_setup_has_surface_area(const pd_setup *setup)
     return asked;
 }
 
-PDI_FN int pdi_setup_count_ghost_layers(const pd_setup *setup)
+int pd_setup_count_ghost_layers(const pd_setup *setup)
 {
     return (int)ceil((pdi_setup_has_surface_area(setup) ? pdi_max(setup->fluid_m, setup->metal_m) : setup->fluid_m) +
                      0.5) -
@@ -254,7 +254,7 @@ PDI_FN int pdi_setup_get_bond_options(const pd_setup *setup)
     return setup->has_gas ? PD_BONDS_NO_FLOW : PD_BONDS_NO_FLOW | PD_BONDS_LOW_MEMORY;
 }
 
-PDI_FN void pdi_setup_get_reactive_desc(const pd_setup *u, pd_reactive_desc *desc)
+void pd_setup_get_reactive_desc(const pd_setup *u, pd_reactive_desc *desc)
 {
     const pd_electrolyte *e = &u->electrolyte;
     memset(desc, 0, sizeof *desc);
@@ -271,51 +271,51 @@ PDI_FN void pdi_setup_get_reactive_desc(const pd_setup *u, pd_reactive_desc *des
     desc->migration = u->has_migration;
 }
 
-PDI_FN const char *pdi_setup_monitor_section_name(pd_monitor_kind kind)
+const char *pd_setup_monitor_section_name(pd_monitor_kind kind)
 {
     static const char *const names[] = {"line", "plane", "force", "transfer", "total", "grip", "solid", "cut",
                                         "electrode", "surface"};
     return names[kind];
 }
 
-PDI_FN const char *pdi_setup_side_name(int side) { return pdi_setup_side_names[side]; }
+const char *pd_setup_side_name(int side) { return pdi_setup_side_names[side]; }
 
-PDI_FN int pdi_setup_count_cells(const pd_setup *setup, int axis)
+int pd_setup_count_cells(const pd_setup *setup, int axis)
 {
     return (int)floor((setup->hi[axis] - setup->lo[axis]) / setup->h[axis] + 0.5);
 }
 
-PDI_FN const pd_expr_symbol *pdi_setup_get_position_symbols(void) { return pdi_setup_position_symbols; }
+const pd_expr_symbol *pd_setup_get_position_symbols(void) { return pdi_setup_position_symbols; }
 
-PDI_FN const pd_expr_symbol *pdi_setup_get_rate_symbols(void) { return pdi_setup_rate_symbols; }
+const pd_expr_symbol *pd_setup_get_rate_symbols(void) { return pdi_setup_rate_symbols; }
 
-PDI_FN const pd_expr_symbol *pdi_setup_get_stress_symbols(void) { return pdi_setup_stress_symbols; }
+const pd_expr_symbol *pd_setup_get_stress_symbols(void) { return pdi_setup_stress_symbols; }
 
-PDI_FN double pdi_setup_compute_rate_at_zero(const pd_setup_metal *metal)
+double pd_setup_compute_rate_at_zero(const pd_setup_metal *metal)
 {
     double vars[PD_EXPR_VARS];
     memset(vars, 0, sizeof vars);
-    return metal->rate_scale * pdi_expr_eval(&metal->rate, vars);
+    return metal->rate_scale * pd_expr_eval(&metal->rate, vars);
 }
 
 PDI_FN double pdi_setup_eval_expr(const pd_expr *expr, const double *x, double t)
 {
-    double vars[PDI_SETUP_POSITION_VARS];
+    double vars[PD_SETUP_POSITION_VARS];
     memcpy(vars, x, PD_DIM * sizeof *x);
     vars[PD_DIM] = t;
-    return pdi_expr_eval(expr, vars);
+    return pd_expr_eval(expr, vars);
 }
 
-PDI_FN pd_status pdi_setup_add_shape(pd_ctx *ctx, pd_setup *setup, const pd_shape *shape, int *index)
+pd_status pd_setup_add_shape(pd_ctx *ctx, pd_setup *setup, const pd_shape *shape, int *index)
 {
     if (setup->shapes >= PD_SHAPE_MAX)
-        return pdi_fail(ctx, PD_ERR_SIZE, "setup", "more than %d shapes and set operations", PD_SHAPE_MAX);
+        return pd_fail(ctx, PD_ERR_SIZE, "setup", "more than %d shapes and set operations", PD_SHAPE_MAX);
     setup->shape[setup->shapes] = *shape;
     *index = setup->shapes++;
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_setup_add_union(pd_ctx *ctx, pd_setup *setup, int index, int *whole)
+pd_status pd_setup_add_union(pd_ctx *ctx, pd_setup *setup, int index, int *whole)
 {
     pd_shape both;
     if (*whole < 0) {
@@ -327,59 +327,42 @@ PDI_FN pd_status pdi_setup_add_union(pd_ctx *ctx, pd_setup *setup, int index, in
     both.child_count = 2;
     both.child[0] = *whole;
     both.child[1] = index;
-    return pdi_setup_add_shape(ctx, setup, &both, whole);
+    return pd_setup_add_shape(ctx, setup, &both, whole);
 }
 
-PDI_FN pd_status pdi_setup_add_complement(pd_ctx *ctx, pd_setup *setup, int *index)
+pd_status pd_setup_add_complement(pd_ctx *ctx, pd_setup *setup, int *index)
 {
     pd_shape outside;
     memset(&outside, 0, sizeof outside);
     outside.type = PD_SHAPE_COMPLEMENT;
     outside.child_count = 1;
     outside.child[0] = *index;
-    return pdi_setup_add_shape(ctx, setup, &outside, index);
+    return pd_setup_add_shape(ctx, setup, &outside, index);
 }
 
-PDI_FN pd_status pdi_setup_read_folder(pd_ctx *ctx, pd_text *text, int section, const char *key, pd_setup *setup)
-{
-    const char *folder;
-    char own[PD_SETUP_NAME + 16];
-    snprintf(own, sizeof own, "output/%s", setup->name); /* a folder holds one run */
-    PDI_TRY(pdi_text_get_string(ctx, text, section, key, pdi_file_is_subpath(own) ? own : "output", &folder));
-    if (strlen(folder) >= PD_PATH_SIZE - PD_SETUP_NAME)
-        return pdi_text_fail_key(ctx, text, section, key, "the path is too long");
-    if (!pdi_file_is_subpath(folder))
-        return pdi_text_fail_key(ctx, text, section, key,
-                                 "found '%.200s', expected a folder below the current one,"
-                                 " without '..': only who starts the run may choose another",
-                                 folder);
-    memcpy(setup->folder, folder, strlen(folder) + 1);
-    return PD_OK;
-}
-
-PDI_FN pd_status pdi_setup_add_mask(pd_ctx *ctx, pd_setup *setup, size_t size, uint8_t **mask)
+pd_status pd_setup_add_mask(pd_ctx *ctx, pd_setup *setup, size_t size, uint8_t **mask)
 {
     int k = setup->masks;
-    if (k >= PD_SETUP_MASKS) return pdi_fail(ctx, PD_ERR_SIZE, "setup", "more than %d masks", PD_SETUP_MASKS);
-    PDI_TRY(PDI_NEW(ctx, "setup", size, setup->mask[k]));
+    if (k >= PD_SETUP_MASKS) return pd_fail(ctx, PD_ERR_SIZE, "setup", "more than %d masks", PD_SETUP_MASKS);
+    PD_TRY(PD_NEW(ctx, "setup", size, setup->mask[k]));
     setup->mask_size[k] = size;
     *mask = setup->mask[k];
     setup->masks++;
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_setup_add_facets(pd_ctx *ctx, pd_setup *setup, pd_facets **surface)
+pd_status pd_setup_add_facets(pd_ctx *ctx, pd_setup *setup, pd_facets **surface)
 {
     int k = setup->facets_count;
     if (k >= PD_SETUP_SURFACES)
-        return pdi_fail(ctx, PD_ERR_SIZE, "setup", "more than %d surfaces of triangles", PD_SETUP_SURFACES);
-    PDI_TRY(PDI_NEW(ctx, "setup", 1, setup->facets[k]));
+        return pd_fail(ctx, PD_ERR_SIZE, "setup", "more than %d surfaces of triangles", PD_SETUP_SURFACES);
+    PD_TRY(PD_NEW(ctx, "setup", 1, setup->facets[k]));
     *surface = setup->facets[k];
     setup->facets_count++;
     return PD_OK;
 }
 
-PDI_FN void pdi_setup_add_note(pd_setup *setup, const char *format, ...)
+void pd_setup_add_note(pd_setup *setup, const char *format, ...)
 {
     va_list args;
     if (setup->notes >= PD_SETUP_NOTES) return;
@@ -388,7 +371,7 @@ PDI_FN void pdi_setup_add_note(pd_setup *setup, const char *format, ...)
     va_end(args);
 }
 
-PDI_FN void pdi_setup_format_value(double value, const char *unit, char *text)
+void pd_setup_format_value(double value, const char *unit, char *text)
 {
     pd_ctx quiet;
     pd_dims dims;
@@ -396,24 +379,4 @@ PDI_FN void pdi_setup_format_value(double value, const char *unit, char *text)
     memset(&dims, 0, sizeof dims);
     pd_units_parse(&quiet, unit, NULL, &dims);
     pdi_units_format_value(value, &dims, text);
-}
-
-PDI_FN void pdi_setup_split_path(const char *path, char *name, char *folder)
-{
-    const char *base = path, *end = NULL;
-    for (const char *c = path; *c; c++)
-        if (*c == '/' || *c == '\\') base = c + 1;
-    for (const char *c = base; *c; c++)
-        if (*c == '.' && c > base) end = c;
-    size_t length = end ? (size_t)(end - base) : strlen(base), above = (size_t)(base - path);
-    if (length > PD_SETUP_NAME - 1) length = PD_SETUP_NAME - 1;
-    memcpy(name, base, length);
-    name[length] = '\0';
-    /* the name becomes one word of a result line */
-    for (char *c = name; *c; c++)
-        if (*c == ' ' || *c == '=' || *c == '\t') *c = '_';
-    if (!folder) return;
-    if (above > PD_PATH_SIZE - 1) above = 0;
-    memcpy(folder, path, above);
-    folder[above] = '\0';
 }

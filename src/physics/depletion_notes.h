@@ -15,13 +15,15 @@ typedef struct pd_depletion_notes {
     int64_t solid_nodes;            /* solid nodes at the last update */
 } pd_depletion_notes;
 
-#ifdef PDI_INTERNAL
+#define pd_depletion_notes_build PD_NAME(pd_depletion_notes_build)
+#define pd_depletion_notes_free PD_NAME(pd_depletion_notes_free)
+#define pd_depletion_notes_update PD_NAME(pd_depletion_notes_update)
+
 /* Record to which shape each solid node belongs, and count them. */
-PDI_FN pd_status pdi_depletion_notes_build(pd_ctx *ctx, pd_model *model, pd_depletion_notes *depletion);
+PD_API pd_status pd_depletion_notes_build(pd_ctx *ctx, pd_model *model, pd_depletion_notes *depletion);
+PD_API void pd_depletion_notes_free(pd_ctx *ctx, pd_depletion_notes *depletion);
 /* Update after a step: print a note for each shape that has dissolved since, and each electrode that stopped to carry
  * current. print: NULL: update silently. */
-PDI_FN void pdi_depletion_notes_update(pd_depletion_notes *depletion, pd_print_fn print, void *user);
-PDI_FN void pdi_depletion_notes_free(pd_ctx *ctx, pd_depletion_notes *depletion);
-#endif
+PD_API void pd_depletion_notes_update(pd_depletion_notes *depletion, pd_print_fn print, void *user);
 
 #endif

@@ -1,5 +1,5 @@
 /* step_diagnostics: see step_diagnostics.h */
-#include "run/step_diagnostics.h"
+#include "physics/step_diagnostics.h"
 #include <math.h>
 #include <string.h>
 
@@ -52,8 +52,8 @@ static void pdi_step_diagnostics_distance_transform_axis(const pd_grid *grid, in
     w->spacing_squared = grid->h[axis] * grid->h[axis];
     for (int32_t node = 0; node < grid->total; node++) {
         int i[PD_DIM];
-        pdi_grid_index(grid, node, i);
-        if (i[axis] == 0 && pdi_grid_is_inside(grid, i))
+        pd_grid_index(grid, node, i);
+        if (i[axis] == 0 && pd_grid_is_inside(grid, i))
             pdi_step_diagnostics_distance_transform_line(w, from + node, to + node);
     }
 }
@@ -63,9 +63,9 @@ static pd_status pdi_step_diagnostics_compute_depths_inner(pd_ctx *ctx, const pd
                                                            pdi_step_diagnostics_parabola_envelope *w, float **work,
                                                            pd_step_diagnostics *o)
 {
-    PDI_TRY(PDI_NEW(ctx, "observe", o->nodes, *work));
-    PDI_TRY(PDI_NEW(ctx, "observe", longest, w->parabola_node));
-    PDI_TRY(PDI_NEW(ctx, "observe", longest, w->interval_start));
+    PD_TRY(PD_NEW(ctx, "observe", o->nodes, *work));
+    PD_TRY(PD_NEW(ctx, "observe", longest, w->parabola_node));
+    PD_TRY(PD_NEW(ctx, "observe", longest, w->interval_start));
     for (int32_t i = 0; i < o->nodes; i++)
         o->initial_depth[i] = grid->kind[i] == PD_FLUID ? 0.0f : PDI_STEP_DIAGNOSTICS_INFINITE_DISTANCE;
     for (int axis = 0; axis < PD_DIM; axis++) {
@@ -85,11 +85,11 @@ static pd_status pdi_step_diagnostics_compute_depths(pd_ctx *ctx, const pd_grid 
     memset(&way, 0, sizeof way);
     for (int d = 0; d < PD_DIM; d++) longest = grid->n[d] > longest ? grid->n[d] : longest;
     o->nodes = grid->total;
-    PDI_TRY(PDI_NEW(ctx, "observe", o->nodes, o->initial_depth));
+    PD_TRY(PD_NEW(ctx, "observe", o->nodes, o->initial_depth));
     pd_status status = pdi_step_diagnostics_compute_depths_inner(ctx, grid, longest, &way, &work, o);
-    PDI_DELETE(ctx, longest, way.interval_start);
-    PDI_DELETE(ctx, longest, way.parabola_node);
-    PDI_DELETE(ctx, o->nodes, work);
+    PD_DELETE(ctx, longest, way.interval_start);
+    PD_DELETE(ctx, longest, way.parabola_node);
+    PD_DELETE(ctx, o->nodes, work);
     return status;
 }
 
@@ -99,7 +99,7 @@ static pd_status pdi_step_diagnostics_build_inner(pd_ctx *ctx, const pd_model *m
     const pd_setup *u = model->setup;
     int inlet = model->inlet.first, through = u->has_flow && model->inlet.inlets == 1;
     memset(o, 0, sizeof *o);
-    if (u->has_corrode) PDI_TRY(pdi_step_diagnostics_compute_depths(ctx, &model->grid, o));
+    if (u->has_corrode) PD_TRY(pdi_step_diagnostics_compute_depths(ctx, &model->grid, o));
     for (int s = 0; s < 2 * PD_DIM && through; s++)
         if (s != inlet) through = (u->side[s].kind == PD_SIDE_OUTLET) == (s / 2 == inlet / 2);
     if (!through || !(fabs(model->inlet.mean[inlet]) > 0.0)) return PD_OK;
@@ -107,20 +107,20 @@ static pd_status pdi_step_diagnostics_build_inner(pd_ctx *ctx, const pd_model *m
     o->flux_axis = inlet / 2;
     o->flux_towards_plus = inlet % 2 == 0;
     o->layers = model->grid.n[o->flux_axis];
-    return PDI_NEW(ctx, "observe", o->layers, o->layer_flux);
+    return PD_NEW(ctx, "observe", o->layers, o->layer_flux);
 }
 
-PDI_FN pd_status pdi_step_diagnostics_build(pd_ctx *ctx, const pd_model *model, pd_step_diagnostics *o)
+pd_status pd_step_diagnostics_build(pd_ctx *ctx, const pd_model *model, pd_step_diagnostics *o)
 {
     pd_status status = pdi_step_diagnostics_build_inner(ctx, model, o);
-    if (status < 0) pdi_step_diagnostics_free(ctx, o);
+    if (status < 0) pd_step_diagnostics_free(ctx, o);
     return status;
 }
 
-PDI_FN void pdi_step_diagnostics_free(pd_ctx *ctx, pd_step_diagnostics *o)
+void pd_step_diagnostics_free(pd_ctx *ctx, pd_step_diagnostics *o)
 {
-    PDI_DELETE(ctx, o->layers, o->layer_flux);
-    PDI_DELETE(ctx, o->nodes, o->initial_depth);
+    PD_DELETE(ctx, o->layers, o->layer_flux);
+    PD_DELETE(ctx, o->nodes, o->initial_depth);
     memset(o, 0, sizeof *o);
 }
 
@@ -128,12 +128,12 @@ PDI_FN void pdi_step_diagnostics_free(pd_ctx *ctx, pd_step_diagnostics *o)
 static void pdi_step_diagnostics_compute_extremes(const pd_model *m, pd_step_diagnostics *o)
 {
     int32_t total = m->grid.total;
-    const double *c = m->transport.c, *u = pdi_model_velocity(m);
+    const double *c = m->transport.c, *u = pd_model_velocity(m);
     double c_max = 0.0, v_max = 0.0, front = o->corrosion_depth;
     for (int32_t i = 0; i < total; i++) {
         double square = 0.0;
         if (m->grid.kind[i] != PD_FLUID) continue;
-        if (c && c[i] > c_max && !pdi_model_is_undefined(m, PD_FIELD_C, i)) c_max = c[i];
+        if (c && c[i] > c_max && !pd_model_is_undefined(m, PD_FIELD_C, i)) c_max = c[i];
         if (o->initial_depth && (double)o->initial_depth[i] > front) front = (double)o->initial_depth[i];
         for (int d = 0; d < PD_DIM && u; d++) square += u[(int64_t)d * total + i] * u[(int64_t)d * total + i];
         if (square > v_max) v_max = square;
@@ -150,7 +150,7 @@ static void pdi_step_diagnostics_choose_planes(const pd_grid *grid, int axis, in
     for (int32_t node = 0; node < grid->total; node++) {
         int i[PD_DIM];
         if (grid->kind[node] != PD_SOLID) continue;
-        pdi_grid_index(grid, node, i);
+        pd_grid_index(grid, node, i);
         first = i[axis] < first ? i[axis] : first;
         last = i[axis] > last ? i[axis] : last;
     }
@@ -170,8 +170,8 @@ static void pdi_step_diagnostics_compute_layer_fluxes(const pd_model *m, pd_step
     for (int32_t node = 0; node < grid->total; node++) {
         int i[PD_DIM];
         if (grid->kind[node] != PD_FLUID) continue;
-        pdi_grid_index(grid, node, i);
-        double area = face * pdi_grid_circumference(grid, node);
+        pd_grid_index(grid, node, i);
+        double area = face * pd_grid_circumference(grid, node);
         o->layer_flux[i[o->flux_axis]] += area * m->flow.u[(int64_t)o->flux_axis * grid->total + node];
     }
 }
@@ -198,25 +198,25 @@ static void pdi_step_diagnostics_compute_flux_error(pd_ctx *ctx, pd_model *m, pd
         o->layer_flux_error = pdi_max(o->layer_flux_error, fabs(o->layer_flux[k] - reference) / wide);
 }
 
-PDI_FN void pdi_step_diagnostics_update(pd_ctx *ctx, pd_model *m, pd_step_diagnostics *o)
+void pd_step_diagnostics_update(pd_ctx *ctx, pd_model *m, pd_step_diagnostics *o)
 {
     o->volume_loss = pd_time_loop_volume_loss(&m->time_loop);
     pdi_step_diagnostics_compute_extremes(m, o);
-    pdi_model_statistics effort;
-    pdi_model_get_statistics(m, &effort);
+    pd_model_statistics effort;
+    pd_model_get_statistics(m, &effort);
     if (!o->has_flux || effort.flow_solves == o->flow_solves) return;
     o->flow_solves = effort.flow_solves;
     pdi_step_diagnostics_compute_flux_error(ctx, m, o);
 }
 
-PDI_FN pd_status pdi_step_diagnostics_store(pd_ctx *ctx, pd_step_diagnostics *o, pd_archive *archive)
+pd_status pd_step_diagnostics_store(pd_ctx *ctx, pd_step_diagnostics *o, pd_archive *archive)
 {
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "flux", &o->flux_error, 1));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "largest flux", o->max_flux, 2));
-    return PDI_ARCHIVE_ARRAY(ctx, archive, "flux_max", &o->layer_flux_error, 1);
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "flux", &o->flux_error, 1));
+    PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "largest flux", o->max_flux, 2));
+    return PD_ARCHIVE_ARRAY(ctx, archive, "flux_max", &o->layer_flux_error, 1);
 }
 
-PDI_FN double pdi_step_diagnostics_compute_peclet(const pd_model *m, const char **slowest)
+double pd_step_diagnostics_compute_peclet(const pd_model *m, const char **slowest)
 {
     const pd_electrolyte *e = &m->setup->electrolyte;
     const pd_reactive *r = &m->reactive;

@@ -1,5 +1,5 @@
 /* points: see points.h */
-#include "io/points.h"
+#include "solid/points.h"
 #include <math.h>
 #include <string.h>
 
@@ -12,11 +12,11 @@ enum { PDI_POINTS_BOX_CORNERS = 1 << PD_DIM }; /* corners of a line, a quad, a h
 
 void pd_points_free(pd_ctx *ctx, pd_points *p)
 {
-    PDI_DELETE(ctx, (int64_t)p->capacity * PD_DIM, p->position);
-    PDI_DELETE(ctx, p->capacity, p->volume);
-    PDI_DELETE(ctx, p->capacity, p->tag);
-    PDI_DELETE(ctx, (int64_t)p->capacity * PD_DIM, p->boundary_area);
-    PDI_DELETE(ctx, p->face_count * PD_DIM * PD_DIM, p->face_corner);
+    PD_DELETE(ctx, (int64_t)p->capacity * PD_DIM, p->position);
+    PD_DELETE(ctx, p->capacity, p->volume);
+    PD_DELETE(ctx, p->capacity, p->tag);
+    PD_DELETE(ctx, (int64_t)p->capacity * PD_DIM, p->boundary_area);
+    PD_DELETE(ctx, p->face_count * PD_DIM * PD_DIM, p->face_corner);
     memset(p, 0, sizeof *p);
 }
 
@@ -27,10 +27,10 @@ static pd_status pdi_points_resize(pd_ctx *ctx, pd_points *p, int32_t capacity)
     memset(&larger, 0, sizeof larger);
     larger.capacity = capacity;
     larger.count = p->count;
-    pd_status status = PDI_NEW(ctx, "points", (int64_t)capacity * PD_DIM, larger.position);
-    if (status == PD_OK) status = PDI_NEW(ctx, "points", capacity, larger.volume);
-    if (status == PD_OK) status = PDI_NEW(ctx, "points", capacity, larger.tag);
-    if (status == PD_OK) status = PDI_NEW(ctx, "points", (int64_t)capacity * PD_DIM, larger.boundary_area);
+    pd_status status = PD_NEW(ctx, "points", (int64_t)capacity * PD_DIM, larger.position);
+    if (status == PD_OK) status = PD_NEW(ctx, "points", capacity, larger.volume);
+    if (status == PD_OK) status = PD_NEW(ctx, "points", capacity, larger.tag);
+    if (status == PD_OK) status = PD_NEW(ctx, "points", (int64_t)capacity * PD_DIM, larger.boundary_area);
     if (status != PD_OK) {
         pd_points_free(ctx, &larger);
         return status;
@@ -53,17 +53,17 @@ static pd_status pdi_points_resize(pd_ctx *ctx, pd_points *p, int32_t capacity)
 
 PDI_FN pd_status pdi_points_reserve_faces(pd_ctx *ctx, pd_points *p, int64_t faces)
 {
-    PDI_TRY(PDI_NEW(ctx, "points", faces * PD_DIM * PD_DIM, p->face_corner));
+    PD_TRY(PD_NEW(ctx, "points", faces * PD_DIM * PD_DIM, p->face_corner));
     p->face_count = faces;
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_points_add(pd_ctx *ctx, pd_points *p, const double *position, double volume, int32_t tag)
+pd_status pd_points_add(pd_ctx *ctx, pd_points *p, const double *position, double volume, int32_t tag)
 {
     if (p->count == p->capacity) {
         if (p->capacity > INT32_MAX / 2 - 64)
-            return pdi_fail(ctx, PD_ERR_SIZE, "points", "more than %d points", p->capacity);
-        PDI_TRY(pdi_points_resize(ctx, p, 2 * p->capacity + 64));
+            return pd_fail(ctx, PD_ERR_SIZE, "points", "more than %d points", p->capacity);
+        PD_TRY(pdi_points_resize(ctx, p, 2 * p->capacity + 64));
     }
     for (int d = 0; d < PD_DIM; d++) p->position[(int64_t)p->count * PD_DIM + d] = position[d];
     p->volume[p->count] = volume;
@@ -71,11 +71,11 @@ PDI_FN pd_status pdi_points_add(pd_ctx *ctx, pd_points *p, const double *positio
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_points_shrink(pd_ctx *ctx, pd_points *p) { return pdi_points_resize(ctx, p, p->count); }
+pd_status pd_points_shrink(pd_ctx *ctx, pd_points *p) { return pdi_points_resize(ctx, p, p->count); }
 
 /* ---- cells ---- */
 
-PDI_FN int pdi_points_count_corners(pdi_points_cell_type form)
+int pd_points_count_corners(pdi_points_cell_type form)
 {
     static const int corners[8] = {0, 2, 3, 4, 4, 8, 6, 5};
     return corners[form];
@@ -146,14 +146,14 @@ static double pdi_points_integrate_cell(pdi_points_cell_type form, const double 
     return volume;
 }
 
-PDI_FN pd_status pdi_points_add_cell(pd_ctx *ctx, pdi_points_converter *cells, pdi_points_cell_type form,
+pd_status pd_points_add_cell(pd_ctx *ctx, pdi_points_converter *cells, pdi_points_cell_type form,
                                      const double *const *corner, int mirrored, int32_t tag, const char **fault)
 {
     double centre[PD_DIM], scale = 1.0;
     *fault = NULL;
     if (!cells->has_plane) memcpy(cells->plane, corner[0], sizeof cells->plane);
     cells->has_plane = 1;
-    for (int k = 0; k < pdi_points_count_corners(form); k++)
+    for (int k = 0; k < pd_points_count_corners(form); k++)
         for (int d = PD_DIM; d < 3; d++)
             if (fabs(corner[k][d] - cells->plane[d]) > PDI_POINTS_PLANE_TOLERANCE * cells->extent)
                 *fault = PD_DIM == 1 ? "a cell off the line y, z = constant" : "a cell off the plane z = constant";
@@ -171,7 +171,7 @@ PDI_FN pd_status pdi_points_add_cell(pd_ctx *ctx, pdi_points_converter *cells, p
     }
     volume = fabs(volume) * scale;
     if (!(volume > 0.0) || !(volume < 1e100)) *fault = "a cell whose volume is out of range";
-    return *fault ? PD_OK : pdi_points_add(ctx, cells->points, centre, volume, tag);
+    return *fault ? PD_OK : pd_points_add(ctx, cells->points, centre, volume, tag);
 }
 
 #undef PDI_POINTS_MIN_CELL_VOLUME

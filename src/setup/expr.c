@@ -1,6 +1,6 @@
 /* expr: see expr.h. Recursive descent parser that emits stack code directly, with constant folding: a constant
  * expression becomes one instruction. */
-#include "scene/expr.h"
+#include "setup/expr.h"
 #include "core/vec.h"
 #include <math.h>
 #include <stdarg.h>
@@ -22,7 +22,7 @@ static const pdi_expr_function pdi_expr_functions[] = {
 };
 
 static const pd_expr_symbol pdi_expr_builtins[] = {
-    {"pi", "", PDI_PI}, {"R", "J/mol/K", PDI_GAS_CONSTANT}, {"F", "C/mol", PDI_FARADAY}};
+    {"pi", "", PD_PI}, {"R", "J/mol/K", PD_GAS_CONSTANT}, {"F", "C/mol", PD_FARADAY}};
 
 #define PDI_EXPR_BUILTIN_COUNT 3 /* pi, R, F */
 
@@ -50,9 +50,9 @@ static pd_status pdi_expr_parse_comparison(pdi_expr_parser *p, pdi_expr_type *ty
 static pd_status pdi_expr_parse_unary(pdi_expr_parser *p, pdi_expr_type *type);
 
 PDI_COLD_BEGIN
-PDI_FN void pdi_expr_quote_token(const char *found, char *text)
+void pd_expr_quote_token(const char *found, char *text)
 {
-    size_t n = pdi_units_scan_word(found);
+    size_t n = pd_units_scan_word(found);
     if (n > 40) n = 40;
     unsigned char c = (unsigned char)found[0];
     if (c == '\0' || c == '\n' || c == '\r') {
@@ -62,7 +62,7 @@ PDI_FN void pdi_expr_quote_token(const char *found, char *text)
     } else {
         size_t k = 0;
         if (n == 0)
-            while (n < 20 && (pdi_units_is_digit(found[n]) || found[n] == '.')) n++;
+            while (n < 20 && (pd_units_is_digit(found[n]) || found[n] == '.')) n++;
         if (n == 0) n = found[1] == '=' && strchr("<>=!", c) ? 2 : 1;
         text[k++] = '\'';
         for (size_t i = 0; i < n;) { /* letters of UTF-8 as they are, whole ones */
@@ -89,7 +89,7 @@ static pd_status pdi_expr_fail(pdi_expr_parser *p, size_t at, const char *format
     va_start(args, format);
     vsnprintf(message, sizeof message, format, args);
     va_end(args);
-    return pdi_fail(p->ctx, PD_ERR_PARSE, p->desc->location ? p->desc->location : "expr", "column %d: %s", column,
+    return pd_fail(p->ctx, PD_ERR_PARSE, p->desc->location ? p->desc->location : "expr", "column %d: %s", column,
                     message);
 }
 
@@ -97,14 +97,14 @@ static pd_status pdi_expr_fail(pdi_expr_parser *p, size_t at, const char *format
 static pd_status pdi_expr_fail_unexpected(pdi_expr_parser *p, const char *expected)
 {
     char found[PD_UNITS_TEXT];
-    pdi_expr_quote_token(p->text + p->position, found);
+    pd_expr_quote_token(p->text + p->position, found);
     return pdi_expr_fail(p, p->position, "found %s, expected %s", found, expected);
 }
 
 /* Skip blanks and line ends. */
 static void pdi_expr_skip_blanks(pdi_expr_parser *p)
 {
-    while (pdi_units_is_blank(p->text[p->position]) || p->text[p->position] == '\n') p->position++;
+    while (pd_units_is_blank(p->text[p->position]) || p->text[p->position] == '\n') p->position++;
 }
 
 /* 1: the subexpression is dimensionless. */
@@ -112,7 +112,7 @@ static int pdi_expr_is_dimensionless(const pdi_expr_type *type)
 {
     pd_dims none;
     memset(&none, 0, sizeof none);
-    return type->is_zero_literal || pdi_units_is_same(&type->dims, &none);
+    return type->is_zero_literal || pd_units_is_same(&type->dims, &none);
 }
 PDI_COLD_END
 
@@ -160,7 +160,7 @@ static pd_status pdi_expr_emit_push(pdi_expr_parser *p, int op, int index)
 /* Emit an instruction that pushes a constant. */
 static pd_status pdi_expr_emit_const(pdi_expr_parser *p, double value)
 {
-    PDI_TRY(pdi_expr_emit_push(p, PDI_EXPR_CONST, p->value_count));
+    PD_TRY(pdi_expr_emit_push(p, PDI_EXPR_CONST, p->value_count));
     p->value[p->value_count++] = value;
     return PD_OK;
 }
@@ -211,9 +211,9 @@ static pd_status pdi_expr_check_same_dims(pdi_expr_parser *p, pdi_expr_type *a, 
         a->is_zero_literal = b->is_zero_literal;
         return PD_OK;
     }
-    if (b->is_zero_literal || pdi_units_is_same(&a->dims, &b->dims)) return PD_OK;
-    pdi_units_describe(&a->dims, left);
-    pdi_units_describe(&b->dims, right);
+    if (b->is_zero_literal || pd_units_is_same(&a->dims, &b->dims)) return PD_OK;
+    pd_units_describe(&a->dims, left);
+    pd_units_describe(&b->dims, right);
     return pdi_expr_fail(p, b->start, "found %s, expected %s as %s", right, left, what);
 }
 
@@ -222,7 +222,7 @@ static pd_status pdi_expr_check_dimensionless(pdi_expr_parser *p, const pdi_expr
 {
     char found[PD_UNITS_TEXT];
     if (pdi_expr_is_dimensionless(type)) return PD_OK;
-    pdi_units_describe(&type->dims, found);
+    pd_units_describe(&type->dims, found);
     return pdi_expr_fail(p, type->start, "found %s, expected a plain number as %s", found, what);
 }
 
@@ -236,7 +236,7 @@ static void pdi_expr_set_dimensionless(pdi_expr_type *type)
 /* Dimension of base^exponent into *base. To be called when the exponent is compiled and pow is not yet emitted. */
 static pd_status pdi_expr_compute_power_dims(pdi_expr_parser *p, pdi_expr_type *base, const pdi_expr_type *exponent)
 {
-    PDI_TRY(pdi_expr_check_dimensionless(p, exponent, "an exponent"));
+    PD_TRY(pdi_expr_check_dimensionless(p, exponent, "an exponent"));
     if (pdi_expr_is_dimensionless(base)) {
         pdi_expr_set_dimensionless(base);
         return PD_OK;
@@ -280,7 +280,7 @@ static int pdi_expr_find_table(const pd_expr_desc *desc, const char *word, size_
     return -1;
 }
 
-PDI_FN int pdi_expr_is_reserved(const char *name)
+int pd_expr_is_reserved(const char *name)
 {
     size_t size = strlen(name);
     return pdi_expr_find_function(name, size) >= 0 ||
@@ -291,7 +291,7 @@ PDI_FN int pdi_expr_is_reserved(const char *name)
 static int pdi_expr_is_call(const pd_expr_desc *desc, const char *word, size_t size)
 {
     size_t next = size;
-    while (pdi_units_is_blank(word[next])) next++;
+    while (pd_units_is_blank(word[next])) next++;
     return word[next] == '(' && (pdi_expr_find_function(word, size) >= 0 || pdi_expr_find_table(desc, word, size) >= 0);
 }
 
@@ -325,28 +325,28 @@ static pd_status pdi_expr_fail_unknown(pdi_expr_parser *p, size_t size, int as_u
     const pd_expr_desc *desc = p->desc;
     const char *word = p->text + p->position;
     char found[PD_UNITS_TEXT], hint[PD_UNITS_TEXT];
-    pdi_units_product unit;
+    pd_units_product unit;
     const char *why;
-    pdi_units_suggestion near_word;
-    pdi_expr_quote_token(word, found);
+    pd_units_suggestion near_word;
+    pd_expr_quote_token(word, found);
     if (*word == '[')
         return pdi_expr_fail(p, p->position,
                              "found %.*s, expected none here: laws of the speed of metal alone know species",
                              (int)(size < 40 ? size : 40), word);
     if (!as_unit && size == 1 && strchr("Ctxyz", *word) && (desc->var_count > 0 || *word != 'C'))
         return pdi_expr_fail_no_value(p, found);
-    if (!as_unit && pdi_units_scan_product(word, pdi_expr_is_declared, desc, &unit, &why) > 0)
+    if (!as_unit && pd_units_scan_product(word, pdi_expr_is_declared, desc, &unit, &why) > 0)
         return pdi_expr_fail(p, p->position, "found the unit %s, expected a number before it", found);
     if (pdi_expr_find_function(word, size) >= 0 || pdi_expr_find_table(desc, word, size) >= 0)
         return pdi_expr_fail(p, p->position, "found the function %s, expected '(' after it", found);
-    pdi_units_init_suggestion(&near_word, word, size);
-    for (int k = 0; k < desc->var_count; k++) pdi_units_try_candidate(&near_word, desc->vars[k].name);
-    for (int k = 0; k < desc->const_count; k++) pdi_units_try_candidate(&near_word, desc->consts[k].name);
+    pd_units_init_suggestion(&near_word, word, size);
+    for (int k = 0; k < desc->var_count; k++) pd_units_try_candidate(&near_word, desc->vars[k].name);
+    for (int k = 0; k < desc->const_count; k++) pd_units_try_candidate(&near_word, desc->consts[k].name);
     for (int k = 0; k < PDI_EXPR_OP_COUNT - PDI_EXPR_FIRST_FUNCTION; k++)
-        pdi_units_try_candidate(&near_word, pdi_expr_functions[k].name);
-    for (int k = 0; k < desc->table_count; k++) pdi_units_try_candidate(&near_word, desc->tables[k].name);
+        pd_units_try_candidate(&near_word, pdi_expr_functions[k].name);
+    for (int k = 0; k < desc->table_count; k++) pd_units_try_candidate(&near_word, desc->tables[k].name);
     if (as_unit) pdi_units_try_units(&near_word);
-    pdi_units_format_suggestion(&near_word, hint);
+    pd_units_format_suggestion(&near_word, hint);
     return pdi_expr_fail(p, p->position, "found %s, expected %s%s", found,
                          as_unit ? "a unit or an operator" : "a known variable, constant or function", hint);
 }
@@ -355,7 +355,7 @@ static pd_status pdi_expr_fail_unknown(pdi_expr_parser *p, size_t size, int as_u
 static pd_status pdi_expr_get_symbol_dims(pdi_expr_parser *p, const pd_expr_symbol *symbol, pd_dims *dims)
 {
     if (pd_units_parse(p->ctx, symbol->unit ? symbol->unit : "", NULL, dims) == PD_OK) return PD_OK;
-    return pdi_fail(p->ctx, PD_ERR_ARGUMENT, "expr", "the symbol '%.40s' was declared with the unit '%.40s', expected"
+    return pd_fail(p->ctx, PD_ERR_ARGUMENT, "expr", "the symbol '%.40s' was declared with the unit '%.40s', expected"
                     " a unit such as m/s", symbol->name, symbol->unit);
 }
 
@@ -369,7 +369,7 @@ static pd_status pdi_expr_parse_digits(pdi_expr_parser *p, double *value)
     size_t start = p->position, at = start, n = 0;
     long exponent = 0, shift = 0;
     int point = 0, any = 0;
-    for (; pdi_units_is_digit(t[at]) || (t[at] == '.' && !point); at++) {
+    for (; pd_units_is_digit(t[at]) || (t[at] == '.' && !point); at++) {
         if (t[at] == '.') {
             point = 1;
             continue;
@@ -382,9 +382,9 @@ static pd_status pdi_expr_parse_digits(pdi_expr_parser *p, double *value)
     if (!any) return pdi_expr_fail_unexpected(p, "a number");
     if (t[at] == 'e' || t[at] == 'E') {
         size_t sign = t[at + 1] == '-' || t[at + 1] == '+';
-        if (pdi_units_is_digit(t[at + 1 + sign])) {
+        if (pd_units_is_digit(t[at + 1 + sign])) {
             int minus = t[at + 1] == '-';
-            for (at += 1 + sign; pdi_units_is_digit(t[at]); at++)
+            for (at += 1 + sign; pd_units_is_digit(t[at]); at++)
                 if (exponent < 100000) exponent = 10 * exponent + (t[at] - '0');
             if (minus) exponent = -exponent;
         }
@@ -400,20 +400,20 @@ static pd_status pdi_expr_parse_digits(pdi_expr_parser *p, double *value)
 /* Grammar: number [unit]. */
 static pd_status pdi_expr_parse_number(pdi_expr_parser *p, pdi_expr_type *type)
 {
-    pdi_units_product unit;
+    pd_units_product unit;
     const char *why;
     double value = 0;
-    PDI_TRY(pdi_expr_parse_digits(p, &value));
+    PD_TRY(pdi_expr_parse_digits(p, &value));
     size_t after = p->position;
     pdi_expr_skip_blanks(p);
-    size_t n = pdi_units_scan_product(p->text + p->position, pdi_expr_is_declared, p->desc, &unit, &why), word;
+    size_t n = pd_units_scan_product(p->text + p->position, pdi_expr_is_declared, p->desc, &unit, &why), word;
     if (why) return pdi_expr_fail(p, p->position + n, "%s", why);
     if (n > 0) {
         type->dims = unit.dims;
         p->position += n;
         return pdi_expr_emit_const(p, value * unit.num / unit.den);
     }
-    word = pdi_units_scan_word(p->text + p->position);
+    word = pd_units_scan_word(p->text + p->position);
     if (word > 0 && !pdi_expr_is_declared(p->desc, p->text + p->position, word))
         return pdi_expr_fail_unknown(p, word, 1);
     p->position = after;
@@ -448,16 +448,16 @@ static pd_status pdi_expr_parse_table_call(pdi_expr_parser *p, size_t size, int 
     p->position += size;
     pdi_expr_skip_blanks(p);
     p->position++;
-    PDI_TRY(pdi_expr_begin_nesting(p));
-    PDI_TRY(pdi_expr_parse_comparison(p, type));
-    if (!type->is_zero_literal && !pdi_units_is_same(&type->dims, &table->argument)) {
-        pdi_units_describe(&type->dims, found);
-        pdi_units_describe(&table->argument, expected);
+    PD_TRY(pdi_expr_begin_nesting(p));
+    PD_TRY(pdi_expr_parse_comparison(p, type));
+    if (!type->is_zero_literal && !pd_units_is_same(&type->dims, &table->argument)) {
+        pd_units_describe(&type->dims, found);
+        pd_units_describe(&table->argument, expected);
         return pdi_expr_fail(p, type->start, "found %s, expected %s as the argument of %.40s", found, expected,
                              table->name);
     }
     snprintf(what, sizeof what, "')' (%.40s takes 1 argument)", table->name);
-    PDI_TRY(pdi_expr_parse_close(p, what));
+    PD_TRY(pdi_expr_parse_close(p, what));
     type->dims = table->result;
     type->is_zero_literal = 0;
     type->start = start;
@@ -477,12 +477,12 @@ static pd_status pdi_expr_parse_call(pdi_expr_parser *p, size_t size, pdi_expr_t
     p->position += size;
     pdi_expr_skip_blanks(p);
     p->position++;
-    PDI_TRY(pdi_expr_begin_nesting(p));
+    PD_TRY(pdi_expr_begin_nesting(p));
     snprintf(what, sizeof what, "the argument of %s", f->name);
     for (int k = 0; k < f->operands; k++) {
-        PDI_TRY(pdi_expr_parse_comparison(p, &arg[k]));
+        PD_TRY(pdi_expr_parse_comparison(p, &arg[k]));
         if (f->rule == PDI_EXPR_RULE_DIMENSIONLESS || (f->rule == PDI_EXPR_RULE_CHOICE && k == 0))
-            PDI_TRY(pdi_expr_check_dimensionless(p, &arg[k], what));
+            PD_TRY(pdi_expr_check_dimensionless(p, &arg[k], what));
         pdi_expr_skip_blanks(p);
         if (k + 1 == f->operands) break;
         if (p->text[p->position] != ',') {
@@ -492,7 +492,7 @@ static pd_status pdi_expr_parse_call(pdi_expr_parser *p, size_t size, pdi_expr_t
         p->position++;
     }
     snprintf(what, sizeof what, "')' (%s takes %d argument%s)", f->name, f->operands, f->operands > 1 ? "s" : "");
-    PDI_TRY(pdi_expr_parse_close(p, what));
+    PD_TRY(pdi_expr_parse_close(p, what));
     snprintf(what, sizeof what, "in the other branch of %s", f->name);
     *type = arg[0];
     switch (f->rule) {
@@ -501,15 +501,15 @@ static pd_status pdi_expr_parse_call(pdi_expr_parser *p, size_t size, pdi_expr_t
     case PDI_EXPR_RULE_SQRT:
         for (int k = 0; k < 6; k++) type->dims.exponent[k] *= 0.5;
         break;
-    case PDI_EXPR_RULE_POWER: PDI_TRY(pdi_expr_compute_power_dims(p, type, &arg[1])); break;
+    case PDI_EXPR_RULE_POWER: PD_TRY(pdi_expr_compute_power_dims(p, type, &arg[1])); break;
     case PDI_EXPR_RULE_CHOICE:
-        PDI_TRY(pdi_expr_check_same_dims(p, &arg[1], &arg[2], what));
+        PD_TRY(pdi_expr_check_same_dims(p, &arg[1], &arg[2], what));
         *type = arg[1];
         break;
     case PDI_EXPR_RULE_SAME:
     case PDI_EXPR_RULE_RATIO:
         snprintf(what, sizeof what, "in the first argument of %s", f->name);
-        PDI_TRY(pdi_expr_check_same_dims(p, type, &arg[1], what));
+        PD_TRY(pdi_expr_check_same_dims(p, type, &arg[1], what));
         if (f->rule == PDI_EXPR_RULE_RATIO) pdi_expr_set_dimensionless(type);
         break;
     }
@@ -527,7 +527,7 @@ static pd_status pdi_expr_parse_name(pdi_expr_parser *p, size_t size, pdi_expr_t
     if (k >= 0) {
         p->position += size;
         p->uses |= (uint32_t)1 << k;
-        PDI_TRY(pdi_expr_get_symbol_dims(p, &desc->vars[k], &type->dims));
+        PD_TRY(pdi_expr_get_symbol_dims(p, &desc->vars[k], &type->dims));
         return pdi_expr_emit_push(p, PDI_EXPR_VAR, k);
     }
     if ((k = pdi_expr_find_symbol(desc->consts, desc->const_count, word, size)) >= 0) constant = &desc->consts[k];
@@ -535,7 +535,7 @@ static pd_status pdi_expr_parse_name(pdi_expr_parser *p, size_t size, pdi_expr_t
         constant = &pdi_expr_builtins[k];
     if (constant) {
         p->position += size;
-        PDI_TRY(pdi_expr_get_symbol_dims(p, constant, &type->dims));
+        PD_TRY(pdi_expr_get_symbol_dims(p, constant, &type->dims));
         return pdi_expr_emit_const(p, constant->value);
     }
     if (pdi_expr_is_call(desc, word, size)) return pdi_expr_parse_call(p, size, type);
@@ -555,15 +555,15 @@ static pd_status pdi_expr_parse_primary(pdi_expr_parser *p, pdi_expr_type *type)
     memset(type, 0, sizeof *type);
     pdi_expr_skip_blanks(p);
     char c = p->text[p->position];
-    size_t word = pdi_units_scan_word(p->text + p->position);
+    size_t word = pd_units_scan_word(p->text + p->position);
     type->start = p->position;
     if (word > 0) return pdi_expr_parse_name(p, word, type);
     if (c == '[') return pdi_expr_parse_name(p, pdi_expr_scan_bracket(p), type);
-    if (pdi_units_is_digit(c) || c == '.') return pdi_expr_parse_number(p, type);
+    if (pd_units_is_digit(c) || c == '.') return pdi_expr_parse_number(p, type);
     if (c != '(') return pdi_expr_fail_unexpected(p, "a number, a name or '('");
     p->position++;
-    PDI_TRY(pdi_expr_begin_nesting(p));
-    PDI_TRY(pdi_expr_parse_comparison(p, type));
+    PD_TRY(pdi_expr_begin_nesting(p));
+    PD_TRY(pdi_expr_parse_comparison(p, type));
     return pdi_expr_parse_close(p, "an operator or ')'");
 }
 
@@ -571,14 +571,14 @@ static pd_status pdi_expr_parse_primary(pdi_expr_parser *p, pdi_expr_type *type)
 static pd_status pdi_expr_parse_power(pdi_expr_parser *p, pdi_expr_type *type)
 {
     pdi_expr_type exponent;
-    PDI_TRY(pdi_expr_parse_primary(p, type));
+    PD_TRY(pdi_expr_parse_primary(p, type));
     pdi_expr_skip_blanks(p);
     if (p->text[p->position] != '^') return PD_OK;
     p->position++;
-    PDI_TRY(pdi_expr_begin_nesting(p));
-    PDI_TRY(pdi_expr_parse_unary(p, &exponent));
+    PD_TRY(pdi_expr_begin_nesting(p));
+    PD_TRY(pdi_expr_parse_unary(p, &exponent));
     p->nesting--;
-    PDI_TRY(pdi_expr_compute_power_dims(p, type, &exponent));
+    PD_TRY(pdi_expr_compute_power_dims(p, type, &exponent));
     return pdi_expr_emit(p, PDI_EXPR_OP_pow);
 }
 
@@ -590,7 +590,7 @@ static pd_status pdi_expr_parse_unary(pdi_expr_parser *p, pdi_expr_type *type)
     size_t start = p->position;
     for (; p->text[p->position] == '-' || p->text[p->position] == '+'; pdi_expr_skip_blanks(p))
         minus ^= p->text[p->position++] == '-';
-    PDI_TRY(pdi_expr_parse_power(p, type));
+    PD_TRY(pdi_expr_parse_power(p, type));
     type->start = start;
     return minus ? pdi_expr_emit(p, PDI_EXPR_NEG) : PD_OK;
 }
@@ -598,7 +598,7 @@ static pd_status pdi_expr_parse_unary(pdi_expr_parser *p, pdi_expr_type *type)
 /* Right operand of '/' if it is a unit ("x/s"); *read: 1 parsed, 0 it is no unit. */
 static pd_status pdi_expr_parse_divisor(pdi_expr_parser *p, pdi_expr_type *type, int *read)
 {
-    pdi_units_product unit;
+    pd_units_product unit;
     const char *why;
     pdi_expr_skip_blanks(p);
     size_t n = pdi_units_scan_divisor(p->text + p->position, pdi_expr_is_declared, p->desc, &unit, &why);
@@ -616,17 +616,17 @@ static pd_status pdi_expr_parse_divisor(pdi_expr_parser *p, pdi_expr_type *type,
 static pd_status pdi_expr_parse_product(pdi_expr_parser *p, pdi_expr_type *type)
 {
     pdi_expr_type right;
-    PDI_TRY(pdi_expr_parse_unary(p, type));
+    PD_TRY(pdi_expr_parse_unary(p, type));
     for (;;) {
         int read = 0;
         pdi_expr_skip_blanks(p);
         char c = p->text[p->position];
         if (c != '*' && c != '/') return PD_OK;
         p->position++;
-        if (c == '/') PDI_TRY(pdi_expr_parse_divisor(p, &right, &read));
-        if (!read) PDI_TRY(pdi_expr_parse_unary(p, &right));
+        if (c == '/') PD_TRY(pdi_expr_parse_divisor(p, &right, &read));
+        if (!read) PD_TRY(pdi_expr_parse_unary(p, &right));
         pdi_expr_compute_product_dims(type, &right, c == '*' ? 1 : -1);
-        PDI_TRY(pdi_expr_emit(p, c == '*' ? PDI_EXPR_MUL : PDI_EXPR_DIV));
+        PD_TRY(pdi_expr_emit(p, c == '*' ? PDI_EXPR_MUL : PDI_EXPR_DIV));
     }
 }
 
@@ -634,15 +634,15 @@ static pd_status pdi_expr_parse_product(pdi_expr_parser *p, pdi_expr_type *type)
 static pd_status pdi_expr_parse_sum(pdi_expr_parser *p, pdi_expr_type *type)
 {
     pdi_expr_type right;
-    PDI_TRY(pdi_expr_parse_product(p, type));
+    PD_TRY(pdi_expr_parse_product(p, type));
     for (;;) {
         pdi_expr_skip_blanks(p);
         char c = p->text[p->position];
         if (c != '+' && c != '-') return PD_OK;
         p->position++;
-        PDI_TRY(pdi_expr_parse_product(p, &right));
-        PDI_TRY(pdi_expr_check_same_dims(p, type, &right, c == '+' ? "on the left of '+'" : "on the left of '-'"));
-        PDI_TRY(pdi_expr_emit(p, c == '+' ? PDI_EXPR_ADD : PDI_EXPR_SUB));
+        PD_TRY(pdi_expr_parse_product(p, &right));
+        PD_TRY(pdi_expr_check_same_dims(p, type, &right, c == '+' ? "on the left of '+'" : "on the left of '-'"));
+        PD_TRY(pdi_expr_emit(p, c == '+' ? PDI_EXPR_ADD : PDI_EXPR_SUB));
     }
 }
 
@@ -650,16 +650,16 @@ static pd_status pdi_expr_parse_sum(pdi_expr_parser *p, pdi_expr_type *type)
 static pd_status pdi_expr_parse_comparison(pdi_expr_parser *p, pdi_expr_type *type)
 {
     pdi_expr_type right;
-    PDI_TRY(pdi_expr_parse_sum(p, type));
+    PD_TRY(pdi_expr_parse_sum(p, type));
     pdi_expr_skip_blanks(p);
     char c = p->text[p->position];
     if (c != '<' && c != '>') return PD_OK;
     int equal = p->text[p->position + 1] == '=';
     p->position += 1 + (size_t)equal;
-    PDI_TRY(pdi_expr_parse_sum(p, &right));
-    PDI_TRY(pdi_expr_check_same_dims(p, type, &right, "on the left of the comparison"));
+    PD_TRY(pdi_expr_parse_sum(p, &right));
+    PD_TRY(pdi_expr_check_same_dims(p, type, &right, "on the left of the comparison"));
     pdi_expr_set_dimensionless(type);
-    PDI_TRY(pdi_expr_emit(p, c == '<' ? (equal ? PDI_EXPR_LE : PDI_EXPR_LT) : (equal ? PDI_EXPR_GE : PDI_EXPR_GT)));
+    PD_TRY(pdi_expr_emit(p, c == '<' ? (equal ? PDI_EXPR_LE : PDI_EXPR_LT) : (equal ? PDI_EXPR_GE : PDI_EXPR_GT)));
     pdi_expr_skip_blanks(p);
     if (p->text[p->position] == '<' || p->text[p->position] == '>')
         return pdi_expr_fail(p, p->position, "comparisons do not chain: write (a < b) * (b < c)");
@@ -675,11 +675,11 @@ static pd_status pdi_expr_check_result(pdi_expr_parser *p, pdi_expr_type *type)
     pd_dims dims;
     if (p->desc->unit) {
         if (pd_units_parse(p->ctx, p->desc->unit, NULL, &dims) < 0)
-            return pdi_fail(p->ctx, PD_ERR_ARGUMENT, "expr", "the expected unit '%.40s' is not a unit", p->desc->unit);
-        if (!type->is_zero_literal && !pdi_units_is_same(&type->dims, &dims)) {
+            return pd_fail(p->ctx, PD_ERR_ARGUMENT, "expr", "the expected unit '%.40s' is not a unit", p->desc->unit);
+        if (!type->is_zero_literal && !pd_units_is_same(&type->dims, &dims)) {
             int plain = pdi_expr_is_dimensionless(type);
-            pdi_units_describe(&type->dims, found);
-            pdi_units_describe(&dims, expected);
+            pd_units_describe(&type->dims, found);
+            pd_units_describe(&dims, expected);
             pdi_units_format_examples(&dims, units);
             if (plain && !p->desc->allow_bare)
                 return pdi_expr_fail(p, type->start,
@@ -703,7 +703,7 @@ static pd_status pdi_expr_compile(pdi_expr_parser *p, pdi_expr_type *type)
     while (size <= PD_EXPR_LENGTH && p->text[size]) size++;
     if (size > PD_EXPR_LENGTH)
         return pdi_expr_fail(p, 0, "the expression is longer than %d characters", PD_EXPR_LENGTH);
-    PDI_TRY(pdi_expr_parse_comparison(p, type));
+    PD_TRY(pdi_expr_parse_comparison(p, type));
     pdi_expr_skip_blanks(p);
     if (p->text[p->position] != '\0') return pdi_expr_fail_unexpected(p, "an operator or the end");
     return pdi_expr_check_result(p, type);
@@ -713,9 +713,9 @@ static pd_status pdi_expr_compile(pdi_expr_parser *p, pdi_expr_type *type)
 static pd_status pdi_expr_copy_result(pd_ctx *ctx, const pdi_expr_parser *p, const pdi_expr_type *type, pd_expr *expr)
 {
     expr->code_count = p->code_count;
-    PDI_TRY(PDI_NEW(ctx, "expr", p->code_count, expr->code));
+    PD_TRY(PD_NEW(ctx, "expr", p->code_count, expr->code));
     expr->value_count = p->value_count;
-    PDI_TRY(PDI_NEW(ctx, "expr", p->value_count, expr->value));
+    PD_TRY(PD_NEW(ctx, "expr", p->value_count, expr->value));
     memcpy(expr->code, p->code, (size_t)p->code_count * sizeof *p->code);
     memcpy(expr->value, p->value, (size_t)p->value_count * sizeof *p->value);
     expr->variables_used = p->uses;
@@ -724,36 +724,36 @@ static pd_status pdi_expr_copy_result(pd_ctx *ctx, const pdi_expr_parser *p, con
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_expr_build(pd_ctx *ctx, const pd_expr_desc *desc, pd_expr *expr)
+pd_status pd_expr_build(pd_ctx *ctx, const pd_expr_desc *desc, pd_expr *expr)
 {
     pdi_expr_parser *p;
     pdi_expr_type type;
     memset(expr, 0, sizeof *expr);
-    if (!desc->text) return pdi_fail(ctx, PD_ERR_ARGUMENT, "expr", "desc.text is NULL, expected an expression");
+    if (!desc->text) return pd_fail(ctx, PD_ERR_ARGUMENT, "expr", "desc.text is NULL, expected an expression");
     if (desc->var_count < 0 || desc->var_count > PD_EXPR_VARS || desc->const_count < 0)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "expr", "%d variables and %d constants, expected at most %d variables",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "expr", "%d variables and %d constants, expected at most %d variables",
                         desc->var_count, desc->const_count, PD_EXPR_VARS);
-    PDI_TRY(PDI_NEW(ctx, "expr", 1, p));
+    PD_TRY(PD_NEW(ctx, "expr", 1, p));
     p->ctx = ctx;
     p->desc = desc;
     p->text = desc->text;
     pd_status status = pdi_expr_compile(p, &type);
     if (status == PD_OK) status = pdi_expr_copy_result(ctx, p, &type, expr);
-    if (status < 0) pdi_expr_free(ctx, expr);
-    PDI_DELETE(ctx, 1, p);
+    if (status < 0) pd_expr_free(ctx, expr);
+    PD_DELETE(ctx, 1, p);
     return status;
 }
 
-PDI_FN void pdi_expr_free(pd_ctx *ctx, pd_expr *expr)
+void pd_expr_free(pd_ctx *ctx, pd_expr *expr)
 {
-    PDI_DELETE(ctx, expr->code_count, expr->code);
-    PDI_DELETE(ctx, expr->value_count, expr->value);
-    PDI_DELETE(ctx, expr->discontinuity_count, expr->discontinuities);
+    PD_DELETE(ctx, expr->code_count, expr->code);
+    PD_DELETE(ctx, expr->value_count, expr->value);
+    PD_DELETE(ctx, expr->discontinuity_count, expr->discontinuities);
     memset(expr, 0, sizeof *expr);
 }
 PDI_COLD_END
 
-PDI_FN double pdi_expr_eval(const pd_expr *expr, const double *vars)
+double pd_expr_eval(const pd_expr *expr, const double *vars)
 {
     double stack[PDI_EXPR_STACK_SIZE];
     int top = 0;
@@ -775,9 +775,9 @@ PDI_FN double pdi_expr_eval(const pd_expr *expr, const double *vars)
     return top == 1 ? stack[0] : NAN;
 }
 
-PDI_FN int pdi_expr_is_constant(const pd_expr *expr) { return expr->variables_used == 0; }
+int pd_expr_is_constant(const pd_expr *expr) { return expr->variables_used == 0; }
 
-PDI_FN void pdi_expr_get_table_range(const pd_expr *expr, int var, double *range)
+void pd_expr_get_table_range(const pd_expr *expr, int var, double *range)
 {
     range[0] = -HUGE_VAL;
     range[1] = HUGE_VAL;

@@ -10,7 +10,7 @@
  */
 #ifndef PD_EXPR_H
 #define PD_EXPR_H
-#include "scene/units.h"
+#include "setup/units.h"
 #include "core/monotone_cubic.h"
 
 #define PD_EXPR_VARS 32     /* variables of one expression */
@@ -35,7 +35,7 @@ typedef struct pd_expr_table {
 /* What to compile: text, symbols, expected dimension, location for messages. */
 typedef struct pd_expr_desc {
     const char *text;
-    const pd_expr_symbol *vars; /* the values that pdi_expr_eval gets, in this order */
+    const pd_expr_symbol *vars; /* the values that pd_expr_eval gets, in this order */
     int var_count;
     const pd_expr_symbol *consts;
     int const_count;
@@ -65,28 +65,36 @@ typedef struct pd_expr {
     int discontinuity_count, time_variable;
 } pd_expr;
 
-#ifdef PDI_INTERNAL
+#define pd_expr_build PD_NAME(pd_expr_build)
+#define pd_expr_eval PD_NAME(pd_expr_eval)
+#define pd_expr_free PD_NAME(pd_expr_free)
+#define pd_expr_get_table_range PD_NAME(pd_expr_get_table_range)
+#define pd_expr_is_constant PD_NAME(pd_expr_is_constant)
+#define pd_expr_is_reserved PD_NAME(pd_expr_is_reserved)
+#define pd_expr_quote_token PD_NAME(pd_expr_quote_token)
+
 /* Parse and compile an expression. PD_ERR_PARSE: syntax error, unknown name, inconsistent or wrong dimension, or a
  * constant that is not finite; the message has the column, what stands there and what was expected. PD_ERR_ARGUMENT: a
  * unit of the desc is invalid, or there are too many variables. */
-PDI_FN pd_status pdi_expr_build(pd_ctx *ctx, const pd_expr_desc *desc, pd_expr *expr);
-/* Free code, constants and discontinuities of the expression. */
-PDI_FN void pdi_expr_free(pd_ctx *ctx, pd_expr *expr);
+PD_API pd_status pd_expr_build(pd_ctx *ctx, const pd_expr_desc *desc, pd_expr *expr);
 /* Evaluate the expression for the variables vars[var_count] in SI; result in SI. Reads only, so threads may share
  * the expression. The result may be NaN or infinite where the mathematics is; an expression that was never built
  * gives NaN. */
-PDI_FN double pdi_expr_eval(const pd_expr *expr, const double *vars);
-/* 1: the expression depends on no variable; pdi_expr_eval may then get NULL. */
-PDI_FN int pdi_expr_is_constant(const pd_expr *expr);
-
+PD_API double pd_expr_eval(const pd_expr *expr, const double *vars);
+/* Free code, constants and discontinuities of the expression. */
+PD_API void pd_expr_free(pd_ctx *ctx, pd_expr *expr);
 /* range[2]: interval of variable `var` inside which all tables that it is the direct argument of have points; outside
  * one is extrapolated by its end value. -HUGE_VAL .. HUGE_VAL: no such table. */
-PDI_FN void pdi_expr_get_table_range(const pd_expr *expr, int var, double *range);
-
-/* Quote the token at `found` for a message: 'word', '+', byte 0x07, the end. text gets PD_UNITS_TEXT bytes. */
-PDI_FN void pdi_expr_quote_token(const char *found, char *text);
+PD_API void pd_expr_get_table_range(const pd_expr *expr, int var, double *range);
+/* 1: the expression depends on no variable; pd_expr_eval may then get NULL. */
+PD_API int pd_expr_is_constant(const pd_expr *expr);
 /* 1: the name is reserved, a function or a built-in constant of expressions. */
-PDI_FN int pdi_expr_is_reserved(const char *name);
+PD_API int pd_expr_is_reserved(const char *name);
+/* Quote the token at `found` for a message: 'word', '+', byte 0x07, the end. text gets PD_UNITS_TEXT bytes. */
+PD_API void pd_expr_quote_token(const char *found, char *text);
+#ifdef PDI_INTERNAL
+
+
 
 /* ---- the stack machine ---- */
 

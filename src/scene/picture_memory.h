@@ -1,0 +1,12 @@
+/* picture_memory: estimate of the memory of the pictures that a scene asks for, before anything is built.
+ */
+#ifndef PD_PICTURE_MEMORY_H
+#define PD_PICTURE_MEMORY_H
+#include "setup/setup.h"
+
+#ifdef PDI_INTERNAL
+/* [byte] Memory of the largest picture; they are drawn one by one. A callback of pd_setup. */
+PDI_FN double pdi_picture_memory_estimate(const pd_setup *setup);
+#endif
+
+#endif
