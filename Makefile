@@ -199,10 +199,10 @@ tests: $(TESTS) $(HARD_TESTS) ## build the test programs without running them
 
 amalgam: $(BUILD)/amalgamate ## write pdcorr.h from src/, and the templates in it from examples/scenes/templates/
 	sh tools/templates.sh
-	$(BUILD)/amalgamate src LICENSE pdcorr.h
+	$(BUILD)/amalgamate src LICENSE pdcorr.h pdcorr_app.h
 
 lint: $(BUILD)/lint $(BUILD)/amalgamate ## house rules and the order of the modules
-	$(BUILD)/amalgamate --rules src LICENSE pdcorr.h
+	$(BUILD)/amalgamate --rules src LICENSE pdcorr.h pdcorr_app.h
 	$(BUILD)/lint
 
 # Whole scenes in two dimensions, rings and readers of files go through most of the code.
@@ -436,7 +436,7 @@ $(BUILD)/amalgamate $(BUILD)/lint: $(BUILD)/%: tools/%.c $(BUILD)/flags
 log = sh tools/log.sh $@ '$(OF)' $(1)
 
 $(LOGS)/amalgam.log: $(BUILD)/amalgamate FORCE
-	@$(call log,$(BUILD)/amalgamate --check src LICENSE pdcorr.h)
+	@$(call log,$(BUILD)/amalgamate --check src LICENSE pdcorr.h pdcorr_app.h)
 
 $(LOGS)/lint.log: $(BUILD)/lint FORCE
 	@$(call log,$(BUILD)/lint)

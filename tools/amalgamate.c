@@ -1,14 +1,17 @@
-/* amalgamate: joins the modules of src/ into the single header.
+/* amalgamate: joins the modules of src/ into a header, or into two.
  *
- *   amalgamate [--check | --rules] [--skip-missing] SRC LICENSE OUT
+ *   amalgamate [--check | --rules] [--skip-missing] SRC LICENSE OUT [APP]
  *
  * A line of SRC/MODULES names a room, which is a folder of SRC, and its modules in order. The output is: banner with
- * contents, every header in order, and under PDCORR_IMPLEMENTATION every .c in order. Files are copied as they are;
- * only the lines that include another module are left out. Refused: include cycles, a module that includes a later
- * one, files of SRC that no module owns, a module without header. --check compares with OUT instead of writing it,
- * --rules stops after the refusals, --skip-missing passes over modules that have no header yet.
+ * contents, the public part of every header in order, and under PDCORR_IMPLEMENTATION what headers have under
+ * PDI_INTERNAL, and every .c, in order. Lines are copied as they are; only those that include another module are left
+ * out. Rooms of a line `app` go to APP, which includes OUT; there the macros are PDCORR_APP_IMPLEMENTATION or the one
+ * of OUT, and PDI_APP_INTERNAL. Refused: include cycles, a module that includes a later one, files of SRC that no module
+ * owns, a module without header. --check compares with OUT and APP instead of writing them, --rules stops after the
+ * refusals, --skip-missing passes over modules that have no header yet.
  *
- * Two other lines of MODULES, behind those of the rooms:
+ * Other lines of MODULES, behind those of the rooms:
+ *   app: ROOM...                what reads scenes, writes files and draws
  *   cut MACRO: ROOM...          the macro leaves these rooms, or modules as ROOM/NAME, out; refused when one that
  *                               stays uses one of them
  *   cold N: ROOM or MODULE...   no loop of theirs gains from more than -O<N>, which gcc then compiles their .c with;
@@ -38,6 +41,8 @@ typedef struct module {
     unsigned cuts; /* bit k: cut k leaves it out */
     char level; /* of optimisation that its .c gains from; 0: whatever the compiler has */
     int small;  /* named by a line `small` */
+    int app;    /* it goes to the second header */
+    char *visible, *hidden; /* parts of the header: public, and of PDI_INTERNAL; NULL: nothing stands there */
     int seen; /* of the cycle search: 1 on the path, 2 finished */
 } module;
 
@@ -157,7 +162,7 @@ static void add_module(const char *src, const char *room, const char *name, int 
 }
 
 /* The words from `at` to the end of the line: rooms and paths of modules of a cut, or, cut < 0, of a level (0: small),
- * which takes names of modules, too. */
+ * or the app ('a'), which take names of modules, too. */
 static void mark_modules(const char *src, const char *at, const char *end, int cut, char level)
 {
     char name[NAME_SIZE];
@@ -169,6 +174,7 @@ static void mark_modules(const char *src, const char *at, const char *end, int c
             if (strcmp(m->room, name) != 0 && strcmp(m->path, name) != 0 && (cut >= 0 || strcmp(m->name, name) != 0))
                 continue;
             if (cut >= 0) m->cuts |= 1u << cut;
+            else if (level == 'a') m->app = 1;
             else if (level) m->level = level;
             else m->small = 1;
             found = 1;
@@ -183,6 +189,10 @@ static int read_mark(const char *src, const char *line, const char *end)
     int size = 0;
     if (strncmp(line, "cold ", 5) == 0 && line[5] && strchr("g123", line[5]) && line[6] == ':') {
         mark_modules(src, line + 7, end, -1, line[5]);
+        return 1;
+    }
+    if (strncmp(line, "app:", 4) == 0) {
+        mark_modules(src, line + 4, end, -1, 'a');
         return 1;
     }
     if (strncmp(line, "small:", 6) == 0) {
@@ -283,6 +293,61 @@ static void refuse_reaching_up(void)
                     modules[used].path);
 }
 
+static int is_directive(const char *line, const char *name)
+{
+    while (*line == ' ') line++;
+    if (*line++ != '#') return 0;
+    while (*line == ' ') line++;
+    return strncmp(line, name, strlen(name)) == 0;
+}
+
+/* 1: a line of a header that declares nothing: blank, an include, a guard. */
+static int declares_nothing(const module *m, const char *line)
+{
+    const char *file;
+    size_t size;
+    char guard[NAME_SIZE + 16];
+    if (*line == '\n' || local_include(line, &file, &size)) return 1;
+    if (strncmp(line, "#endif", 6) == 0) return 1;
+    snprintf(guard, sizeof guard, "PD_%.40s_H\n", m->name);
+    for (char *c = guard; *c; c++) *c = (char)toupper((unsigned char)*c);
+    return (strncmp(line, "#ifndef ", 8) == 0 && strncmp(line + 8, guard, strlen(guard)) == 0) ||
+           (strncmp(line, "#define ", 8) == 0 && strncmp(line + 8, guard, strlen(guard)) == 0);
+}
+
+/* Parts the header into what all see and what stands under PDI_INTERNAL. */
+static void part_header(module *m)
+{
+    text visible = {NULL, 0, 0}, hidden = {NULL, 0, 0};
+    const char *macro = m->app ? "#ifdef PDI_APP_INTERNAL\n" : "#ifdef PDI_INTERNAL\n";
+    int depth = 0, within = 0, lines = 0, comment = 0;
+    append(&visible, "", 0);
+    append(&hidden, "", 0);
+    for (const char *line = m->header; *line; line = next_line(line)) {
+        size_t size = (size_t)(next_line(line) - line);
+        if (is_directive(line, "if")) depth++;
+        if (!within && strncmp(line, macro, strlen(macro)) == 0) {
+            if (depth > 2) die("%s.h: what is internal stands under another condition", m->path);
+            within = depth;
+            continue;
+        }
+        if (within && depth == within && (is_directive(line, "el") || is_directive(line, "endif"))) {
+            if (!is_directive(line, "endif")) die("%s.h: what is internal has another branch", m->path);
+            within = 0;
+            depth--;
+            continue;
+        }
+        if (is_directive(line, "endif")) depth--;
+        append(within ? &hidden : &visible, line, size);
+        if (within) continue;
+        if (strncmp(line, "/*", 2) == 0) comment = 1;
+        lines += !comment && !declares_nothing(m, line);
+        if (comment && memchr(line, '/', size) && strstr(line, "*/") && strstr(line, "*/") < line + size) comment = 0;
+    }
+    m->visible = lines ? visible.data : NULL;
+    m->hidden = lines && !hidden.size ? NULL : lines ? hidden.data : m->header;
+}
+
 /* What a macro leaves out, nothing that stays may use. */
 static void refuse_torn_cuts(void)
 {
@@ -321,6 +386,58 @@ static void describe(const module *m, char *out, size_t room)
     if (end) *end = 0;
 }
 
+static void append_contents(text *out, int app)
+{
+    const module *last = NULL;
+    char about[128];
+    for (int k = 0; k < module_count; k++) {
+        const module *m = &modules[k];
+        if (m->app != app) continue;
+        if (!last || strcmp(m->room, last->room) != 0) append_line(out, " *   %s/", m->room);
+        describe(m, about, sizeof about);
+        append_line(out, " *     %-10s %s", m->name, about);
+        last = m;
+    }
+    append_line(out, " */");
+}
+
+/* Name of a file without its folders. */
+static const char *base_name(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    return slash ? slash + 1 : path;
+}
+
+static void append_app_banner(text *out, const char *kernel)
+{
+    static const char *const lines[] = {
+        " *",
+        " * Generated by `make amalgam` from the modules in src/; changes belong there.",
+        " *",
+        " * HOW TO USE",
+        " *   Copy this file and pdcorr.h into your project, and include this one in place of that one. In exactly one",
+        " *   file for each space dimension write",
+        " *       #define PD_DIM 2                 (1, 2 or 3)",
+        " *       #define PDCORR_IMPLEMENTATION",
+        " *       #include \"pdcorr_app.h\"",
+        " *   With PDCORR_APP_IMPLEMENTATION in its place this file alone is compiled, and another one has pdcorr.h: it",
+        " *   uses nothing of pdcorr.h but what all programs see.",
+        " *       #define PDCORR_NO_SCENE          leaves out scene and run",
+        " *",
+        " * CONTENTS (search for >> and the file name, for example >>io/png.h)",
+    };
+    char version[32];
+    find_version(version, sizeof version);
+    append_line(out, "/* pdcorr_app %s: scenes, files and pictures for pdcorr, peridynamic corrosion simulation.", version);
+    append_line(out, " * MIT licence, see the end of this file.");
+    for (size_t k = 0; k < sizeof lines / sizeof lines[0]; k++) append_line(out, "%s", lines[k]);
+    append_contents(out, 1);
+    append_line(out, "#include \"%s\"", base_name(kernel));
+    append_line(out, "#if defined(PDCORR_IMPLEMENTATION) || defined(PDCORR_STATIC) || defined(PDCORR_APP_IMPLEMENTATION)");
+    append_line(out, "#define PDI_APP_INTERNAL 1");
+    append_line(out, "#endif");
+}
+
 static void append_banner(text *out)
 {
     static const char *const lines[] = {
@@ -336,13 +453,11 @@ static void append_banner(text *out)
         " *   the file, and what it does not call costs neither time nor room. Any C99 or C++11 compiler will do:",
         " *       cc -std=c99 -O3 -march=native -ffp-contract=off -fopenmp prog.c -lm",
         " *   Rooms that a program does not use can be left out; put these lines above the inclusion, too:",
-        " *       #define PDCORR_NO_SCENE          leaves out scene and run",
-        " *       #define PDCORR_NO_IO             leaves out io, and scene and run, which need it",
-        " *       #define PDCORR_NO_SOLID          leaves out mechanics: solid, couple/solid_coupling, and scene and "
-        "run",
-        " *       #define PDCORR_NO_PHYSICS        leaves out flow, transport, metal, couple and those",
-        " *   NO_IO, NO_PHYSICS leave the kernels: core, lattice, solve. A file may leave out more than the one with",
-        " *   PDCORR_IMPLEMENTATION. gcc compiles what runs spend no time in with -Og to -O2 where the file has -O3.",
+        " *       #define PDCORR_NO_MODEL          leaves out setup and physics, of which scenes are made",
+        " *       #define PDCORR_NO_SOLID          leaves out mechanics: solid, couple/solid_coupling, and those",
+        " *       #define PDCORR_NO_PHYSICS        leaves out flow, transport, metal, couple and those: kernels stay",
+        " *   A file may leave out more than the one with PDCORR_IMPLEMENTATION. gcc compiles what runs spend no time in",
+        " *   with -Og to -O2 where the file has -O3. Scenes, files and pictures stand in pdcorr_app.h.",
         " *   OpenMP is optional and does not change a bit of the results. Linked names carry the dimension, so that",
         " *   several dimensions live in one program. Start with pd_ctx_init; every call that can fail returns a",
         " *   pd_status, and pd_ctx.message then says what, where and how to mend.",
@@ -357,17 +472,12 @@ static void append_banner(text *out)
         " *",
         " * CONTENTS (search for >> and the file name, for example >>core/config.h)",
     };
-    char version[32], about[128];
+    char version[32];
     find_version(version, sizeof version);
     append_line(out, "/* pdcorr %s: peridynamic corrosion simulation in one C99 header.", version);
     append_line(out, " * MIT licence, see the end of this file.");
     for (size_t k = 0; k < sizeof lines / sizeof lines[0]; k++) append_line(out, "%s", lines[k]);
-    for (int k = 0; k < module_count; k++) {
-        if (!k || strcmp(modules[k].room, modules[k - 1].room) != 0) append_line(out, " *   %s/", modules[k].room);
-        describe(&modules[k], about, sizeof about);
-        append_line(out, " *     %-10s %s", modules[k].name, about);
-    }
-    append_line(out, " */");
+    append_contents(out, 0);
 }
 
 static void append_file(text *out, const module *m, const char *data, const char *ending)
@@ -418,18 +528,22 @@ static void open_guards(text *out, const module *m, int sources)
     append_line(out, "#endif");
 }
 
-/* All headers, or all sources. */
-static void append_modules(text *out, int sources)
+/* What headers show, what they hide, or the sources, of one of the two outputs. */
+typedef enum part { VISIBLE, HIDDEN, SOURCES } part;
+
+static void append_modules(text *out, part what, int app)
 {
     const module *last = NULL;
+    int sources = what == SOURCES;
     for (int k = 0; k < module_count; k++) {
         const module *m = &modules[k];
-        if (sources && !m->source) continue;
+        const char *lines = what == VISIBLE ? m->visible : what == HIDDEN ? m->hidden : m->source;
+        if (m->app != app || !lines) continue;
         if (!last || last->cuts != m->cuts || (sources && (last->level != m->level || small(last) != small(m)))) {
             if (last) close_guards(out, last, sources);
             open_guards(out, m, sources);
         }
-        append_file(out, m, sources ? m->source : m->header, sources ? ".c" : ".h");
+        append_file(out, m, lines, sources ? ".c" : what == HIDDEN && m->visible ? ".h, internal" : ".h");
         last = m;
     }
     if (last) close_guards(out, last, sources);
@@ -451,16 +565,30 @@ static void append_licence(text *out, const char *path)
 static void append_all(text *out, const char *licence)
 {
     append_banner(out);
-    append_modules(out, 0);
+    append_modules(out, VISIBLE, 0);
     append_line(out, "\n/* ======== >>implementation ======== */");
     append_line(out, "#if (defined(PDCORR_IMPLEMENTATION) || defined(PDCORR_STATIC)) && !defined(PDI_IMPLEMENTED)");
     append_line(out, "#define PDI_IMPLEMENTED");
     append_line(out, "#ifndef PDI_INTERNAL");
     append_line(out, "#error \"pdcorr: define PDCORR_IMPLEMENTATION before the first inclusion in this file\"");
     append_line(out, "#else");
-    append_modules(out, 1);
+    append_modules(out, HIDDEN, 0);
+    append_modules(out, SOURCES, 0);
     append_line(out, "\n#endif");
     append_line(out, "#endif /* PDCORR_IMPLEMENTATION */");
+    append_licence(out, licence);
+}
+
+static void append_app(text *out, const char *kernel, const char *licence)
+{
+    append_app_banner(out, kernel);
+    append_modules(out, VISIBLE, 1);
+    append_line(out, "\n/* ======== >>implementation ======== */");
+    append_line(out, "#if defined(PDI_APP_INTERNAL) && !defined(PDI_APP_IMPLEMENTED)");
+    append_line(out, "#define PDI_APP_IMPLEMENTED");
+    append_modules(out, HIDDEN, 1);
+    append_modules(out, SOURCES, 1);
+    append_line(out, "#endif /* PDI_APP_INTERNAL */");
     append_licence(out, licence);
 }
 
@@ -489,19 +617,25 @@ static void check_text(const char *path, const text *out)
     die("%s is stale (first difference in line %d); run `make amalgam`", path, line);
 }
 
+static void deliver(const char *path, const text *out, int check)
+{
+    if (check) check_text(path, out);
+    else write_text(path, out);
+}
+
 int main(int argc, char **argv)
 {
-    const char *name[3] = {NULL, NULL, NULL};
+    const char *name[4] = {NULL, NULL, NULL, NULL};
     int names = 0, check = 0, rules = 0, skip_missing = 0, path[MAX_MODULES];
-    text out = {NULL, 0, 0};
+    text out = {NULL, 0, 0}, app = {NULL, 0, 0};
     for (int k = 1; k < argc; k++) {
         if (strcmp(argv[k], "--check") == 0) check = 1;
         else if (strcmp(argv[k], "--rules") == 0) rules = 1;
         else if (strcmp(argv[k], "--skip-missing") == 0) skip_missing = 1;
-        else if (argv[k][0] != '-' && names < 3) name[names++] = argv[k];
-        else names = 4;
+        else if (argv[k][0] != '-' && names < 4) name[names++] = argv[k];
+        else names = 5;
     }
-    if (names != 3) die("usage: amalgamate [--check | --rules] [--skip-missing] SRC LICENSE OUT");
+    if (names != 3 && names != 4) die("usage: amalgamate [--check | --rules] [--skip-missing] SRC LICENSE OUT [APP]");
     read_modules(name[0], skip_missing);
     refuse_unowned_files(name[0], "");
     for (int k = 0; k < module_count; k++) {
@@ -513,8 +647,14 @@ int main(int argc, char **argv)
     refuse_reaching_up();
     refuse_torn_cuts();
     if (rules) return 0;
+    for (int k = 0; k < module_count; k++) {
+        if (modules[k].app && names < 4) die("%s/MODULES has an app, but no second output is named", name[0]);
+        part_header(&modules[k]);
+    }
     append_all(&out, name[1]);
-    if (check) check_text(name[2], &out);
-    else write_text(name[2], &out);
+    deliver(name[2], &out, check);
+    if (names < 4) return 0;
+    append_app(&app, name[2], name[1]);
+    deliver(name[3], &app, check);
     return 0;
 }

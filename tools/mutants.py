@@ -90,7 +90,7 @@ NAME = r'[A-Za-z_]\w*(?:(?:->|\.)\w+)*(?:\[[\w +*-]*\])?'
 SWAP = {'<': '<=', '<=': '<', '>': '>=', '>=': '>', '==': '!=', '!=': '==', '&&': '||', '||': '&&', '+': '-', '-': '+',
         '*': '/', '/': '*', '+=': '-=', '-=': '+='}
 
-COMMUTE = re.compile(r'\b(pdi_vec_dot|hypot|fmin|fmax|pdi_min|pdi_max)\($')  # the order of their arguments changes no bit
+COMMUTE = re.compile(r'\b(pdi_vec_dot|hypot|fmin|fmax|pd_min|pd_max)\($')  # the order of their arguments changes no bit
 
 TURNED = {'<': '>=', '<=': '>', '>': '<=', '>=': '<', '==': '!=', '!=': '=='}  # at a single value no number is met
 
@@ -111,7 +111,7 @@ KINDS = [
     ('constant', 3, re.compile(r'(?<![\w.\[])(\d\.\d)(?![\w.])'), number),
     ('index', 4, re.compile(r'\[(0|1)\]'), number),
     ('shift', 4, re.compile(r'[\w\])]( [-+] 1)(?=[\]),;])'), lambda m: ''),
-    ('limit', 2, re.compile(r'\b(pdi_min|pdi_max)(?=\()'), lambda m: 'pdi_max' if m.group(1) == 'pdi_min' else 'pdi_min'),
+    ('limit', 2, re.compile(r'\b(pd_min|pd_max)(?=\()'), lambda m: 'pd_max' if m.group(1) == 'pd_min' else 'pd_min'),
     ('arguments', 2, re.compile(r'\w\((' + NAME + ', ' + NAME + r')\)'), lambda m: ', '.join(m.group(1).split(', ')[::-1])),
     ('call', 4, re.compile(r'^ +(?:if \([^;{}]*\) )?([A-Za-z_]\w*\([^;{}]*\));$', re.M), lambda m: ''),
     ('statement', 3, re.compile(r'^ +(?:if \([^;{}]*\) )?(' + NAME + r' [-+*/|&]?= [^;{}]*|' + NAME + r'(?:\+\+|--));$', re.M),

@@ -73,7 +73,7 @@ double pd_components_compute_ionic_strength(const pd_components *s, const double
 {
     double strength = 0.0;
     for (int i = 0; i < s->solutes; i++)
-        strength += 0.5 * pdi_components_compute_square(s->charge[i]) * pdi_max(c[i], 0.0);
+        strength += 0.5 * pdi_components_compute_square(s->charge[i]) * pd_max(c[i], 0.0);
     return strength;
 }
 
@@ -217,11 +217,11 @@ static void pdi_components_compute_members(pdi_components_work *w)
     if (!(w->debye > 0.0)) return;
     for (int step = 0; step < PDI_COMPONENTS_STRENGTH_MAX_NEWTON; step++) {
         double fourth, sum = pdi_components_compute_concentrations(w, ideal, &fourth);
-        double change = (sum - w->strength) / pdi_max(1.0 + fourth * w->ln_gamma_slope, 0.5), size = fabs(change);
+        double change = (sum - w->strength) / pd_max(1.0 + fourth * w->ln_gamma_slope, 0.5), size = fabs(change);
         if (!(size > PDI_COMPONENTS_STRENGTH_TOLERANCE * w->strength)) break;
         if (size < PDI_COMPONENTS_STRENGTH_STALLED * w->strength && !(size < 0.5 * last)) break;
         last = size;
-        w->strength = pdi_max(w->strength + change, 0.1 * w->strength);
+        w->strength = pd_max(w->strength + change, 0.1 * w->strength);
     }
     for (int n = 0; n < w->members; n++) w->ln_c[n] -= w->ln_gamma * pdi_components_compute_square(w->charge[n]);
 }
@@ -298,11 +298,11 @@ static double pdi_components_compute_balance_residuals(const pdi_components_work
         if (w->balance[r] > 0.0) minus += w->balance[r];
         else if (minus > PDI_COMPONENTS_MIN_CONCENTRATION) plus -= w->balance[r];
         else terms = PDI_COMPONENTS_MIN_CONCENTRATION / DBL_EPSILON;
-        minus = pdi_max(minus, PDI_COMPONENTS_MIN_CONCENTRATION);
-        plus = pdi_max(plus, DBL_MIN);
+        minus = pd_max(minus, PDI_COMPONENTS_MIN_CONCENTRATION);
+        plus = pd_max(plus, DBL_MIN);
         off[r] = log(plus / minus);
-        worst = pdi_max(worst, fabs(off[r]));
-        *relative_error = pdi_max(*relative_error, fabs(plus - minus) / (terms + plus + minus));
+        worst = pd_max(worst, fabs(off[r]));
+        *relative_error = pd_max(*relative_error, fabs(plus - minus) / (terms + plus + minus));
         side[r][0] = plus;
         side[r][1] = minus;
     }
@@ -327,7 +327,7 @@ static void pdi_components_compute_newton_step(const pdi_components_work *w, dou
     }
     pdi_components_solve_linear(w->rows, 1, a, b);
     for (int r = 0; r < w->rows; r++)
-        dy[r] = pdi_min(pdi_max(b[r][0], -PDI_COMPONENTS_MAX_LOG_CHANGE), PDI_COMPONENTS_MAX_LOG_CHANGE);
+        dy[r] = pd_min(pd_max(b[r][0], -PDI_COMPONENTS_MAX_LOG_CHANGE), PDI_COMPONENTS_MAX_LOG_CHANGE);
 }
 
 /* Newton iterations for the members of the given totals, with line search. 0: not converged. */
@@ -388,7 +388,7 @@ static void pdi_components_init_work(const pd_components *s, const double *c, pd
     w->other_strength = w->ln_gamma = w->ln_gamma_slope = w->strength = 0.0;
     for (int n = 0; n < s->members; n++) {
         w->charge[n] = s->charge[s->member_solute[n]];
-        w->c[n] = pdi_max(c[s->member_solute[n]], PDI_COMPONENTS_MIN_CONCENTRATION);
+        w->c[n] = pd_max(c[s->member_solute[n]], PDI_COMPONENTS_MIN_CONCENTRATION);
         w->ln_c[n] = log(w->c[n]);
     }
 }
@@ -424,7 +424,7 @@ PDI_FN pd_status pdi_components_solve(const pd_components *s, const double *tota
     for (int k = 0; k < s->count; k++)
         if (!(fabs(total[k]) < HUGE_VAL)) return PD_NOT_CONVERGED;
     for (int k = s->equilibrium_components; k < s->count; k++)
-        others += 0.5 * pdi_components_compute_square(s->charge[s->component_solute[k]]) * pdi_max(total[k], 0.0);
+        others += 0.5 * pdi_components_compute_square(s->charge[s->component_solute[k]]) * pd_max(total[k], 0.0);
     w.other_strength = others;
     pdi_components_update_activities(&w);
     if (s->members && !pdi_components_solve_members(&w)) {
@@ -439,7 +439,7 @@ PDI_FN pd_status pdi_components_solve(const pd_components *s, const double *tota
     }
     if (s->members && pdi_components_has_vanished_members(&w)) pdi_components_try_equal_amounts(s, &w);
     for (int n = 0; n < s->members; n++) c[s->member_solute[n]] = w.c[n];
-    for (int k = s->equilibrium_components; k < s->count; k++) c[s->component_solute[k]] = pdi_max(total[k], 0.0);
+    for (int k = s->equilibrium_components; k < s->count; k++) c[s->component_solute[k]] = pd_max(total[k], 0.0);
     return PD_OK;
 }
 

@@ -149,7 +149,7 @@ static pd_status pdi_electrolyte_compute_ph(pd_ctx *ctx, const pd_electrolyte *e
     memcpy(c, from, (size_t)e->count * sizeof *c);
     c[ion] += fabs(acid);
     double left = c[e->counter_ion] - acid / e->species[e->counter_ion].charge;
-    c[e->counter_ion] = pdi_max(left, 0.0); /* of rounding at the bound */
+    c[e->counter_ion] = pd_max(left, 0.0); /* of rounding at the bound */
     memcpy(out, c, (size_t)e->count * sizeof *c);
     PD_TRY(pd_electrolyte_solve(ctx, e, out, &s));
     *ph = s.ph;
@@ -178,7 +178,7 @@ static pd_status pdi_electrolyte_find_acid_bracket(pd_ctx *ctx, const pd_electro
                             ph, counter->name, from[e->counter_ion]);
         a[0] = a[1];
         f[0] = f[1];
-        a[1] = sign * (most > 0.0 ? pdi_min(size, most) : size);
+        a[1] = sign * (most > 0.0 ? pd_min(size, most) : size);
         PD_TRY(pdi_electrolyte_compute_ph(ctx, e, from, a[1], c, &f[1]));
         f[1] -= ph;
     }

@@ -128,7 +128,7 @@ static double pdi_mineral_compute_volume(const pd_minerals *m, const double *n)
 
 PDI_FN double pdi_mineral_compute_volume_fraction(const pd_minerals *m, const double *n)
 {
-    return pdi_min(pdi_max(pdi_mineral_compute_volume(m, n), 0.0), 1.0);
+    return pd_min(pd_max(pdi_mineral_compute_volume(m, n), 0.0), 1.0);
 }
 
 PDI_FN double pdi_mineral_compute_ln_omega(const pd_components *c, const pd_minerals *m, int s, const double *conc)
@@ -136,12 +136,12 @@ PDI_FN double pdi_mineral_compute_ln_omega(const pd_components *c, const pd_mine
     double sum = m->charge_square[s] * pdi_components_compute_ln_gamma(c, conc) - m->ln_k[s], more = 0.0;
     int lacks = 0;
     for (int i = 0; i < c->solutes; i++) {
-        double size = m->nu[s][i] != 0.0 ? m->nu[s][i] * log(pdi_max(conc[i], PDI_MINERAL_MIN_CONCENTRATION)) : 0.0;
+        double size = m->nu[s][i] != 0.0 ? m->nu[s][i] * log(pd_max(conc[i], PDI_MINERAL_MIN_CONCENTRATION)) : 0.0;
         lacks |= m->nu[s][i] > 0.0 && !(conc[i] > 1.01 * PDI_MINERAL_MIN_CONCENTRATION);
         if (m->nu[s][i] < 0.0) more += size;
         else sum += size;
     }
-    return sum + (lacks ? pdi_min(more, 0.0) : more); /* no acid makes a mineral of ions that are not there */
+    return sum + (lacks ? pd_min(more, 0.0) : more); /* no acid makes a mineral of ions that are not there */
 }
 
 PDI_FN void pdi_mineral_begin_step(const pd_components *c, const pd_minerals *m, const double *n, const double *conc,
@@ -151,7 +151,7 @@ PDI_FN void pdi_mineral_begin_step(const pd_components *c, const pd_minerals *m,
     start->guess = NULL;
     for (int s = 0; s < m->count; s++) {
         const pd_mineral *of = &m->mineral[s];
-        start->initial[s] = pdi_max(n[s], 0.0);
+        start->initial[s] = pd_max(n[s], 0.0);
         int free = !(of->rate > 0.0) && !(of->surface_rate > 0.0), bare = !(n[s] > 0.0) && of->nucleation > 0.0;
         start->rate[s] = free ? HUGE_VAL : of->rate;
         start->amount_rate[s] = of->rate > 0.0 || n[s] > 0.0 ? of->surface_rate : 0.0;
@@ -164,7 +164,7 @@ PDI_FN int pdi_mineral_try_resume(pd_mineral_start *start, int s, double first_a
                                   double *amount)
 {
     if (!(start->amount_rate[s] > 0.0) || start->rate[s] + start->amount_rate[s] * *amount > 0.0) return 0;
-    *amount = pdi_max(first_amount, 0.0);
+    *amount = pd_max(first_amount, 0.0);
     start->rate[s] *= step_ratio;
     start->amount_rate[s] *= step_ratio;
     return 1;
@@ -194,7 +194,7 @@ static double pdi_mineral_compute_growth(const pd_mineral_start *start, int s, d
 static double pdi_mineral_compute_max_dissolution(const pd_mineral_start *start, int s)
 {
     double rate = start->rate[s] < HUGE_VAL ? -pdi_mineral_compute_growth(start, s, -1.0) : HUGE_VAL;
-    return start->start_amount[s] - pdi_max(start->start_amount[s] - rate, 0.0);
+    return start->start_amount[s] - pd_max(start->start_amount[s] - rate, 0.0);
 }
 
 /* Most that mineral s grows in the step [mol/m3], by its law and the free volume. Negative: there is too much of it. */
@@ -206,7 +206,7 @@ static double pdi_mineral_compute_max_growth(const pd_minerals *m, const pd_mine
         if (q != s)
             room -= m->mineral[q].volume * (start->start_amount[q] - pdi_mineral_compute_max_dissolution(start, q));
     if (!(m->mineral[s].volume > 0.0)) return rate;
-    return pdi_min(rate, pdi_max(room / m->mineral[s].volume, start->initial[s] - start->start_amount[s]));
+    return pd_min(rate, pd_max(room / m->mineral[s].volume, start->initial[s] - start->start_amount[s]));
 }
 
 PDI_FN int pdi_mineral_is_infeasible(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
@@ -261,14 +261,14 @@ static double pdi_mineral_compute_law_residual(const pd_components *c, const pd_
     double rate = pdi_mineral_compute_max_extent(start, s, n), off = pdi_mineral_compute_ln_omega(c, m, s, conc);
     /* none has no surface */
     if (!(rate > 0.0) && start->amount_rate[s] > 0.0) return over < 0.0 ? HUGE_VAL : -HUGE_VAL;
-    return rate < HUGE_VAL ? off - log1p(pdi_max(over / rate, -1.0)) / m->mineral[s].exponent : off;
+    return rate < HUGE_VAL ? off - log1p(pd_max(over / rate, -1.0)) / m->mineral[s].exponent : off;
 }
 
 /* Sets the growth of mineral s [mol/m3], and its amount. */
 static void pdi_mineral_set_growth(pdi_mineral_work *w, int s, double grown)
 {
     w->growth[s] = grown;
-    w->amount[s] = pdi_max(w->base_amount[s] + grown, 0.0);
+    w->amount[s] = pd_max(w->base_amount[s] + grown, 0.0);
 }
 
 /* Amount of mineral s above that of the start of the step [mol/m3]. */
@@ -311,16 +311,16 @@ static void pdi_mineral_compute_growth_bounds(const pdi_mineral_work *w, int s, 
             if (w->m->total_content[t][k] * gain < 0.0) signs = 1;
             if (t != s) there -= w->m->total_content[t][k] * w->growth[t];
         }
-        if (!signs && gain > 0.0) *most = pdi_min(*most, there / gain);
-        if (!signs && gain < 0.0) *least = pdi_max(*least, there / gain);
+        if (!signs && gain > 0.0) *most = pd_min(*most, there / gain);
+        if (!signs && gain < 0.0) *least = pd_max(*least, there / gain);
     }
     if (!(*least < *most)) *least = -HUGE_VAL;
     for (int t = 0; t < w->m->count; t++)
         if (t != s) taken += w->m->mineral[t].volume * w->amount[t];
     *room = w->start->has_limits ? w->start->limit[s] - w->base_amount[s] : HUGE_VAL;
     if (!(w->m->mineral[s].volume > 0.0) || w->start->has_limits) return;
-    *room = pdi_max((1.0 - w->m->mineral[s].min_porosity - taken) / w->m->mineral[s].volume, 0.0);
-    *room = pdi_max(*room, w->start->initial[s]) - w->base_amount[s]; /* what is there stays */
+    *room = pd_max((1.0 - w->m->mineral[s].min_porosity - taken) / w->m->mineral[s].volume, 0.0);
+    *room = pd_max(*room, w->start->initial[s]) - w->base_amount[s]; /* what is there stays */
 }
 
 /* Brackets the growth of mineral s above x[0], where the residual f[0] is positive. 0: it is positive up to `room`. */
@@ -328,11 +328,11 @@ static int pdi_mineral_find_growth_bracket(pdi_mineral_work *w, int s, double mo
 {
     double index = w->m->mineral[s].exponent * pdi_mineral_compute_ln_omega(w->c, w->m, s, w->conc), size = 0.0;
     double law = w->start->start_amount[s] - w->base_amount[s] +
-                 pdi_mineral_compute_growth(w->start, s, expm1(pdi_min(index, 700.0)));
-    double top = pdi_min(pdi_min(room, most), law > x[0] ? law : HUGE_VAL);
-    for (int k = 0; k < w->c->count; k++) size = pdi_max(size, fabs(w->total[k]));
+                 pdi_mineral_compute_growth(w->start, s, expm1(pd_min(index, 700.0)));
+    double top = pd_min(pd_min(room, most), law > x[0] ? law : HUGE_VAL);
+    for (int k = 0; k < w->c->count; k++) size = pd_max(size, fabs(w->total[k]));
     for (double step = PDI_MINERAL_FIRST_STEP * (size + w->base_amount[s] + x[0]);; step *= 4.0) {
-        x[1] = top < HUGE_VAL ? top : pdi_min(x[0] + step, room);
+        x[1] = top < HUGE_VAL ? top : pd_min(x[0] + step, room);
         f[1] = pdi_mineral_compute_growth_residual(w, s, x[1]);
         if (!(f[1] > 0.0)) return 1;
         if (x[1] >= room || top < HUGE_VAL || !(step < 1e100)) return 0;
@@ -348,8 +348,8 @@ static double pdi_mineral_interpolate_bracket(const pdi_root_bracket *b, double 
     int below = least > -HUGE_VAL, above = most < HUGE_VAL;
     if (!below && !above) return next;
     for (int k = 0; k < 2; k++) {
-        double low = below ? pdi_max(ends[k] - least, DBL_EPSILON * fabs(least)) : 1.0;
-        double high = above ? pdi_max(most - ends[k], DBL_EPSILON * fabs(most)) : 1.0;
+        double low = below ? pd_max(ends[k] - least, DBL_EPSILON * fabs(least)) : 1.0;
+        double high = above ? pd_max(most - ends[k], DBL_EPSILON * fabs(most)) : 1.0;
         ratio[k] = log(low) - log(high);
     }
     double at = exp(ratio[0] + pdi_root_bracket_compute_fraction(b) * (ratio[1] - ratio[0])), x;
@@ -365,11 +365,11 @@ static void pdi_mineral_solve_one(pdi_mineral_work *w, int s)
     double start = w->start->start_amount[s], least, most, room, x[2], f[2];
     double rate = w->start->rate[s] < HUGE_VAL ? -pdi_mineral_compute_growth(w->start, s, -1.0) : HUGE_VAL;
     if (!pdi_mineral_is_reactive(w->start, s)) {
-        pdi_mineral_set_growth(w, s, pdi_max(start, 0.0) - w->base_amount[s]);
+        pdi_mineral_set_growth(w, s, pd_max(start, 0.0) - w->base_amount[s]);
         return;
     }
     pdi_mineral_compute_growth_bounds(w, s, &least, &most, &room);
-    x[0] = start > rate ? pdi_min((start - w->base_amount[s]) - rate, room) : pdi_min(-w->base_amount[s], room);
+    x[0] = start > rate ? pd_min((start - w->base_amount[s]) - rate, room) : pd_min(-w->base_amount[s], room);
     if (start > rate && w->m->count == 1 &&
         x[0] - most > PDI_MINERAL_ROUNDING * DBL_EPSILON * (fabs(x[0]) + fabs(most) + w->base_amount[s])) {
         w->solves_left = 0; /* its speed leaves more of it than totals hold */
@@ -398,11 +398,11 @@ static void pdi_mineral_compute_omega_gradient(const pd_components *c, const pd_
     int columns = pdi_components_count_columns(c);
     double strength = 0.0, davies = 0.0, share[PD_SPECIES_MAX], others = 0.0;
     for (int i = 0; i < c->solutes; i++)
-        strength += 0.5 * (double)(c->charge[i] * c->charge[i]) * pdi_max(conc[i], 0.0);
+        strength += 0.5 * (double)(c->charge[i] * c->charge[i]) * pd_max(conc[i], 0.0);
     if (c->debye_hueckel > 0.0) pdi_activity_compute_davies(c->debye_hueckel, strength, &davies);
     for (int i = 0; i < c->solutes; i++) {
         share[i] = m->charge_square[s] * davies * 0.5 * (double)(c->charge[i] * c->charge[i]);
-        if (m->nu[s][i] != 0.0) share[i] += m->nu[s][i] / pdi_max(conc[i], PDI_MINERAL_MIN_CONCENTRATION);
+        if (m->nu[s][i] != 0.0) share[i] += m->nu[s][i] / pd_max(conc[i], PDI_MINERAL_MIN_CONCENTRATION);
     }
     for (int k = 0; k < c->count; k++) slope[k] = k < c->equilibrium_components ? 0.0 : share[c->component_solute[k]];
     for (int n = 0; n < c->members; n++) {
@@ -448,7 +448,7 @@ static double pdi_mineral_compute_law_derivative(const pd_minerals *m, const pd_
     double rate = pdi_mineral_compute_max_extent(start, s, n), slope = 1.0;
     if (!(rate < HUGE_VAL)) return 0.0;
     if (start->amount_rate[s] > 0.0) slope = pdi_mineral_compute_max_extent(start, s, start->start_amount[s]) / rate;
-    return slope / (m->mineral[s].exponent * pdi_max(rate + n - start->start_amount[s], DBL_EPSILON * rate));
+    return slope / (m->mineral[s].exponent * pd_max(rate + n - start->start_amount[s], DBL_EPSILON * rate));
 }
 
 /* Newton matrix a [count][count] of the active minerals, W + L; slope [count]: d ln Omega/dT (theory 5b.6). */
@@ -535,7 +535,7 @@ static double pdi_mineral_compute_residuals(pdi_mineral_work *w, double *off)
                    : first;
         int full = off[s] > 0.0 && pdi_mineral_is_full(w->c, w->m, w->start, s, w->conc, w->amount);
         if (full || !pdi_mineral_is_reactive(w->start, s)) continue;
-        if (w->amount[s] > 0.0 || off[s] > 0.0) worst = pdi_max(worst, fabs(off[s]));
+        if (w->amount[s] > 0.0 || off[s] > 0.0) worst = pd_max(worst, fabs(off[s]));
     }
     return worst;
 }
@@ -574,8 +574,8 @@ static int pdi_mineral_is_rounding(const pdi_mineral_work *w, const int *active,
         int s = active[p];
         double least = HUGE_VAL;
         for (int k = 0; k < w->c->count; k++)
-            if (w->m->total_content[s][k] != 0.0) least = pdi_min(least, fabs(w->total[k] / w->m->total_content[s][k]));
-        if (!(fabs(slope[p][0]) <= 0.5 * DBL_EPSILON * pdi_max(fabs(w->growth[s]), least))) return 0;
+            if (w->m->total_content[s][k] != 0.0) least = pd_min(least, fabs(w->total[k] / w->m->total_content[s][k]));
+        if (!(fabs(slope[p][0]) <= 0.5 * DBL_EPSILON * pd_max(fabs(w->growth[s]), least))) return 0;
     }
     return 1;
 }
@@ -587,13 +587,13 @@ static double pdi_mineral_compute_new_growth(const pdi_mineral_work *w, int s, i
 {
     double least, most, room, none = -w->base_amount[s], grown = from + change;
     pdi_mineral_compute_growth_bounds(w, s, &least, &most, &room);
-    double below = from - least, above = most - from, rest = pdi_min(below, above);
+    double below = from - least, above = most - from, rest = pd_min(below, above);
     if (!(had + change > 0.0)) grown = none;
     if (alone && rest > 0.0 && fabs(change) > 0.5 * rest) {
         double near = below < above ? least + rest * exp(change / rest) : most - rest * exp(-change / rest);
         if (near > least && near < most) grown = near;
     }
-    return pdi_min(pdi_max(grown, none), room);
+    return pd_min(pd_max(grown, none), room);
 }
 
 /* A Newton step of all minerals present, with line search; *worst: residual after it, 0: rounding. 0: no progress. */
@@ -653,14 +653,14 @@ static pd_status pdi_mineral_solve_without_sharing(const pd_components *c, const
     memcpy(w.conc, conc, (size_t)c->solutes * sizeof *conc);
     memcpy(w.guess, w.conc, sizeof w.guess);
     memcpy(w.total, total, (size_t)c->count * sizeof *total);
-    for (int k = 0; k < c->count; k++) size = pdi_max(size, fabs(total[k]));
+    for (int k = 0; k < c->count; k++) size = pd_max(size, fabs(total[k]));
     for (int s = 0; s < m->count; s++) {
         w.base_amount[s] = w.amount[s] = n[s];
         w.growth[s] = 0.0;
-        size = pdi_max(size, n[s]);
+        size = pd_max(size, n[s]);
     }
     for (int s = 0; s < m->count; s++) { /* a guess may be more than has room */
-        if (start->guess) pdi_mineral_set_growth(&w, s, pdi_max(start->guess[s], 0.0) - n[s]);
+        if (start->guess) pdi_mineral_set_growth(&w, s, pd_max(start->guess[s], 0.0) - n[s]);
         double least, most, room;
         pdi_mineral_compute_growth_bounds(&w, s, &least, &most, &room);
         if (room < 0.0) pdi_mineral_set_growth(&w, s, room);
@@ -673,7 +673,7 @@ static pd_status pdi_mineral_solve_without_sharing(const pd_components *c, const
         for (int s = 0; s < m->count; s++) {
             double before = w.growth[s];
             pdi_mineral_solve_one(&w, s);
-            moved = pdi_max(moved, fabs(w.growth[s] - before));
+            moved = pd_max(moved, fabs(w.growth[s] - before));
         }
         if (!(moved > PDI_MINERAL_ROUNDING * DBL_EPSILON * size)) break;
     }
@@ -755,7 +755,7 @@ static double pdi_mineral_get_min_free_volume(const pdi_mineral_shared_volume *r
 {
     double room = HUGE_VAL;
     for (int s = 0; s < r->m->count; s++)
-        if (r->is_open[s]) room = pdi_min(room, 1.0 - r->m->mineral[s].min_porosity);
+        if (r->is_open[s]) room = pd_min(room, 1.0 - r->m->mineral[s].min_porosity);
     return room;
 }
 
@@ -774,7 +774,7 @@ static int pdi_mineral_solve_shared_volume(pdi_mineral_shared_volume *r)
     while ((room = pdi_mineral_get_min_free_volume(r)) < HUGE_VAL) {
         double over = pdi_mineral_compute_volume(r->m, r->amount) - room;
         if (!(over > 0.0)) return 1;
-        for (int s = 0; s < r->m->count; s++) r->free_amount[s] = pdi_max(r->amount[s], r->start.initial[s]);
+        for (int s = 0; s < r->m->count; s++) r->free_amount[s] = pd_max(r->amount[s], r->start.initial[s]);
         if (!pdi_mineral_find_filling_growth(r, room, over)) return 0;
         for (int s = 0; s < r->m->count; s++) {
             if (r->is_open[s]) r->is_open[s] = 1.0 - r->m->mineral[s].min_porosity > room;

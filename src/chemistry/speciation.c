@@ -138,7 +138,7 @@ static void pdi_speciation_add_traces(pdi_speciation_work *w)
                 for (int i = 0; i < w->system->species; i++) {
                     double nu = sign * w->system->nu[r][i];
                     if (w->system->phase[i] == PD_PHASE_SOLVENT) continue;
-                    if (nu < 0.0) most = pdi_min(most, w->amount[i] / -nu);
+                    if (nu < 0.0) most = pd_min(most, w->amount[i] / -nu);
                     if (nu > 0.0 && !(w->amount[i] > 0.0) && w->system->phase[i] == PD_PHASE_SOLUTE) makes = 1;
                 }
                 if (!makes || !(most > 0.0)) continue;
@@ -229,8 +229,8 @@ static void pdi_speciation_limit_changes(const pdi_speciation_work *w, const int
         double room = HUGE_VAL;
         for (int i = 0; i < w->system->species; i++)
             if (w->state[i] == PDI_SPECIATION_SOLUTE && w->row[list[r]][i] < 0.0)
-                room = pdi_min(room, PDI_SPECIATION_MAX_TAKEN * w->amount[i] / -w->row[list[r]][i]);
-        if (room < HUGE_VAL) dy[r] = pdi_min(dy[r], log((w->amount[p] + room) / PDI_SPECIATION_MOLAR) - w->ln_c[p]);
+                room = pd_min(room, PDI_SPECIATION_MAX_TAKEN * w->amount[i] / -w->row[list[r]][i]);
+        if (room < HUGE_VAL) dy[r] = pd_min(dy[r], log((w->amount[p] + room) / PDI_SPECIATION_MOLAR) - w->ln_c[p]);
     }
 }
 
@@ -268,7 +268,7 @@ static double pdi_speciation_compute_residuals(const pdi_speciation_work *w, con
             : 0.0;
     for (int r = 0; r < rows; r++) {
         off[r] = pdi_speciation_compute_ln_ratio(w, list[r], davies);
-        worst = pdi_max(worst, fabs(off[r]));
+        worst = pd_max(worst, fabs(off[r]));
     }
     return worst;
 }
@@ -394,7 +394,7 @@ static int pdi_speciation_remove_exhausted_mineral(pdi_speciation_work *w, const
         if (w->state[i] == PDI_SPECIATION_SOLUTE && w->amount[i] > 0.0)
             w->ln_c[i] = log(w->amount[i] / PDI_SPECIATION_MOLAR);
         /* rounding of one at its end */
-        if (w->system->phase[i] == PD_PHASE_SOLID) w->amount[i] = pdi_max(w->amount[i], 0.0);
+        if (w->system->phase[i] == PD_PHASE_SOLID) w->amount[i] = pd_max(w->amount[i], 0.0);
     }
     pdi_speciation_remove_mineral(w, first);
     return first;
@@ -420,7 +420,7 @@ static int pdi_speciation_find_supersaturated(pdi_speciation_work *w, int spared
         if (i < 0 || w->state[i] == PDI_SPECIATION_IMPOSSIBLE) continue;
         double off = pdi_speciation_compute_ln_ratio(w, r, davies);
         if (w->state[i] == PDI_SPECIATION_SOLUTE) {
-            result->residual = pdi_max(result->residual, fabs(off));
+            result->residual = pd_max(result->residual, fabs(off));
             continue;
         }
         result->log_activity[i] = -off / log(10.0);

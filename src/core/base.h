@@ -117,6 +117,14 @@ PD_API void pd_free(pd_ctx *ctx, size_t count, size_t size, void *slot);
         if (pd_try_status < 0) return pd_try_status; \
     } while (0)
 
+/* Checks of internal invariants in debug builds; never used on input. */
+#ifdef PD_DEBUG
+#include <assert.h>
+#define PD_ASSERT(condition) assert(condition)
+#else
+#define PD_ASSERT(condition) ((void)0)
+#endif
+
 #ifdef PDI_INTERNAL
 #include <float.h>
 /* 1: step underflow: a step dt [s], with `remaining` [s] to go from `time` [s], is below the rounding error of one of
@@ -127,13 +135,6 @@ static inline int pdi_is_step_underflow(double time, double remaining, double dt
     if (remaining > size) size = remaining;
     return dt < remaining && !(dt > DBL_EPSILON * size);
 }
-/* Checks of internal invariants in debug builds; never used on input. */
-#ifdef PD_DEBUG
-#include <assert.h>
-#define PD_ASSERT(condition) assert(condition)
-#else
-#define PD_ASSERT(condition) ((void)0)
-#endif
 #endif
 
 #endif

@@ -3,13 +3,13 @@
  *   PD_DIM                 1, 2 or 3: the space dimension (required)
  *   PDCORR_IMPLEMENTATION  define in exactly one C file per PD_DIM
  *   PDCORR_STATIC          the same, private to this file: what it does not call is neither compiled nor linked
- *   PDCORR_NO_SCENE        leaves out the rooms scene and run
- *   PDCORR_NO_IO           leaves out files and pictures: io, scene, run
- *   PDCORR_NO_SOLID        leaves out mechanics: solid, couple/solid_coupling, scene, run
- *   PDCORR_NO_CHEMISTRY    leaves out species and reactions: chemistry, react, scene, run
- *   PDCORR_NO_POTENTIAL    leaves out electrodes and the electric potential: potential, scene, run
- *   PDCORR_NO_PHYSICS      leaves out flow, chemistry, transport, react, solid, metal, potential, couple, scene, run;
- *                          kernels (core, lattice, solve) stay
+ *   PDCORR_NO_SCENE        leaves out scene and run of pdcorr_app.h
+ *   PDCORR_NO_MODEL        leaves out what scenes are made of: setup, physics; and scene, run
+ *   PDCORR_NO_SOLID        leaves out mechanics: solid, couple/solid_coupling, and those four
+ *   PDCORR_NO_CHEMISTRY    leaves out species and reactions: chemistry, react, and those four
+ *   PDCORR_NO_POTENTIAL    leaves out electrodes and the electric potential: potential, and those four
+ *   PDCORR_NO_PHYSICS      leaves out flow, chemistry, transport, react, solid, metal, potential, couple, and those
+ *                          four; kernels (core, lattice, solve) stay
  *   PD_API                 what stands before public functions, such as "extern" with an attribute of a shared library;
  *                          not beside PDCORR_STATIC
  *   _OPENMP                set by the compiler (-fopenmp); without it the same bits come out
@@ -90,9 +90,13 @@
 #define PD_RESTRICT restrict
 #endif
 
-/* PDI_SPLIT: the development build compiles each src file by itself. */
-#if defined(PDCORR_IMPLEMENTATION) || defined(PDCORR_STATIC) || defined(PDI_SPLIT)
+/* PDI_SPLIT: the development build compiles each src file by itself; PDI_PUBLIC_ONLY: those of pdcorr_app.h, which see
+ * of pdcorr.h what all programs see. */
+#if (defined(PDCORR_IMPLEMENTATION) || defined(PDCORR_STATIC) || defined(PDI_SPLIT)) && !defined(PDI_PUBLIC_ONLY)
 #define PDI_INTERNAL 1
+#endif
+#ifdef PDI_SPLIT
+#define PDI_APP_INTERNAL 1
 #endif
 #ifdef PDI_SPLIT
 #ifdef __cplusplus
@@ -100,7 +104,7 @@
 #else
 #define PDI_FN extern
 #endif
-#elif defined(PDCORR_STATIC) || defined(PDCORR_NO_SCENE) || defined(PDCORR_NO_IO) || \
+#elif defined(PDCORR_STATIC) || defined(PDCORR_NO_SCENE) || defined(PDCORR_NO_MODEL) || \
     defined(PDCORR_NO_SOLID) || defined(PDCORR_NO_CHEMISTRY) || defined(PDCORR_NO_POTENTIAL) || \
     defined(PDCORR_NO_PHYSICS)
 #define PDI_FN PDI_PRIVATE
@@ -155,12 +159,10 @@
 #define PDI_INLINE_HOT PDI_INLINE
 #endif
 
-#ifdef PDI_INTERNAL
 /* Maximum and minimum of two numbers; of a number and NaN the number, as fmax and fmin, whose calls cost ten times as
  * much. */
-PDI_INLINE double pdi_max(double a, double b) { return a >= b || b != b ? a : b; }
-PDI_INLINE double pdi_min(double a, double b) { return a <= b || b != b ? a : b; }
-#endif
+PDI_INLINE double pd_max(double a, double b) { return a >= b || b != b ? a : b; }
+PDI_INLINE double pd_min(double a, double b) { return a <= b || b != b ? a : b; }
 
 /* PDI_NO_VECTORISE: a function without vectorisation: the copy of an inner loop for trip counts below the vector
  * length. */

@@ -21,9 +21,9 @@ const char *pd_monotone_cubic_check_point(const double *x, const double *y, int 
  * (Fritsch-Carlson). */
 static double pdi_monotone_cubic_limit_slope(double slope, double a, double b)
 {
-    double sign = a > 0.0 ? 1.0 : -1.0, least = pdi_min(sign * a, sign * b);
+    double sign = a > 0.0 ? 1.0 : -1.0, least = pd_min(sign * a, sign * b);
     if (!(least > 0.0) || !(sign * slope > 0.0)) return 0.0;
-    return sign * pdi_min(sign * slope, 3.0 * least);
+    return sign * pd_min(sign * slope, 3.0 * least);
 }
 
 /* Slope at an end point, of the parabola through it and the next two: spacings and secants from the end inwards. */
@@ -102,9 +102,9 @@ PDI_FN double pdi_monotone_cubic_interpolate(const double *x, const double *y, c
     double secant = (y[high] - y[low]) / step, a = slopes[low], b = slopes[high];
     double line = 3.0 * secant - 2.0 * a - b, bend = a + b - 2.0 * secant, up = y[high] > y[low] ? 1.0 : -1.0;
     /* rounding must not break monotonicity */
-    *slope = up * pdi_max(up * (a + t * (2.0 * line + 3.0 * t * bend)), 0.0);
+    *slope = up * pd_max(up * (a + t * (2.0 * line + 3.0 * t * bend)), 0.0);
     double value = y[low] + far * (a + t * (line + t * bend));
-    return pdi_min(pdi_max(value, pdi_min(y[low], y[high])), pdi_max(y[low], y[high]));
+    return pd_min(pd_max(value, pd_min(y[low], y[high])), pd_max(y[low], y[high]));
 }
 
 PDI_FN double pdi_monotone_cubic_evaluate(const pd_monotone_cubic *c, double x)

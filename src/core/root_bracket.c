@@ -20,7 +20,7 @@ static double pdi_root_bracket_offset(const pdi_root_bracket *s, double end)
 
 PDI_FN int pdi_root_bracket_get_next(const pdi_root_bracket *s, double *x)
 {
-    double low = pdi_min(s->a, s->b), high = pdi_max(s->a, s->b);
+    double low = pd_min(s->a, s->b), high = pd_max(s->a, s->b);
     if (s->evaluations >= PDI_ROOT_BRACKET_MAX_EVALUATIONS) return 0;
     int half = s->evaluations % PDI_ROOT_BRACKET_BISECT_EVERY == PDI_ROOT_BRACKET_BISECT_EVERY - 1;
     *x = s->a + (s->b - s->a) * s->value_a / (s->value_a - s->value_b); /* the product first: ratios stay exact */

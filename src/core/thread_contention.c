@@ -70,10 +70,10 @@ static void pdi_thread_contention_end_trial(pd_thread_contention *pace, double n
     int one = ratio > 0.0 && ratio < 1.0, failed = pace->single_thread && !one;
     if (!(ratio > 0.0)) rest *= 0.25;
     else if (failed)
-        rest = pace->pause = pace->pause > 0.0 ? pdi_min(2.0 * pace->pause, PDI_THREAD_CONTENTION_MAX_PAUSE) : rest;
+        rest = pace->pause = pace->pause > 0.0 ? pd_min(2.0 * pace->pause, PDI_THREAD_CONTENTION_MAX_PAUSE) : rest;
     else if (one)
         rest = pace->pause =
-            pace->single_thread ? PDI_THREAD_CONTENTION_FIRST_PAUSE * rest : pdi_min(2.0 * pace->pause, rest);
+            pace->single_thread ? PDI_THREAD_CONTENTION_FIRST_PAUSE * rest : pd_min(2.0 * pace->pause, rest);
     else pace->pause = 0.0;
     pace->next_trial = failed || one ? now + rest : now;
     pdi_thread_contention_begin_window(pace, one, 0, now);
@@ -104,8 +104,8 @@ PDI_FN void pdi_thread_contention_record(pd_thread_contention *pace, uint64_t ke
         if (!pace->single_thread) {
             if (loop->best <= 0.0 || elapsed < loop->best) loop->best = elapsed;
             /* one thread takes at most the smaller of threads * best and slowest */
-            if (elapsed > pdi_min(threads * loop->best, slowest))
-                pace->lost_time += elapsed - pdi_min(loop->best, slowest);
+            if (elapsed > pd_min(threads * loop->best, slowest))
+                pace->lost_time += elapsed - pd_min(loop->best, slowest);
             pace->loop_time += elapsed;
         }
     }

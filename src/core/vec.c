@@ -14,7 +14,7 @@ PDI_FN double pdi_vec_norm(const double *a) { return sqrt(pdi_vec_dot(a, a)); }
 PDI_FN double pdi_vec_min(const double *a)
 {
     double least = a[0];
-    for (int d = 1; d < PD_DIM; d++) least = pdi_min(least, a[d]);
+    for (int d = 1; d < PD_DIM; d++) least = pd_min(least, a[d]);
     return least;
 }
 
@@ -23,14 +23,14 @@ PDI_FN double pdi_vec_min(const double *a)
 static double pdi_vec_eliminate(double *a, double *b, int nb)
 {
     double largest = 0.0, smallest = 1.0;
-    for (int i = 0; i < PD_DIM * PD_DIM; i++) largest = pdi_max(largest, fabs(a[i]));
+    for (int i = 0; i < PD_DIM * PD_DIM; i++) largest = pd_max(largest, fabs(a[i]));
     if (!(largest > 0.0)) return 0.0;
     for (int c = 0; c < PD_DIM; c++) {
         int pivot = c;
         for (int r = c + 1; r < PD_DIM; r++)
             if (fabs(a[r * PD_DIM + c]) > fabs(a[pivot * PD_DIM + c])) pivot = r;
         double value = a[pivot * PD_DIM + c];
-        smallest = pdi_min(smallest, fabs(value) / largest);
+        smallest = pd_min(smallest, fabs(value) / largest);
         if (!(fabs(value) > 0.0)) return 0.0;
         for (int k = 0; k < PD_DIM; k++) {
             double swap = a[c * PD_DIM + k];
@@ -73,8 +73,8 @@ PDI_FN double pdi_vec_invert(const double *a, double *inverse)
     if (!(pdi_vec_eliminate(work, rhs, PD_DIM) > 0.0)) return 0.0;
     double largest = 0.0, opposite = 0.0;
     for (int i = 0; i < PD_DIM * PD_DIM; i++) {
-        largest = pdi_max(largest, fabs(a[i]));
-        opposite = pdi_max(opposite, fabs(rhs[i]));
+        largest = pd_max(largest, fabs(a[i]));
+        opposite = pd_max(opposite, fabs(rhs[i]));
         inverse[i] = rhs[i];
     }
     return 1.0 / (largest * opposite);

@@ -179,8 +179,8 @@ void pd_diagnostics_box(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *g
         }
         if (!c) continue;
         pdi_compensated_sum_add(&dissolved, around * c[i]);
-        r->min_concentration = pdi_min(r->min_concentration, c[i]);
-        r->max_concentration = pdi_max(r->max_concentration, c[i]);
+        r->min_concentration = pd_min(r->min_concentration, c[i]);
+        r->max_concentration = pd_max(r->max_concentration, c[i]);
     }
     r->volume = nodes * volume;
     r->dissolved = pdi_compensated_sum_total(&dissolved) * volume;

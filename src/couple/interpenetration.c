@@ -45,7 +45,7 @@ static double pdi_interpenetration_initial_gap(const pd_interpenetration *s, con
     double gap = 0.0, at[PD_DIM], touch = pd_shape_tolerance(grid->h, x);
     if (!pdi_node_visibility_is_smooth(grid)) return 0.0;
     for (double from = 0.0; from < 1.0;) {
-        double to = pdi_min(pdi_shape_find_crossing(grid->shapes, last, x, xi, from, touch), 1.0);
+        double to = pd_min(pdi_shape_find_crossing(grid->shapes, last, x, xi, from, touch), 1.0);
         for (int d = 0; d < PD_DIM; d++) at[d] = x[d] + 0.5 * (from + to) * xi[d];
         if (pdi_node_visibility_metal_distance(grid, at) > pd_shape_tolerance(grid->h, at)) gap += to - from;
         from = to;
@@ -58,7 +58,7 @@ static void pdi_interpenetration_record(pd_interpenetration *s, int32_t i, int32
 {
     if (pdi_interpenetration_get_component(s, i) == pdi_interpenetration_get_component(s, j)) {
         if (pdi_body_count_intact(s->body, i) && pdi_body_count_intact(s->body, j))
-            s->crack_overlap = pdi_max(s->crack_overlap, depth);
+            s->crack_overlap = pd_max(s->crack_overlap, depth);
     } else if (depth > s->component_overlap) {
         s->component_overlap = depth;
         s->first = i;
@@ -99,7 +99,7 @@ static int32_t pdi_interpenetration_hash_cell(const pd_interpenetration *s, cons
     for (int d = 0; d < PD_DIM; d++) {
         double x = s->body->position[(int64_t)i * PD_DIM + d] + u[(int64_t)i * PD_DIM + d];
         double cell = floor(x / s->grid->h[0]) + (off ? off[d] : 0);
-        key = (key + (uint64_t)(int64_t)pdi_max(-1e15, pdi_min(cell, 1e15))) * 0x9E3779B97F4A7C15u;
+        key = (key + (uint64_t)(int64_t)pd_max(-1e15, pd_min(cell, 1e15))) * 0x9E3779B97F4A7C15u;
         key ^= key >> 29;
     }
     return (int32_t)(key & (uint64_t)(s->bins - 1));
@@ -152,7 +152,7 @@ PDI_FN void pdi_interpenetration_compute(pd_interpenetration *s, const double *u
         s->next[i] = s->bin[own];
         s->bin[own] = i;
     }
-    s->max_crack_overlap = pdi_max(s->max_crack_overlap, s->crack_overlap);
+    s->max_crack_overlap = pd_max(s->max_crack_overlap, s->crack_overlap);
 }
 
 /* ---- build ---- */

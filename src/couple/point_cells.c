@@ -160,8 +160,8 @@ static double pdi_point_cells_next_side(const pd_point_cells *s, const double *x
     for (int d = 0; d < PD_DIM; d++) {
         double length = s->grid->hi[d] - s->grid->lo[d], from = (x[d] - s->grid->lo[d]) / length, by = xi[d] / length;
         if (!(s->mirrors >> (2 * d) & 3) || !(fabs(by) > 0.0)) continue;
-        double last = pdi_max(from, from + by);
-        for (double k = ceil(pdi_min(from, from + by)); k <= last; k += 1.0) {
+        double last = pd_max(from, from + by);
+        for (double k = ceil(pd_min(from, from + by)); k <= last; k += 1.0) {
             double t = (k - from) / by;
             if (t > after && t < best) best = t;
         }
@@ -205,7 +205,7 @@ static int pdi_point_cells_joined_by_cells(void *user, int32_t i, int32_t j, con
 static int pdi_point_cells_joined_by_surface(void *user, int32_t i, int32_t j, const double *xi)
 {
     const pd_point_cells *s = (const pd_point_cells *)user;
-    double from[PD_DIM], deep = pdi_max(s->depth[i], 0.0) + pdi_max(s->depth[j], 0.0);
+    double from[PD_DIM], deep = pd_max(s->depth[i], 0.0) + pd_max(s->depth[j], 0.0);
     if (deep * deep >= pdi_vec_dot(xi, xi)) return 1;
     pdi_point_cells_position(s, i, from);
     return pdi_point_cells_is_within(s, from, xi);
@@ -257,8 +257,8 @@ static int pdi_point_cells_is_crossed(const int *off, const int *step)
         double high = ((double)off[d] + 0.5) / (step[d] ? step[d] : 1);
         if (!step[d] && off[d]) return 0;
         if (!step[d]) continue;
-        from = pdi_max(from, pdi_min(low, high));
-        to = pdi_min(to, pdi_max(low, high));
+        from = pd_max(from, pd_min(low, high));
+        to = pd_min(to, pd_max(low, high));
     }
     return to > from + 1e-9;
 }
@@ -306,7 +306,7 @@ PDI_FN int pdi_point_cells_dissolve_nodes(const pd_point_cells *s, pd_body *body
             for (int32_t i = s->point[turned[k]]; i >= 0; i = s->images ? s->next_image[i] : -1) {
                 gone = 1;
                 if (way) pdi_point_cells_dissolve_point(s, body, i);
-                else s->stiffness_factor[i] = pdi_max(s->stiffness_factor[i], PDI_POINT_CELLS_PENDING);
+                else s->stiffness_factor[i] = pd_max(s->stiffness_factor[i], PDI_POINT_CELLS_PENDING);
             }
     return gone;
 }

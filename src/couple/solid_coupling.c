@@ -432,7 +432,7 @@ static pd_status pdi_solid_coupling_check_small_strains(pd_ctx *ctx, const pd_so
     if (s->desc.material != PD_SOLID_COUPLING_CORRESPONDENCE && s->desc.material != PD_SOLID_COUPLING_ORDINARY_STATE)
         return PD_OK;
     for (int32_t i = 0; i < s->count; i++) {
-        double strain = pdi_max(s->mises[i], fabs(s->pressure[i])) / young;
+        double strain = pd_max(s->mises[i], fabs(s->pressure[i])) / young;
         double slip = s->solid.plastic_strain ? s->plastic_strain[i] : 0.0;
         if (strain < PDI_SOLID_COUPLING_MAX_STRAIN && slip < PDI_SOLID_COUPLING_MAX_PLASTIC_STRAIN) continue;
         pd_grid_position(s->grid, s->node[i], x);

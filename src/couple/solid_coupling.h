@@ -116,13 +116,13 @@ PD_API pd_status pd_solid_coupling_build(pd_ctx *ctx, const pd_grid *grid, const
  * PD_ERR_ARGUMENT at the start. */
 PD_API pd_physics pd_solid_coupling_process(pd_solid_coupling *structure, pd_dissolve *dissolve);
 PD_API void pd_solid_coupling_free(pd_ctx *ctx, pd_solid_coupling *structure);
+/* 1: dynamics; 0: statics. */
+static inline int pd_solid_coupling_is_dynamic(const pd_solid_coupling *s) { return s->desc.density > 0.0; }
 /* [count][PD_DIM] displacements [m] now. */
 static inline const double *pd_solid_coupling_displacements(const pd_solid_coupling *s)
 {
     return pd_solid_coupling_is_dynamic(s) ? s->dynamic_solver.u : s->static_solver.u;
 }
-/* 1: dynamics; 0: statics. */
-static inline int pd_solid_coupling_is_dynamic(const pd_solid_coupling *s) { return s->desc.density > 0.0; }
 
 #ifdef PDI_INTERNAL
 /* Describes the arrays; stiffness factors, and in dynamics loads, are stored. */

@@ -82,7 +82,7 @@ static pd_status pdi_time_loop_check_own_balances(pd_ctx *ctx, pd_time_loop *c)
     c->own_imbalance = 0.0;
     for (int n = 0; n < c->count; n++) {
         const pd_physics *p = &c->process[n];
-        if (p->imbalance) c->own_imbalance = pdi_max(c->own_imbalance, p->imbalance(ctx, p->self));
+        if (p->imbalance) c->own_imbalance = pd_max(c->own_imbalance, p->imbalance(ctx, p->self));
         if (c->own_imbalance <= c->desc.ledger_tolerance) continue;
         return pd_fail(ctx, PD_ERR_BALANCE, "couple",
                         "at t = %g s the balances of %s miss by %.3g of what they have, "
@@ -100,7 +100,7 @@ static pd_status pdi_time_loop_check_balance(pd_ctx *ctx, pd_time_loop *c)
         pd_mass_balance *l = &c->ledger[e];
         l->imbalance = (l->solid + l->dissolved + l->carried_residual - l->start) + (l->out - l->in);
         /* what has passed may be many times the metal, and its sums are solved to a share of it */
-        double scale = pdi_max(l->solid_start > 0.0 ? l->solid_start : l->start, pdi_max(fabs(l->in), fabs(l->out)));
+        double scale = pd_max(l->solid_start > 0.0 ? l->solid_start : l->start, pd_max(fabs(l->in), fabs(l->out)));
         /* below DBL_MIN numbers have lost their digits */
         l->relative_imbalance = fabs(l->imbalance) > DBL_MIN ? fabs(l->imbalance) / scale : 0.0;
         double rounding = DBL_EPSILON * (double)(c->steps + 8) * (fabs(l->in) + fabs(l->out) + fabs(l->dissolved)) +
@@ -347,7 +347,7 @@ double pd_time_loop_volume_loss(const pd_time_loop *c)
 double pd_time_loop_imbalance(const pd_time_loop *c)
 {
     double worst = c->own_imbalance;
-    for (int e = 0; e < c->elements; e++) worst = pdi_max(worst, c->ledger[e].relative_imbalance);
+    for (int e = 0; e < c->elements; e++) worst = pd_max(worst, c->ledger[e].relative_imbalance);
     return worst;
 }
 

@@ -551,7 +551,7 @@ static pd_status pdi_flow_update_inlets(pd_ctx *ctx, pd_flow *flow, double *chan
             if (!(fabs(u[d]) < 1e100))
                 return pd_fail(ctx, PD_ERR_ARGUMENT, "flow", "the inlet velocity at (%g, ...) m is %g m/s", *x, u[d]);
             double *value = &flow->inlet_velocity[d * flow->inlet_ghosts + k], fresh = flip >> d & 1 ? -u[d] : u[d];
-            *change = pdi_max(*change, fabs(fresh - *value));
+            *change = pd_max(*change, fabs(fresh - *value));
             *value = flow->u[(int64_t)d * grid->total + node] = fresh;
         }
     }
@@ -576,7 +576,7 @@ static void pdi_flow_get_wall_velocity(void *user, const double *x, double *u)
 {
     pdi_flow_wall_data *walls = (pdi_flow_wall_data *)user;
     walls->flow->wall(walls->flow->wall_user, x, u);
-    for (int d = 0; d < PD_DIM; d++) walls->max_speed = pdi_max(walls->max_speed, fabs(u[d]));
+    for (int d = 0; d < PD_DIM; d++) walls->max_speed = pd_max(walls->max_speed, fabs(u[d]));
 }
 
 /* motion [PD_DIM] [1/m/s] = wall terms of row r beside moving walls (eq. 3.3), with their acceleration (eq. 4.17b). */
@@ -616,11 +616,11 @@ static void pdi_flow_estimate_scales(pd_flow *flow, double walls)
         double largest = fabs(flow->force[d]);
         for (int32_t node = 0; node < flow->grid->total && flow->body_force; node++)
             if (flow->grid->kind[node] == PD_FLUID)
-                largest = pdi_max(largest, fabs(pdi_flow_get_body_force(flow, d, node)));
-        force = pdi_max(force, largest);
-        if (flow->grid->side[2 * d] == PD_SIDE_PERIODIC) around = pdi_max(around, largest);
+                largest = pd_max(largest, fabs(pdi_flow_get_body_force(flow, d, node)));
+        force = pd_max(force, largest);
+        if (flow->grid->side[2 * d] == PD_SIDE_PERIODIC) around = pd_max(around, largest);
     }
-    flow->velocity_scale = pdi_max(pdi_max(pdi_flow_scales_compute_inlet_speed(flow->grid, flow->u), walls),
+    flow->velocity_scale = pd_max(pd_max(pdi_flow_scales_compute_inlet_speed(flow->grid, flow->u), walls),
                                    pdi_flow_scales_compute_forced_speed(flow->nu, flow->length_scale, around));
     if (!(flow->velocity_scale > 0.0))
         flow->velocity_scale = pdi_flow_scales_compute_forced_speed(flow->nu, flow->length_scale, force);
@@ -633,7 +633,7 @@ PDI_FN void pdi_flow_update_speed_scale(pd_flow *flow)
     for (int32_t i = 0; i < grid->total; i++) {
         if (grid->kind[i] != PD_FLUID) continue;
         for (int64_t d = 0; d < PD_DIM; d++)
-            flow->velocity_scale = pdi_max(flow->velocity_scale, fabs(flow->u[d * grid->total + i]));
+            flow->velocity_scale = pd_max(flow->velocity_scale, fabs(flow->u[d * grid->total + i]));
     }
     pdi_flow_update_stabilisation(flow);
 }
@@ -657,11 +657,11 @@ static pd_status pdi_flow_update_wall_motion(pd_ctx *ctx, pd_flow *flow, double 
                                 pdi_grid_format_position(flow->grid, bonds->node[r], place));
             }
             if (bonds->wall_laplacian[r] > 0.0)
-                largest = pdi_max(largest, fabs(motion[d] - *value) / bonds->wall_laplacian[r]);
+                largest = pd_max(largest, fabs(motion[d] - *value) / bonds->wall_laplacian[r]);
             *value = motion[d];
         }
     }
-    *change = pdi_max(*change, largest);
+    *change = pd_max(*change, largest);
     *max_speed = walls.max_speed;
     return PD_OK;
 }
@@ -679,7 +679,7 @@ static pd_status pdi_flow_update_body_force(pd_ctx *ctx, pd_flow *flow, double *
             double *value = &flow->body_force[(int64_t)d * grid->total + node];
             if (!(fabs(f[d]) < 1e100))
                 return pd_fail(ctx, PD_ERR_ARGUMENT, "flow", "the body force at (%g, ...) m is %g m/s2", x[0], f[d]);
-            *change = pdi_max(*change, fabs(f[d] - *value));
+            *change = pd_max(*change, fabs(f[d] - *value));
             *value = f[d];
         }
     }
@@ -697,7 +697,7 @@ static pd_status pdi_flow_update_boundary_data(pd_ctx *ctx, pd_flow *flow, doubl
     PD_TRY(pdi_flow_update_wall_motion(ctx, flow, half_step, &velocity, walls));
     PD_TRY(pdi_flow_update_body_force(ctx, flow, &force));
     if (change)
-        *change = pdi_max(velocity / flow->velocity_scale,
+        *change = pd_max(velocity / flow->velocity_scale,
                           force / pdi_flow_get_momentum_scale(flow, flow->velocity_scale, flow->length_scale));
     return PD_OK;
 }
@@ -708,7 +708,7 @@ PDI_FN pd_status pdi_flow_set_time(pd_ctx *ctx, pd_flow *flow, double t, double 
     if (change) *change = 0.0;
     if (!flow->clock) return PD_OK;
     PD_TRY(pdi_flow_update_boundary_data(ctx, flow, t, half_step, change, &walls));
-    double speed = pdi_max(pdi_flow_scales_compute_inlet_speed(flow->grid, flow->u), walls);
+    double speed = pd_max(pdi_flow_scales_compute_inlet_speed(flow->grid, flow->u), walls);
     if (!(speed > flow->velocity_scale)) return PD_OK;
     flow->velocity_scale = speed; /* the problem has become a faster one */
     pdi_flow_update_stabilisation(flow);

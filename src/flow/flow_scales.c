@@ -21,7 +21,7 @@ PDI_FN double pdi_flow_scales_compute_inlet_speed(const pd_grid *grid, const dou
         area[side] += around;
     }
     for (int s = 0; s < 2 * PD_DIM; s++)
-        if (area[s] > 0.0) most = pdi_max(most, sum[s] / area[s]);
+        if (area[s] > 0.0) most = pd_max(most, sum[s] / area[s]);
     return most;
 }
 
@@ -44,7 +44,7 @@ PDI_FN double pdi_flow_scales_compute_length(const pd_grid *grid)
     }
     for (int d = 0; d < PD_DIM; d++) {
         int rank = 2;
-        double length = pdi_max(hi[d] - lo[d] + 1, 1) * grid->h[d];
+        double length = pd_max(hi[d] - lo[d] + 1, 1) * grid->h[d];
         for (int up = 0; up < 2; up++) {
             pd_side side = grid->side[2 * d + up];
             if (pd_grid_is_inlet_or_outlet(side)) rank = 1;
@@ -53,7 +53,7 @@ PDI_FN double pdi_flow_scales_compute_length(const pd_grid *grid)
         }
         if (grid->circumference && d == PD_DIM - 1 && fabs(grid->lo[d]) < 0.5 * grid->h[d]) length *= 2.0;
         if (rank < best) continue;
-        extent = rank > best ? length : pdi_min(extent, length);
+        extent = rank > best ? length : pd_min(extent, length);
         best = rank;
     }
     return extent;

@@ -337,8 +337,8 @@ static int pdi_force_is_piece_on_shape(const pdi_force_query *q, const pdi_cut_c
         return pdi_force_is_on_shape(q, piece->closed_node, piece->is_box_side);
     for (int d = 0; d < PD_DIM; d++) x[d] = piece->centroid[d] + PDI_FORCE_INSIDE_DEPTH * grid->h[d] * into[d];
     if (grid->wall >= 0) least = pdi_grid_signed_distance(grid, grid->wall, x);
-    if (grid->solid >= 0) least = pdi_min(least, pdi_grid_signed_distance(grid, grid->solid, x));
-    return pdi_grid_signed_distance(grid, q->shape, x) <= pdi_max(least, 0.0) + pd_shape_tolerance(grid->h, x);
+    if (grid->solid >= 0) least = pd_min(least, pdi_grid_signed_distance(grid, grid->solid, x));
+    return pdi_grid_signed_distance(grid, q->shape, x) <= pd_max(least, 0.0) + pd_shape_tolerance(grid->h, x);
 }
 
 /* 1: the piece belongs to this group: same node, same surface, normals within 60 degrees. */
@@ -389,7 +389,7 @@ static void pdi_force_add_group_friction(pdi_force_query *q, const pdi_force_pie
         }
         memset(wall, 0, sizeof wall);
         if (flow->wall) flow->wall(flow->wall_user, x, wall);
-        d = pdi_max(d, 0.5 * pdi_vec_min(grid->h));
+        d = pd_max(d, 0.5 * pdi_vec_min(grid->h));
         for (int a = 0; a < PD_DIM; a++) {
             int64_t of = (int64_t)a * grid->total + rubbed->node;
             int32_t image = pd_grid_find_source(grid, rubbed->node, NULL);

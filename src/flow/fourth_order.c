@@ -566,7 +566,7 @@ PDI_FN int pdi_fourth_order_is_fluid_box(const pd_grid *grid)
 PDI_FN int pdi_fourth_order_is_efficient(const pd_bonds *bonds, double rate, double length)
 {
     double longest = 0.0;
-    for (int d = 0; d < PD_DIM; d++) longest = pdi_max(longest, bonds->grid->h[d]);
+    for (int d = 0; d < PD_DIM; d++) longest = pd_max(longest, bonds->grid->h[d]);
     int slow = rate * length <= PDI_FOURTH_ORDER_MAX_REYNOLDS * (1.0 + 1e-9) &&
                rate * longest <= PDI_FOURTH_ORDER_MAX_CELL_REYNOLDS;
     return slow && !pdi_fourth_order_has_far_bonds(bonds->stencil) && !bonds->grid->circumference &&

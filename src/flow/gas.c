@@ -454,7 +454,7 @@ pd_status pd_gas_limit(pd_ctx *ctx, pd_gas *gas, double *limit)
     pdi_gas_update_ghosts(gas, 0);
     pdi_gas_apply_kernel(ctx, gas, pdi_gas_compute_limit_kernel);
     for (int32_t i = 0; i < gas->grid->total; i++)
-        if (gas->grid->kind[i] == PD_FLUID) fastest = pdi_max(fastest, gas->time_derivative[i]);
+        if (gas->grid->kind[i] == PD_FLUID) fastest = pd_max(fastest, gas->time_derivative[i]);
     *limit = fastest > 0.0 ? 1.0 / fastest : HUGE_VAL;
     return PD_OK;
 }

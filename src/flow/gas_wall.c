@@ -58,7 +58,7 @@ static int pdi_gas_wall_find_corner(const pdi_gas_wall_hits *w, int *wall)
             if (!pdi_gas_wall_is_concave_pair(w, a, b)) continue;
             if (found < 3 && dot < least + PDI_GAS_WALL_ROUNDING) {
                 alike = dot > least - PDI_GAS_WALL_ROUNDING;
-                least = pdi_min(least, dot);
+                least = pd_min(least, dot);
                 wall[0] = a;
                 wall[1] = b;
                 found = 2;
@@ -67,7 +67,7 @@ static int pdi_gas_wall_find_corner(const pdi_gas_wall_hits *w, int *wall)
                 double volume = pdi_gas_wall_compute_normal_volume(w, a, b, c);
                 if (!(volume > widest - PDI_GAS_WALL_ROUNDING)) continue;
                 alike = found == 3 && volume < widest + PDI_GAS_WALL_ROUNDING;
-                widest = pdi_max(widest, volume);
+                widest = pd_max(widest, volume);
                 wall[0] = a;
                 wall[1] = b;
                 wall[2] = c;
@@ -116,7 +116,7 @@ static int pdi_gas_wall_find_plane(const pd_bonds *bonds, int32_t r, int k, doub
     if (closed < 0) return 0;
     if (pdi_bond_surface_distance(bonds, closed, x) < HUGE_VAL)
         return pdi_surface_compute_normal(bonds, closed, x, PDI_GAS_WALL_STEP, &distance, slope);
-    for (int d = 0; d < PD_DIM; d++) most = pdi_max(most, fabs(n[d]));
+    for (int d = 0; d < PD_DIM; d++) most = pd_max(most, fabs(n[d]));
     return most > 1.0 - PDI_GAS_WALL_ROUNDING;
 }
 

@@ -162,7 +162,7 @@ static double pdi_implicit_estimate_error(pd_implicit *im)
         if (flow->grid->kind[i] != PD_FLUID) continue;
         for (int d = 0; d < PD_DIM; d++) {
             int64_t at = (int64_t)d * flow->grid->total + i;
-            worst = pdi_max(worst, fabs(im->stage_increment[at] - (flow->u[at] - im->stage_target[at])));
+            worst = pd_max(worst, fabs(im->stage_increment[at] - (flow->u[at] - im->stage_target[at])));
         }
     }
     return worst / flow->velocity_scale;
@@ -254,7 +254,7 @@ static pd_status pdi_implicit_reject_step(pd_ctx *ctx, void *self, pd_step *s)
     double dt = s->dt;
     if (solved) pdi_implicit_undo_step(ctx, im, dt);
     im->time = s->time;
-    im->dt = dt * pdi_max(PDI_IMPLICIT_MIN_SHRINK, pdi_sdirk_step_factor(s->error, PDI_IMPLICIT_MAX_GROWTH));
+    im->dt = dt * pd_max(PDI_IMPLICIT_MIN_SHRINK, pdi_sdirk_step_factor(s->error, PDI_IMPLICIT_MAX_GROWTH));
     s->dt = pdi_sdirk_limit_step(im->dt, im->desc.max_step, s->latest_end - s->time, &last);
     if (dt > PDI_IMPLICIT_MIN_STEP * im->desc.first_step) return PD_OK;
     if (solved)
@@ -285,7 +285,7 @@ static double pdi_implicit_get_next_step(const pd_implicit *im) { return im->dt 
 /* Process callback: longest outer step [s]. Other processes see the flow at the ends of steps as long as its own. */
 static pd_status pdi_implicit_limit_outer_step(pd_ctx *ctx, void *self, pd_step *s)
 {
-    s->dt = pdi_min(s->dt, pdi_implicit_get_next_step((const pd_implicit *)self));
+    s->dt = pd_min(s->dt, pdi_implicit_get_next_step((const pd_implicit *)self));
     return pdi_physics_limit_max_step(ctx, self, s);
 }
 

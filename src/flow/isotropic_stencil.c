@@ -117,7 +117,7 @@ PDI_FN double pdi_isotropic_stencil_compute_blending(const pd_isotropic_stencil 
 {
     double longest = 0.0;
     if (!isotropic->bonds) return 0.0;
-    for (int d = 0; d < PD_DIM; d++) longest = pdi_max(longest, isotropic->bonds->stencil->h[d]);
+    for (int d = 0; d < PD_DIM; d++) longest = pd_max(longest, isotropic->bonds->stencil->h[d]);
     double times = rate * longest / PDI_ISOTROPIC_STENCIL_HALF_CELL_REYNOLDS;
     return 1.0 / (1.0 + times * times);
 }

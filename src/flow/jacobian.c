@@ -280,7 +280,7 @@ PDI_FN pd_status pdi_jacobian_build(pd_ctx *ctx, const pd_flow *flow, pd_jacobia
     double longest = 0.0;
     memset(q, 0, sizeof *q);
     q->flow = flow;
-    for (int d = 0; d < PD_DIM; d++) longest = pdi_max(longest, flow->grid->h[d]);
+    for (int d = 0; d < PD_DIM; d++) longest = pd_max(longest, flow->grid->h[d]);
     q->speed = pdi_jacobian_compute_unit(flow->velocity_scale);
     q->length = pdi_jacobian_compute_unit(longest);
     PD_TRY(pdi_array_registry_build(ctx, pdi_jacobian_list, q));

@@ -147,8 +147,8 @@ PDI_FN int pdi_near_wall_compute_curvature(const pd_bonds *bonds, int32_t wall_c
     pdi_grid_fold_position(grid, at);
     for (int d = 0; d < PD_DIM; d++) {
         double reach = 2.0 * PDI_NEAR_WALL_STEP * grid->h[d];
-        if (pd_grid_is_inlet_or_outlet(grid->side[2 * d])) at[d] = pdi_max(at[d], grid->lo[d] + reach);
-        if (pd_grid_is_inlet_or_outlet(grid->side[2 * d + 1])) at[d] = pdi_min(at[d], grid->hi[d] - reach);
+        if (pd_grid_is_inlet_or_outlet(grid->side[2 * d])) at[d] = pd_max(at[d], grid->lo[d] + reach);
+        if (pd_grid_is_inlet_or_outlet(grid->side[2 * d + 1])) at[d] = pd_min(at[d], grid->hi[d] - reach);
     }
     double middle = pdi_bond_surface_distance(bonds, wall_cell, at);
     for (int d = 0; d < PD_DIM; d++) {
@@ -159,7 +159,7 @@ PDI_FN int pdi_near_wall_compute_curvature(const pd_bonds *bonds, int32_t wall_c
         }
         at[d] = here;
         *curvature += second / (eps * eps);
-        sharpest = pdi_max(sharpest, fabs(second) / (eps * eps) * grid->h[d]);
+        sharpest = pd_max(sharpest, fabs(second) / (eps * eps) * grid->h[d]);
     }
     return sharpest < PDI_NEAR_WALL_EDGE_CURVATURE;
 }
@@ -242,7 +242,7 @@ PDI_FN double pdi_near_wall_interpolate_pressure(const pd_bonds *bonds, const pd
         at[d] = 0.0;
     }
     if (flow->wall) flow->wall(flow->wall_user, sight.wall_point, at);
-    for (int d = 0; d < PD_DIM; d++) moves = pdi_max(moves, fabs(at[d]));
+    for (int d = 0; d < PD_DIM; d++) moves = pd_max(moves, fabs(at[d]));
     int beside = square < PDI_NEAR_WALL_MAX_DISTANCE * PDI_NEAR_WALL_MAX_DISTANCE && !(moves > 0.0);
     if (beside && pdi_near_wall_compute_pressure_slope(&sight, flow, &slope))
         pdi_quadratic_fit_add_derivative(&fit, sight.wall_point, sight.normal, slope);

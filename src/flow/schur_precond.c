@@ -196,7 +196,7 @@ static double pdi_schur_precond_compute_checkerboard_symbol(const pd_stencil *st
 static double pdi_schur_precond_compute_smooth_viscosity(const pd_flow *flow, double rate)
 {
     for (int d = 0; d < PD_DIM; d++) rate -= flow->nu / (flow->grid->h[d] * flow->grid->h[d]);
-    return flow->nu + PDI_SCHUR_PRECOND_CONVECTIVE_FACTOR * pdi_max(rate, 0.0) / flow->bonds->stencil->lap_sum;
+    return flow->nu + PDI_SCHUR_PRECOND_CONVECTIVE_FACTOR * pd_max(rate, 0.0) / flow->bonds->stencil->lap_sum;
 }
 
 /* dp += q + viscosity r: the smooth part of r by the friction, the checkerboard part by the pressure flux (eq. 4.9). */

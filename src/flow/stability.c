@@ -32,7 +32,7 @@ static int pdi_stability_is_stable(double re, double im)
 /* Lowers *dt until dt times the eigenvalue re + i im [1/s] is stable, by bisection. A positive re counts as 0. */
 static void pdi_stability_limit_step(double re, double im, double *dt)
 {
-    re = pdi_min(re, 0.0);
+    re = pd_min(re, 0.0);
     if (pdi_stability_is_stable(*dt * re, *dt * im)) return;
     double low = 0.0, high = *dt;
     for (int k = 0; k < 40; k++) {
@@ -80,7 +80,7 @@ static void pdi_stability_limit_by_wave(const pdi_stability_state *q, double gra
     double re = 0.25 * (v - t) * (v - t) - gradient * gradient * q->sound_speed * q->sound_speed,
            im = -0.5 * gradient * speed * t;
     double size = sqrt(re * re + im * im);
-    double root_re = sqrt(0.5 * pdi_max(size + re, 0.0)), root_im = sqrt(0.5 * pdi_max(size - re, 0.0));
+    double root_re = sqrt(0.5 * pd_max(size + re, 0.0)), root_im = sqrt(0.5 * pd_max(size - re, 0.0));
     if (im < 0.0) root_im = -root_im;
     pdi_stability_limit_step(-0.5 * (v + t) + root_re, shift + root_im, dt);
     pdi_stability_limit_step(-0.5 * (v + t) - root_re, shift - root_im, dt);
@@ -160,7 +160,7 @@ static double pdi_stability_limit_by_norms(const pd_stability *sp, const pdi_sta
         double x = c * c * q->stabilisation * sp->max_laplacian +
                    s * s * q->viscosity * (sp->max_laplacian + sp->wall_increase);
         double y = sp->gradient_norm * (2.0 * s * c * q->sound_speed + speed);
-        dt = pdi_min(dt, y > 0.0 ? PDI_STABILITY_IMAGINARY_LIMIT / y : HUGE_VAL);
+        dt = pd_min(dt, y > 0.0 ? PDI_STABILITY_IMAGINARY_LIMIT / y : HUGE_VAL);
         if (!(dt < HUGE_VAL)) dt = 2.6 / x;
         pdi_stability_limit_step(-x, y, &dt);
     }
@@ -191,7 +191,7 @@ static void pdi_stability_apply_acoustic_operator(const pd_ctx *ctx, pdi_stabili
     pd_op_gradient(ctx, bonds, w->now, w->grad);
     for (int32_t r = 0; r < bonds->rows; r++)
         for (int d = 0; d < PD_DIM; d++)
-            w->grad[d * total + bonds->node[r]] *= pdi_max(1.0 - bonds->wall_curvature[r], 0.0);
+            w->grad[d * total + bonds->node[r]] *= pd_max(1.0 - bonds->wall_curvature[r], 0.0);
     pd_ghosts_set_vector(&bonds->ghosts, w->grad);
     pdi_flow_compute_advecting_velocity(ctx, w->flow, w->grad, NULL, w->advecting);
     pd_op_divergence(ctx, bonds, w->advecting, w->after);
@@ -215,7 +215,7 @@ static double pdi_stability_compute_max_tridiagonal(int n, const double *diagona
     double high = 0.0, low = 0.0;
     for (int i = 0; i < n; i++) {
         double radius = sqrt(i ? off[i - 1] : 0.0) + sqrt(i < n - 1 ? off[i] : 0.0);
-        high = pdi_max(high, diagonal[i] + radius);
+        high = pd_max(high, diagonal[i] + radius);
     }
     for (int k = 0; k < 60; k++) {
         double middle = 0.5 * (low + high), pivot = 1.0;
@@ -249,7 +249,7 @@ static double pdi_stability_estimate_max_eigenvalue(const pd_ctx *ctx, pdi_stabi
             w->before[i] = w->now[i];
             w->now[i] = grid->kind[i] == PD_FLUID ? next : 0.0;
         }
-        last = pdi_max(last, fabs(diagonal[n]));
+        last = pd_max(last, fabs(diagonal[n]));
         off[n++] = pdi_stability_compute_dot(grid, w->now, w->now);
         size = sqrt(off[n - 1]);
     }
@@ -284,7 +284,7 @@ static double pdi_stability_compute_wall_increase(const pd_bonds *bonds)
         double more = bonds->wall_laplacian[r];
         for (int k = 0; k < bonds->stencil->count; k++)
             if (!pdi_bond_is_open(bonds, r, k)) more -= lap[k];
-        most = pdi_max(most, more);
+        most = pd_max(most, more);
     }
     return most;
 }
@@ -298,7 +298,7 @@ static double pdi_stability_compute_ring_bound(const pd_bonds *bonds)
         if (bonds->grid->kind[i] != PD_FLUID) continue;
         for (int k = 0; k < bonds->stencil->count; k++) sum += 2.0 * fabs(pdi_bond_get_laplacian_weights(bonds, i)[k]);
         if (bonds->axisym.hoop) sum += bonds->axisym.hoop[i / bonds->grid->stride[PD_DIM - 1]];
-        most = pdi_max(most, sum);
+        most = pd_max(most, sum);
     }
     return most;
 }
@@ -327,7 +327,7 @@ PDI_FN pd_status pdi_stability_build(pd_ctx *ctx, const pd_flow *flow, pd_stabil
         pdi_stability_get_wave_vector(sp, w, k);
         pdi_stability_compute_symbols(s, k, sp->gradient_symbol + (int64_t)w * PD_DIM, &sp->laplacian_symbol[w],
                                       &sp->diffusion_symbol[w]);
-        sp->max_laplacian = pdi_max(sp->max_laplacian, sp->laplacian_symbol[w]);
+        sp->max_laplacian = pd_max(sp->max_laplacian, sp->laplacian_symbol[w]);
     }
     if (!sp->has_cut_families) return PD_OK;
     if (flow->bonds->axisym.laplacian_weight) sp->max_laplacian = pdi_stability_compute_ring_bound(flow->bonds);

@@ -45,7 +45,7 @@ static int64_t pdi_steady_count_unknowns(const pd_flow *flow) { return (int64_t)
  * of the velocity counts as its size over U in both residuals. */
 static double pdi_steady_get_momentum_scale(const pd_steady *s)
 {
-    return pdi_max(pdi_flow_get_momentum_scale(s->flow, s->flow->velocity_scale, s->flow->length_scale),
+    return pd_max(pdi_flow_get_momentum_scale(s->flow, s->flow->velocity_scale, s->flow->length_scale),
                    s->flow->velocity_scale * s->stage_rate);
 }
 /* Scale of the continuity residual, U/L [1/s] (eq. 4.8). */
@@ -251,7 +251,7 @@ static void pdi_steady_compute_residual_norms(const pd_ctx *ctx, const pd_steady
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
     double momentum = pdi_par_max_abs(ctx, split, s->residual);
     double continuity = pdi_par_max_abs(ctx, total, s->residual + split);
-    result->residual_over_tolerance = pdi_max(momentum, continuity) / s->desc.tolerance;
+    result->residual_over_tolerance = pd_max(momentum, continuity) / s->desc.tolerance;
     result->momentum = momentum * (pdi_steady_get_momentum_scale(s) / pdi_flow_get_momentum_scale(flow, speed, length));
     result->continuity = continuity * (pdi_steady_get_continuity_scale(flow) / (speed / length));
 }
@@ -288,7 +288,7 @@ static double pdi_steady_compute_max_speed(const pd_ctx *ctx, const pd_steady *s
     for (int64_t i = 0; i < total; i++)
         for (int d = 0; d < PD_DIM; d++)
             s->newton_step[d * total + i] = kind[i] == PD_FLUID ? flow->u[d * total + i] : 0.0;
-    return pdi_max(pdi_par_max_abs(ctx, PD_DIM * total, s->newton_step),
+    return pd_max(pdi_par_max_abs(ctx, PD_DIM * total, s->newton_step),
                    pdi_par_max_abs(ctx, held, flow->inlet_velocity));
 }
 
@@ -302,8 +302,8 @@ static void pdi_steady_compute_momentum_weight(pd_ctx *ctx, pd_steady *s)
     pdi_schur_precond_compute_mobility(ctx, flow, s->stage_rate, s->advecting);
     double mobility = pdi_par_max_abs(ctx, grid->total, s->advecting);
     for (int d = 0; d < PD_DIM; d++) {
-        far = pdi_max(far, grid->n[d] * grid->h[d]);
-        near = pdi_min(near, grid->h[d]);
+        far = pd_max(far, grid->n[d] * grid->h[d]);
+        near = pd_min(near, grid->h[d]);
     }
     s->momentum_weight = 1.0;
     if (!(mobility > 0.0)) return;
@@ -652,7 +652,7 @@ static double pdi_steady_compute_nonlinearity(const pd_ctx *ctx, const pd_steady
                       2.0 * rate * pdi_par_dot(ctx, split, s->residual, s->newton_step) +
                       rate * rate * pdi_par_dot(ctx, split, s->newton_step, s->newton_step);
     double continuity = pdi_par_dot(ctx, size - split, s->residual + split, s->residual + split);
-    return sqrt(pdi_max(s->momentum_weight * s->momentum_weight * momentum, 0.0) + continuity);
+    return sqrt(pd_max(s->momentum_weight * s->momentum_weight * momentum, 0.0) + continuity);
 }
 
 /* One Newton step of pseudo time continuation by switched evolution relaxation: the pseudo time step grows as the
@@ -668,7 +668,7 @@ static pd_status pdi_steady_solve_pseudo_time_step(pd_ctx *ctx, pd_steady *s, pd
                                           sqrt(norm / s->reference_norm)));
     PD_TRY(pdi_steady_solve_newton_step(ctx, s, path->forcing, result, &effort));
     path->residual_norm = pdi_steady_assemble_residual(ctx, s, result);
-    double bend = pdi_min(pdi_steady_compute_nonlinearity(ctx, s), path->residual_norm) / norm;
+    double bend = pd_min(pdi_steady_compute_nonlinearity(ctx, s), path->residual_norm) / norm;
     if (!(path->residual_norm < PDI_STEADY_MAX_GROWTH * norm))
         path->residual_norm = pdi_steady_try_shorter_steps(ctx, s, norm, &taken, result);
     path->stalled_steps++;
@@ -678,13 +678,13 @@ static pd_status pdi_steady_solve_pseudo_time_step(pd_ctx *ctx, pd_steady *s, pd
     }
     if (!taken) path->boost *= 10.0;
     else if (effort > s->desc.max_krylov) path->boost *= 4.0;
-    else if (bend > PDI_STEADY_MAX_NONLINEARITY) path->boost *= pdi_min(2.0 * bend / PDI_STEADY_MAX_NONLINEARITY, 10.0);
-    else if (bend < 0.25 * PDI_STEADY_MAX_NONLINEARITY) path->boost = pdi_max(path->min_boost, path->boost * 0.5);
+    else if (bend > PDI_STEADY_MAX_NONLINEARITY) path->boost *= pd_min(2.0 * bend / PDI_STEADY_MAX_NONLINEARITY, 10.0);
+    else if (bend < 0.25 * PDI_STEADY_MAX_NONLINEARITY) path->boost = pd_max(path->min_boost, path->boost * 0.5);
     if (!taken) return PD_OK;
     /* the last linear solve need not be better than the tolerance */
-    path->forcing = pdi_max(pdi_krylov_forcing(path->residual_norm / norm),
-                            PDI_STEADY_FINAL_FORCING / pdi_max(result->residual_over_tolerance, 1.0));
-    path->forcing = pdi_min(PDI_KRYLOV_FORCING_MAX, path->forcing);
+    path->forcing = pd_max(pdi_krylov_forcing(path->residual_norm / norm),
+                            PDI_STEADY_FINAL_FORCING / pd_max(result->residual_over_tolerance, 1.0));
+    path->forcing = pd_min(PDI_KRYLOV_FORCING_MAX, path->forcing);
     return PD_OK;
 }
 
@@ -699,7 +699,7 @@ static pd_status pdi_steady_solve_steady_state(pd_ctx *ctx, pd_steady *s, pd_ste
     path.residual_norm = path.best_norm = pdi_steady_assemble_residual(ctx, s, result);
     path.boost = path.min_boost = s->reference_norm > 0.0 ? PDI_STEADY_FIRST_RATE_AGAIN : 1.0;
     path.forcing = 0.1;
-    s->reference_norm = pdi_max(s->reference_norm, path.residual_norm);
+    s->reference_norm = pd_max(s->reference_norm, path.residual_norm);
     while (status == PD_OK && result->residual_over_tolerance > 1.0) {
         if (path.stalled_steps > PDI_STEADY_MAX_STALLED || path.boost > PDI_STEADY_MAX_BOOST ||
             (s->desc.max_newton > 0 && result->newton >= s->desc.max_newton))
@@ -755,7 +755,7 @@ static pd_status pdi_steady_solve_stage_newton(pd_ctx *ctx, pd_steady *s, double
         if (result->converged || !(norm < before) || result->newton >= PDI_STEADY_STAGE_MAX_NEWTON) break;
         int effort = 0;
         before = norm;
-        double forcing = pdi_min(PDI_STEADY_STAGE_FORCING, pdi_max(1e-4, PDI_STEADY_STAGE_FINAL_FORCING / excess));
+        double forcing = pd_min(PDI_STEADY_STAGE_FORCING, pd_max(1e-4, PDI_STEADY_STAGE_FINAL_FORCING / excess));
         pdi_jacobian_set_state(ctx, &s->jacobian);
         if (!pdi_steady_is_prepared(s)) status = pdi_steady_update_precond(ctx, s, s->stage_rate);
         if (status < 0) break;

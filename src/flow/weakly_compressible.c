@@ -59,7 +59,7 @@ static pd_status pdi_weakly_compressible_try_build(pd_ctx *ctx, pd_flow *flow, c
     /* the limit is that of the weights of the Laplacian */
     memset(&flow->isotropic_stencil, 0, sizeof flow->isotropic_stencil);
     double spacing = grid->h[0];
-    for (int d = 1; d < PD_DIM; d++) spacing = pdi_min(spacing, grid->h[d]);
+    for (int d = 1; d < PD_DIM; d++) spacing = pd_min(spacing, grid->h[d]);
     /* eta c0 delta lap rho, written for the pressure: d rho = rho0 dp/(rho0 c0^2) */
     flow->stabilisation = un->desc.density_diffusion * s->m * spacing / un->desc.sound_speed;
     PD_TRY(pdi_array_registry_build(ctx, pdi_weakly_compressible_list, un));
@@ -204,10 +204,10 @@ static void pdi_weakly_compressible_compute_bounds(const pd_weakly_compressible 
     for (int d = 0; d < PD_DIM; d++) key[d] = 0.0;
     for (int32_t i = 0; i < grid->total; i++) {
         if (!pdi_grid_is_open(grid->kind[i])) continue;
-        for (int d = 0; d < PD_DIM; d++) key[d] = pdi_max(key[d], fabs(un->flow->u[(int64_t)d * grid->total + i]));
+        for (int d = 0; d < PD_DIM; d++) key[d] = pd_max(key[d], fabs(un->flow->u[(int64_t)d * grid->total + i]));
         if (grid->kind[i] != PD_FLUID) continue;
-        high = pdi_max(high, un->density[i]);
-        low = pdi_min(low, un->density[i]);
+        high = pd_max(high, un->density[i]);
+        low = pd_min(low, un->density[i]);
     }
     for (int d = 0; d < PD_DIM; d++) key[d] = pdi_weakly_compressible_round_up(key[d] / un->desc.sound_speed);
     key[PD_DIM] =

@@ -8,7 +8,7 @@
 #include "io/file.h"
 #include "io/png.h"
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* An animated PNG while it is written. Zero-initialise. */
 typedef struct pdi_apng {
     pd_file file;

@@ -40,7 +40,7 @@ PD_API pd_status pd_archive_file_open(pd_ctx *ctx, const char *path, pd_archive_
  * on failure, too. */
 PD_API pd_status pd_archive_file_close(pd_ctx *ctx, pd_archive_file *store);
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* Close, and delete the temporary file. A closed or zeroed store is allowed. */
 PDI_FN void pdi_archive_file_abandon(pd_archive_file *store);
 

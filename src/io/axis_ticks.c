@@ -37,7 +37,7 @@ static void pdi_axis_ticks_compute_linear(int max_labels, pdi_axis_ticks *axis)
     char label[64];
     double step = pdi_axis_ticks_round_step(axis->hi / (max_labels > 1 ? max_labels : 1) -
                                             axis->lo / (max_labels > 1 ? max_labels : 1));
-    double size = pdi_max(fabs(axis->lo), fabs(axis->hi)), slack = 1e-6 * step;
+    double size = pd_max(fabs(axis->lo), fabs(axis->hi)), slack = 1e-6 * step;
     /* Numbers of five digits or many zeros are shown with a common factor, a power of 1000. */
     axis->exponent = 0;
     if (!(step > 0) || step > DBL_MAX || size > DBL_MAX) return; /* one value, or an infinite one */
@@ -99,7 +99,7 @@ PDI_FN double pdi_axis_ticks_value_to_fraction(const pdi_axis_ticks *axis, doubl
 
 PDI_FN void pdi_axis_ticks_widen_range(double margin_fraction, pdi_axis_ticks *axis)
 {
-    double size = pdi_max(fabs(axis->lo), fabs(axis->hi));
+    double size = pd_max(fabs(axis->lo), fabs(axis->hi));
     if (axis->log) {
         if (axis->hi < axis->lo * (1 + 1e-9)) {
             axis->lo /= 2;

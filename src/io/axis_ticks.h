@@ -3,7 +3,7 @@
 #define PD_AXIS_TICKS_H
 #include "core/config.h"
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 #define PDI_AXIS_TICKS_MAX_COUNT 96 /* maximum number of ticks */
 
 /* An axis: its range and ticks. */

@@ -218,7 +218,7 @@ PDI_FN void pdi_canvas_draw_line(pdi_canvas *canvas, double xa, double ya, doubl
     }
     double dx = xb - xa, dy = yb - ya;
     int steep = fabs(dy) > fabs(dx);
-    double from = steep ? pdi_min(ya, yb) : pdi_min(xa, xb), to = steep ? pdi_max(ya, yb) : pdi_max(xa, xb);
+    double from = steep ? pd_min(ya, yb) : pd_min(xa, xb), to = steep ? pd_max(ya, yb) : pd_max(xa, xb);
     /* Loop over pixels along the longer axis, and across the stroke; coverage from the distance to the segment. */
     double across = reach * 1.5;
     for (int i = (int)floor(from - reach); i <= (int)ceil(to + reach); i++) {

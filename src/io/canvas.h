@@ -7,7 +7,7 @@
 #define PD_CANVAS_H
 #include "io/svg.h"
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 #define PDI_CANVAS_CAPITAL_HEIGHT 14     /* [pixel] height of a capital letter */
 #define PDI_CANVAS_TEXT_COLOUR 0x202124u /* colour of text, axes and frames */
 #define PDI_CANVAS_BACKGROUND 0xFFFFFFu  /* colour of the background */

@@ -129,7 +129,7 @@ PDI_FN void pdi_colour_fill_table(pd_colour_map map, uint32_t *table)
         while (i < PDI_COLOUR_ARC_SAMPLES - 1 && length[i + 1] < want) i++;
         double share = (want - length[i]) / (length[i + 1] - length[i]);
         table[k] =
-            pdi_colour_oklab_to_srgb(pdi_colour_evaluate_map(map, pdi_min((i + share) / PDI_COLOUR_ARC_SAMPLES, 1.0)));
+            pdi_colour_oklab_to_srgb(pdi_colour_evaluate_map(map, pd_min((i + share) / PDI_COLOUR_ARC_SAMPLES, 1.0)));
     }
 }
 

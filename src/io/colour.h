@@ -12,7 +12,7 @@ typedef enum pd_colour_map {
     PD_COLOUR_MAP_VIRIDIS = 4     /* through the colours of the map of that name (van der Walt and Smith 2015) */
 } pd_colour_map;
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 #define PDI_COLOUR_TABLE_SIZE 256 /* colours of a table */
 /* Fill table[PDI_COLOUR_TABLE_SIZE] with the colours 0xRRGGBB of a map from low to high, for all maps but labels. */
 PDI_FN void pdi_colour_fill_table(pd_colour_map map, uint32_t *table);

@@ -4,7 +4,7 @@
 #include "io/canvas.h"
 #include "io/axis_ticks.h"
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 #define PDI_COLOUR_BAR_WIDTH 22 /* [pixel] width of the bar without its numbers */
 
 /* Position and content of a colour bar. */

@@ -7,7 +7,7 @@
 #define PD_CONTOUR_H
 #include "core/config.h"
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* The field. */
 typedef struct pdi_contour {
     int nx, ny;

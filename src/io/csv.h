@@ -30,7 +30,7 @@ typedef struct pd_table {
     size_t line_capacity;
 } pd_table;
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* Create a CSV file with its header line, names[columns] such as "time [s]", and open it to append rows. An older file
  * is replaced. PD_ERR_ARGUMENT: names that are empty, occur twice or hold a control character. */
 PDI_FN pd_status pdi_csv_create(pd_ctx *ctx, const char *path, const char *const *names, int columns,

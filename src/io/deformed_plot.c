@@ -55,8 +55,8 @@ PDI_FN pd_status pdi_deformed_plot_extend_range(pd_ctx *ctx, const pdi_deformed_
     const pd_field_plot *p = w->undeformed;
     double at[4][2];
     for (int d = 0; d < 2; d++) {
-        lo[d] = pdi_min(lo[d], p->lo[d]);
-        hi[d] = pdi_max(hi[d], p->hi[d]);
+        lo[d] = pd_min(lo[d], p->lo[d]);
+        hi[d] = pd_max(hi[d], p->hi[d]);
     }
     for (int cell = 0; cell < p->nx * p->ny; cell++) {
         if (isnan(w->displacement[cell])) continue;
@@ -67,8 +67,8 @@ PDI_FN pd_status pdi_deformed_plot_extend_range(pd_ctx *ctx, const pdi_deformed_
                 return pd_fail(ctx, PD_ERR_ARGUMENT, "warp", "displacements of %g m as they are drawn in a picture of "
                                 "%g m, expected at most ten times as much: choose a smaller factor",
                                 x - p->lo[k % 2], size);
-            lo[k % 2] = pdi_min(lo[k % 2], x);
-            hi[k % 2] = pdi_max(hi[k % 2], x);
+            lo[k % 2] = pd_min(lo[k % 2], x);
+            hi[k % 2] = pd_max(hi[k % 2], x);
         }
     }
     return PD_OK;
@@ -83,8 +83,8 @@ static void pdi_deformed_plot_init_raster(const pdi_deformed_plot *w, const doub
         raster->lo[d] = lo[d];
         wide[d] = hi[d] - lo[d];
     }
-    raster->size = pdi_max(wide[0] / width, wide[1] / (PD_FIELD_PLOT_MAX_ASPECT * width));
-    for (int d = 0; d < 2; d++) raster->n[d] = (int)pdi_max(1.0, ceil(wide[d] / raster->size - 1e-6));
+    raster->size = pd_max(wide[0] / width, wide[1] / (PD_FIELD_PLOT_MAX_ASPECT * width));
+    for (int d = 0; d < 2; d++) raster->n[d] = (int)pd_max(1.0, ceil(wide[d] / raster->size - 1e-6));
 }
 
 /* Draw the cells without displacement; background where cells have moved away and outside of the picture. */
@@ -129,12 +129,12 @@ static void pdi_deformed_plot_draw_cell(const pdi_deformed_plot *w, int cell, pd
     for (int k = 0; k < 8; k++) { /* in pixels */
         double *x = &at[k / 2][k % 2];
         *x = (*x - raster->lo[k % 2]) / raster->size;
-        lo[k % 2] = pdi_min(lo[k % 2], *x);
-        hi[k % 2] = pdi_max(hi[k % 2], *x);
+        lo[k % 2] = pd_min(lo[k % 2], *x);
+        hi[k % 2] = pd_max(hi[k % 2], *x);
     }
     for (int d = 0; d < 2; d++) {
-        first[d] = (int)pdi_max(0.0, floor(lo[d] - 0.5));
-        last[d] = (int)pdi_min(raster->n[d] - 1.0, ceil(hi[d]));
+        first[d] = (int)pd_max(0.0, floor(lo[d] - 0.5));
+        last[d] = (int)pd_min(raster->n[d] - 1.0, ceil(hi[d]));
     }
     for (int y = first[1]; y <= last[1]; y++)
         for (int x = first[0]; x <= last[0]; x++) {

@@ -7,7 +7,7 @@
 #define PD_DEFORMED_PLOT_H
 #include "io/field_plot.h"
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* A picture and the displacements of its cells. */
 typedef struct pdi_deformed_plot {
     const pd_field_plot *undeformed; /* the undeformed picture; its magnification is not used */

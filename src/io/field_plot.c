@@ -104,9 +104,9 @@ PDI_FN void pdi_field_plot_adjust_range(pd_colour_map map, int log_scale, double
     if (*lo > *hi) { /* nothing to show */
         *lo = log_scale ? 1 : 0;
         *hi = log_scale ? 10 : 1;
-    } else if (log_scale) *lo = pdi_max(*lo, *hi * pow(10.0, -PDI_FIELD_PLOT_MAX_DECADES));
+    } else if (log_scale) *lo = pd_max(*lo, *hi * pow(10.0, -PDI_FIELD_PLOT_MAX_DECADES));
     else if (map == PD_COLOUR_MAP_DIVERGING) {
-        *hi = pdi_max(fabs(*lo), fabs(*hi));
+        *hi = pd_max(fabs(*lo), fabs(*hi));
         if (!(*hi > 0)) *hi = 1;
         *lo = -*hi;
     }
@@ -150,7 +150,7 @@ static pdi_field_plot_scale pdi_field_plot_fit_axis(int cells, double wanted, in
     pdi_field_plot_scale s = {cells, 1, 1, 0, 0};
     if (smooth && wanted >= cells) {
         s.smooth = 1;
-        s.pixels = (int)pdi_max(floor(wanted + 0.5), PDI_FIELD_PLOT_MIN_PIXELS);
+        s.pixels = (int)pd_max(floor(wanted + 0.5), PDI_FIELD_PLOT_MIN_PIXELS);
         return s;
     }
     /* The small shift lets equal spacings round alike. */
@@ -165,7 +165,7 @@ static pdi_field_plot_scale pdi_field_plot_fit_axis(int cells, double wanted, in
 /* Merge cells along an axis of which the other one has merged cells, so that the scales of both stay equal. */
 static void pdi_field_plot_equalise_scale(double wanted, pdi_field_plot_scale *s)
 {
-    int merged = (int)pdi_max(1.0, floor(s->cells / pdi_max(wanted, 1.0) + 0.5));
+    int merged = (int)pd_max(1.0, floor(s->cells / pd_max(wanted, 1.0) + 0.5));
     int pixels = (s->cells + merged - 1) / merged;
     if (s->pixels_per_cell > 1 || s->cells_per_pixel > 1 || s->smooth || merged < 2 ||
         pixels < PDI_FIELD_PLOT_MIN_PIXELS)
@@ -188,7 +188,7 @@ static void pdi_field_plot_compute_scales(const pd_field_plot *p, pdi_field_plot
 {
     double lx = p->hi[0] - p->lo[0], ly = p->hi[1] - p->lo[1]; /* [m] */
     double width = p->width ? p->width : PD_FIELD_PLOT_WIDTH;  /* [pixel] */
-    double scale = pdi_min(width / lx, PD_FIELD_PLOT_MAX_ASPECT * width / ly); /* [pixel/m] */
+    double scale = pd_min(width / lx, PD_FIELD_PLOT_MAX_ASPECT * width / ly); /* [pixel/m] */
     if (p->magnification) scale = p->magnification * p->nx / lx;
     int largest = (int)(PDI_FIELD_PLOT_MAX_WIDTH_FACTOR * width), smooth = p->smooth && p->map != PD_COLOUR_MAP_LABELS;
     smooth = smooth && scale * lx >= p->nx && scale * ly >= p->ny;
@@ -197,8 +197,8 @@ static void pdi_field_plot_compute_scales(const pd_field_plot *p, pdi_field_plot
     if (l->x.cells_per_pixel > 1) pdi_field_plot_equalise_scale(l->x.pixels / lx * ly, &l->y);
     if (l->y.cells_per_pixel > 1) pdi_field_plot_equalise_scale(l->y.pixels / ly * lx, &l->x);
     l->aspect = (l->y.pixels / ly) / (l->x.pixels / lx);
-    double size_x = pdi_max(fabs(p->lo[0]), fabs(p->hi[0])), size_y = pdi_max(fabs(p->lo[1]), fabs(p->hi[1]));
-    if (fabs(l->aspect - 1) < 0.05) size_x = size_y = pdi_max(size_x, size_y); /* one scale, one unit */
+    double size_x = pd_max(fabs(p->lo[0]), fabs(p->hi[0])), size_y = pd_max(fabs(p->lo[1]), fabs(p->hi[1]));
+    if (fabs(l->aspect - 1) < 0.05) size_x = size_y = pd_max(size_x, size_y); /* one scale, one unit */
     l->unit_x = pdi_field_plot_set_axis_unit(size_x, p->lo[0], p->hi[0], &l->axis_x);
     l->unit_y = pdi_field_plot_set_axis_unit(size_y, p->lo[1], p->hi[1], &l->axis_y);
     pdi_axis_ticks_compute(l->x.pixels / 110 + 1, &l->axis_x);
@@ -323,7 +323,7 @@ static uint32_t pdi_field_plot_interpolate_colour(const pd_field_plot *p, const 
     int low[2], n[2] = {p->nx, p->ny};
     at[0] = (px + 0.5) * p->nx / l->x.pixels;
     at[1] = (py + 0.5) * p->ny / l->y.pixels;
-    size_t own = (size_t)pdi_min(at[1], p->ny - 1.0) * (size_t)p->nx + (size_t)pdi_min(at[0], p->nx - 1.0);
+    size_t own = (size_t)pd_min(at[1], p->ny - 1.0) * (size_t)p->nx + (size_t)pd_min(at[0], p->nx - 1.0);
     pd_paint paint = pdi_field_plot_get_paint(p, own);
     if (paint != PD_PAINT_FIELD) return pdi_field_plot_paint_colours[paint];
     if (isnan(p->values[own])) return PDI_FIELD_PLOT_NAN_COLOUR;
@@ -340,7 +340,7 @@ static uint32_t pdi_field_plot_interpolate_colour(const pd_field_plot *p, const 
         }
         size_t cell = (size_t)i[1] * (size_t)p->nx + (size_t)i[0];
         if (!pdi_field_plot_has_bar_colour(p, l, cell)) continue;
-        sum += weight * pdi_max(-1.0, pdi_min(2.0, pdi_axis_ticks_value_to_fraction(&l->axis_bar, p->values[cell])));
+        sum += weight * pd_max(-1.0, pd_min(2.0, pdi_axis_ticks_value_to_fraction(&l->axis_bar, p->values[cell])));
         weights += weight;
     }
     return pdi_colour_bar_get_colour(table, sum / weights);

@@ -52,7 +52,7 @@ typedef struct pd_field_plot {
 
 #define pd_field_plot_write PD_NAME(pd_field_plot_write)
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* Turn the smallest and largest value (log_scale: positive ones) into the ends of the range of colours: a diverging map
  * is symmetric to 0, a logarithmic range has at most eight decades. lo > hi: there is no value, and a default range
  * results. */

@@ -30,7 +30,7 @@ PD_API pd_status pd_file_make_directory(pd_ctx *ctx, const char *path);
 /* Join a directory and a file name: path[PD_PATH_SIZE] = "directory/name". An empty directory gives the name.
  * PD_ERR_SIZE when it does not fit. */
 PD_API pd_status pd_file_join(pd_ctx *ctx, const char *directory, const char *name, char *path);
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* Paths are UTF-8, separated by '/' and on Windows also by '\\', there also with drive letters. */
 /* Returns 1 when the path exists; links are followed. */
 PDI_FN int pdi_file_exists(const char *path);

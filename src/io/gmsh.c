@@ -27,8 +27,8 @@ typedef struct pdi_gmsh_cell_key {
 /* State of reading a file. */
 typedef struct pdi_gmsh_reader {
     pdi_tokenizer *tokenizer;
-    pdi_points_converter cells;                /* conversion of cells to points */
-    pdi_boundary_faces faces;                  /* faces of the cells */
+    pd_points_converter cells;                /* conversion of cells to points */
+    pd_boundary_faces faces;                  /* faces of the cells */
     int version;                               /* 2: format 2.2, 4: format 4.1 */
     int64_t node_count, entity_count;          /* number of them */
     pdi_gmsh_node *node;                       /* [nodes] by id */
@@ -178,33 +178,33 @@ static pd_status pdi_gmsh_read_nodes(pdi_gmsh_reader *m)
     for (int64_t k = 0; k < m->node_count; k++) {
         if (k && m->node[k].id == m->node[k - 1].id)
             return pdi_tokenizer_fail(s, begin, "two nodes with the number %.0f", (double)m->node[k].id);
-        for (int d = 0; d < 3; d++) m->cells.extent = pdi_max(m->cells.extent, fabs(m->node[k].x[d] - m->node[0].x[d]));
+        for (int d = 0; d < 3; d++) m->cells.extent = pd_max(m->cells.extent, fabs(m->node[k].x[d] - m->node[0].x[d]));
     }
     return PD_OK;
 }
 
 /* ---- $Elements ---- */
 
-/* Cell type of a Gmsh element type, and its dimension, -1 when unknown. PDI_POINTS_CELL_NONE: not supported. */
-static pdi_points_cell_type pdi_gmsh_find_cell_type(int64_t type, int *dimension)
+/* Cell type of a Gmsh element type, and its dimension, -1 when unknown. PD_POINTS_CELL_NONE: not supported. */
+static pd_points_cell_type pdi_gmsh_find_cell_type(int64_t type, int *dimension)
 {
     static const int8_t of[32] = {-1, 1, 2, 2, 3, 3, 3, 3, 1, 2, 2, 3, 3, 3, 3, 0,
                                   2,  3, 3, 3, 2, 2, 2, 2, 2, 2, 1, 1, 1, 3, 3, 3};
     *dimension = type > 0 && type < 32 ? of[type] : -1;
-    return type >= 1 && type <= 7 ? (pdi_points_cell_type)type : PDI_POINTS_CELL_NONE;
+    return type >= 1 && type <= 7 ? (pd_points_cell_type)type : PD_POINTS_CELL_NONE;
 }
 
 /* *is_used 1: elements of this type become points. PD_ERR_PARSE: unknown, of higher dimension or of higher order. */
 static pd_status pdi_gmsh_check_element_type(pdi_gmsh_reader *m, const char *position, int64_t type, int *is_used)
 {
     int dimension;
-    pdi_points_cell_type form = pdi_gmsh_find_cell_type(type, &dimension);
+    pd_points_cell_type form = pdi_gmsh_find_cell_type(type, &dimension);
     *is_used = dimension == PD_DIM;
     if (dimension < 0)
         return pdi_tokenizer_fail(m->tokenizer, position, "elements of type %.0f, which is not known", (double)type);
     if (dimension > PD_DIM)
         return pdi_tokenizer_fail(m->tokenizer, position, "elements of %dD in a program of %dD", dimension, PD_DIM);
-    if (*is_used && form == PDI_POINTS_CELL_NONE)
+    if (*is_used && form == PD_POINTS_CELL_NONE)
         return pdi_tokenizer_fail(m->tokenizer, position,
                                   "elements of type %.0f, expected straight ones: save the mesh with order 1",
                                   (double)type);
@@ -239,7 +239,7 @@ static pd_status pdi_gmsh_grow_hash_table(pdi_gmsh_reader *m)
 
 /* Enter a cell into the hash table. *is_repeated 1: a cell of these nodes has been read before (Gmsh repeats a cell for
  * each of its groups). */
-static pd_status pdi_gmsh_add_cell_key(pdi_gmsh_reader *m, pdi_points_cell_type form, const int32_t *node_index,
+static pd_status pdi_gmsh_add_cell_key(pdi_gmsh_reader *m, pd_points_cell_type form, const int32_t *node_index,
                                        int *is_repeated)
 {
     pdi_gmsh_cell_key key;
@@ -259,7 +259,7 @@ static pd_status pdi_gmsh_add_cell_key(pdi_gmsh_reader *m, pdi_points_cell_type 
 
 /* Read the nodes of a cell from the rest of its line, and add its point and faces. surface: its entity; within one
  * entity all cells have one orientation. */
-static pd_status pdi_gmsh_read_cell(pdi_gmsh_reader *m, pdi_points_cell_type form, int64_t surface, int32_t tag)
+static pd_status pdi_gmsh_read_cell(pdi_gmsh_reader *m, pd_points_cell_type form, int64_t surface, int32_t tag)
 {
     const double *corner[8];
     int64_t node[8];

@@ -6,11 +6,11 @@
  */
 #ifndef PD_GMSH_H
 #define PD_GMSH_H
-#include "solid/points.h"
+#include "lattice/points.h"
 #include "io/tokenizer.h"
-#include "solid/boundary_faces.h"
+#include "lattice/boundary_faces.h"
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* Add the cells of the text as points; lengths times scale are in metres. PD_ERR_PARSE with path:line: a format error,
  * cells of higher order, folded or inverted cells. */
 PDI_FN pd_status pdi_gmsh_read(pdi_tokenizer *scan, double scale, pd_points *points);

@@ -3,7 +3,7 @@
 #define PD_LEGEND_H
 #include "io/canvas.h"
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 #define PDI_LEGEND_MAX_LABELS 64 /* maximum number of labels in a legend */
 
 /* Zero-initialise, then fill in. */

@@ -27,7 +27,7 @@ typedef struct pd_output_folder {
     int removed_count;      /* number of deleted files of the previous run */
 } pd_output_folder;
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* Create and lock the output folder `path` of a run, delete the files of its previous run and begin the list of files.
  * PD_ERR_STATE: another run writes there, or its lock file is none. PD_ERR_ARGUMENT: it holds the files of a run of
  * another name. */

@@ -3,7 +3,7 @@
 #define PD_PARAVIEW_H
 #include "io/file.h"
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* Write the script to `path`, in a folder with simulation.pvd; the script itself finds the fields. PD_ERR_FILE. */
 PDI_FN pd_status pdi_paraview_write_script(pd_ctx *ctx, const char *path);
 #endif

@@ -80,8 +80,8 @@ static void pdi_plot_compute_x_range(const pd_plot *plot, double *lo, double *hi
         for (int i = 0; i < plot->series[k].count; i++) {
             double x = plot->series[k].x[i];
             if (!pdi_plot_is_drawable(x, plot->x_log)) continue;
-            *lo = pdi_min(*lo, x);
-            *hi = pdi_max(*hi, x);
+            *lo = pd_min(*lo, x);
+            *hi = pd_max(*hi, x);
         }
     if (*lo <= *hi) return;
     *lo = plot->x_log ? 1.0 : 0.0;
@@ -96,10 +96,10 @@ static pd_status pdi_plot_compute_ranges(pd_ctx *ctx, const pd_plot *plot, pdi_p
         for (int i = 0; i < plot->series[k].count; i++) {
             const pd_series *s = &plot->series[k];
             if (!pdi_plot_is_shown(plot, s, i)) continue;
-            x_lo = pdi_min(x_lo, s->x[i]);
-            x_hi = pdi_max(x_hi, s->x[i]);
-            y_lo = pdi_min(y_lo, pdi_plot_error_bar_end(plot, s, i, -1));
-            y_hi = pdi_max(y_hi, pdi_plot_error_bar_end(plot, s, i, 1));
+            x_lo = pd_min(x_lo, s->x[i]);
+            x_hi = pd_max(x_hi, s->x[i]);
+            y_lo = pd_min(y_lo, pdi_plot_error_bar_end(plot, s, i, -1));
+            y_hi = pd_max(y_hi, pdi_plot_error_bar_end(plot, s, i, 1));
         }
     if (!(x_lo <= x_hi)) { /* no point can be shown: an empty frame over the x that are known */
         pdi_plot_compute_x_range(plot, &x_lo, &x_hi);
@@ -219,7 +219,7 @@ static void pdi_plot_draw_dashes(pdi_canvas *canvas, double xa, double ya, doubl
         double phase = fmod(*arc_length, 2 * PDI_PLOT_DASH_LENGTH);
         double remaining =
             phase < PDI_PLOT_DASH_LENGTH ? PDI_PLOT_DASH_LENGTH - phase : 2 * PDI_PLOT_DASH_LENGTH - phase;
-        double next = pdi_min(position + pdi_max(remaining, 1e-6), length), s = position / length, t = next / length;
+        double next = pd_min(position + pd_max(remaining, 1e-6), length), s = position / length, t = next / length;
         if (phase < PDI_PLOT_DASH_LENGTH)
             pdi_canvas_draw_line(canvas, xa + s * (xb - xa), ya + s * (yb - ya), xa + t * (xb - xa), ya + t * (yb - ya),
                                  PDI_PLOT_CURVE_WIDTH, colour);

@@ -36,7 +36,7 @@ typedef struct pd_plot {
 
 #define pd_plot_write PD_NAME(pd_plot_write)
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* Draw into an RGB image (freed by its own function); an empty frame where no point can be shown. PD_ERR_ARGUMENT: a
  * bad range or size. */
 PDI_FN pd_status pdi_plot_draw_image(pd_ctx *ctx, const pd_plot *plot, pd_image *image);

@@ -17,7 +17,7 @@ typedef struct pd_image {
     uint8_t *pixels;
 } pd_image;
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* Free the pixels. A zeroed image is allowed. */
 PDI_FN void pdi_image_free(pd_ctx *ctx, pd_image *image);
 /* Luminance 0..255 of a pixel (Rec. 601 weights) times its opacity: transparent pixels have 0; row 0 on top. */

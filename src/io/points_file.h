@@ -10,7 +10,7 @@
  */
 #ifndef PD_POINTS_FILE_H
 #define PD_POINTS_FILE_H
-#include "solid/points.h"
+#include "lattice/points.h"
 
 #define pd_points_read PD_NAME(pd_points_read)
 

@@ -4,7 +4,7 @@
 #define PD_PROGRESS_H
 #include "core/config.h"
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* Format a progress bar: line[size] = "dissolve [####........] 36.1 % 2 min 05 s, 3 min 41 s left". fraction: 0..1,
  * clamped (NaN is 0); elapsed [s]. The time left assumes the mean rate so far; it is left out below 0.1 % or 1 s.
  * Always terminated by 0, cut off when size is too small. */

@@ -62,13 +62,13 @@ PDI_FN void pdi_renderer_init_view(const double *lo, const double *hi, const dou
         double x[3] = {k & 1 ? hi[0] : lo[0], k & 2 ? hi[1] : lo[1], k & 4 ? hi[2] : lo[2]};
         double at[2] = {pdi_renderer_dot(x, s->right), pdi_renderer_dot(x, s->up)};
         for (int d = 0; d < 2; d++) {
-            least[d] = pdi_min(least[d], at[d]);
-            most[d] = pdi_max(most[d], at[d]);
+            least[d] = pd_min(least[d], at[d]);
+            most[d] = pd_max(most[d], at[d]);
         }
     }
     double room = 2.0 * PDI_RENDERER_MARGIN;
     s->pixel_size =
-        pdi_max((most[0] - least[0]) / (width - room), (most[1] - least[1]) / (PDI_RENDERER_MAX_ASPECT * width - room));
+        pd_max((most[0] - least[0]) / (width - room), (most[1] - least[1]) / (PDI_RENDERER_MAX_ASPECT * width - room));
     s->width = (int)ceil((most[0] - least[0]) / s->pixel_size + room - 1e-6);
     s->height = (int)ceil((most[1] - least[1]) / s->pixel_size + room - 1e-6);
     for (int d = 0; d < 2; d++) s->corner[d] = least[d] - PDI_RENDERER_MARGIN * s->pixel_size;
@@ -108,7 +108,7 @@ PDI_FN double pdi_renderer_compute_brightness(const pd_rendering *s, const doubl
     double along = from[0] * pdi_renderer_dot(normal, s->right) + from[1] * pdi_renderer_dot(normal, s->up) +
                    from[2] * pdi_renderer_dot(normal, s->eye);
     double length = sqrt(pdi_renderer_dot(from, from));
-    return PDI_RENDERER_AMBIENT_LIGHT + (1.0 - PDI_RENDERER_AMBIENT_LIGHT) * pdi_min(pdi_max(along / length, 0.0), 1.0);
+    return PDI_RENDERER_AMBIENT_LIGHT + (1.0 - PDI_RENDERER_AMBIENT_LIGHT) * pd_min(pd_max(along / length, 0.0), 1.0);
 }
 
 /* ---- faces ---- */
@@ -129,10 +129,10 @@ static void pdi_renderer_draw_triangle(const pd_rendering *s, const pdi_renderer
     int first[2], last[2], last_pixel[2] = {s->width - 1, s->height - 1};
     if (!(area < 0.0)) return;
     for (int d = 0; d < 2; d++) {
-        lo[d] = pdi_min(c[0]->position[d], pdi_min(c[1]->position[d], c[2]->position[d])) - p->offset[d];
-        hi[d] = pdi_max(c[0]->position[d], pdi_max(c[1]->position[d], c[2]->position[d])) - p->offset[d];
-        first[d] = (int)pdi_max(0.0, ceil(lo[d]));
-        last[d] = (int)pdi_min(floor(hi[d]), last_pixel[d]);
+        lo[d] = pd_min(c[0]->position[d], pd_min(c[1]->position[d], c[2]->position[d])) - p->offset[d];
+        hi[d] = pd_max(c[0]->position[d], pd_max(c[1]->position[d], c[2]->position[d])) - p->offset[d];
+        first[d] = (int)pd_max(0.0, ceil(lo[d]));
+        last[d] = (int)pd_min(floor(hi[d]), last_pixel[d]);
     }
     for (int y = first[1]; y <= last[1]; y++)
         for (int x = first[0]; x <= last[0]; x++) {
@@ -205,14 +205,14 @@ static void pdi_renderer_draw_edge(pd_rendering *s, const pdi_renderer_zbuffer *
     double dx = b[0] - a[0], dy = b[1] - a[1], square = dx * dx + dy * dy;
     int steep = fabs(dy) > fabs(dx), along = steep ? 1 : 0;
     if (!(square > 0.0)) return;
-    int first = (int)floor(pdi_min(a[along], b[along]) - 1.0), last = (int)ceil(pdi_max(a[along], b[along]));
+    int first = (int)floor(pd_min(a[along], b[along]) - 1.0), last = (int)ceil(pd_max(a[along], b[along]));
     for (int i = first; i <= last; i++) {
-        double fraction = pdi_min(1.0, pdi_max(0.0, (i + p->offset[along] - a[along]) / (b[along] - a[along])));
+        double fraction = pd_min(1.0, pd_max(0.0, (i + p->offset[along] - a[along]) / (b[along] - a[along])));
         int middle = (int)floor(a[1 - along] + fraction * (b[1 - along] - a[1 - along]));
         for (int j = middle - 1; j <= middle + 1; j++) {
             int x = steep ? j : i, y = steep ? i : j;
             double px = x + p->offset[0] - a[0], py = y + p->offset[1] - a[1];
-            double along_edge = pdi_min(1.0, pdi_max(0.0, (px * dx + py * dy) / square));
+            double along_edge = pd_min(1.0, pd_max(0.0, (px * dx + py * dy) / square));
             if (pdi_canvas_hypot(px - along_edge * dx, py - along_edge * dy) > 0.5 * PDI_RENDERER_EDGE_WIDTH) continue;
             size_t to = (size_t)y * (size_t)s->width + (size_t)x;
             double depth = (a[2] + along_edge * (b[2] - a[2])) / s->pixel_size + PDI_RENDERER_EDGE_DEPTH_OFFSET;

@@ -21,7 +21,7 @@ typedef struct pd_rendering {
     uint8_t *edge;              /* [width * height] number of samples on visible edges of the box */
 } pd_rendering;
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 #define PDI_RENDERER_SAMPLES_PER_SIDE 3 /* samples of a pixel along each axis */
 #define PDI_RENDERER_AMBIENT_LIGHT 0.3  /* fraction of ambient light */
 

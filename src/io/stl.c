@@ -122,7 +122,7 @@ static pd_status pdi_stl_parse(pd_ctx *ctx, const char *path, const char *text, 
     return pd_fail(ctx, PD_ERR_PARSE, "stl",
                     "%.250s: %.0f bytes, which do not begin with 'solid', and are no binary "
                     "file of %.0f triangles, whose size is %.0f: no STL file, or cut off",
-                    path, (double)size, pdi_max(count, 0.0), pdi_max(whole, PDI_STL_HEADER_SIZE));
+                    path, (double)size, pd_max(count, 0.0), pd_max(whole, PDI_STL_HEADER_SIZE));
 }
 
 pd_status pd_facets_read(pd_ctx *ctx, const char *path, double scale, const double *shift, pd_facets *facets)

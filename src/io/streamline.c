@@ -102,7 +102,7 @@ PDI_FN double pdi_streamline_compute_max_speed(const pdi_streamline_field *f)
 {
     double fastest = 0.0;
     for (int64_t k = 0; k < (int64_t)f->nx * f->ny; k++)
-        fastest = pdi_max(fastest, pdi_canvas_hypot(f->velocity[0][k], f->velocity[1][k]));
+        fastest = pd_max(fastest, pdi_canvas_hypot(f->velocity[0][k], f->velocity[1][k]));
     return fastest;
 }
 
@@ -385,10 +385,10 @@ PDI_FN pd_status pdi_streamlines_compute(pd_ctx *ctx, const pdi_streamline_field
     s.lines = lines;
     s.min_speed = PDI_STREAMLINE_MIN_SPEED * pdi_streamline_find_fastest_cell(f, &fastest);
     if (fastest < 0) return PD_OK;
-    s.step = pdi_min(f->spacing / PDI_STREAMLINE_MIN_STEPS,
-                     PDI_STREAMLINE_MAX_STEP * pdi_min(f->pixel_size[0], f->pixel_size[1]));
-    s.step = pdi_max(f->spacing / PDI_STREAMLINE_MAX_STEPS, s.step);
-    s.store_interval = (int)pdi_max(1.0, floor(f->spacing / PDI_STREAMLINE_STORED_POINTS / s.step));
+    s.step = pd_min(f->spacing / PDI_STREAMLINE_MIN_STEPS,
+                     PDI_STREAMLINE_MAX_STEP * pd_min(f->pixel_size[0], f->pixel_size[1]));
+    s.step = pd_max(f->spacing / PDI_STREAMLINE_MAX_STEPS, s.step);
+    s.store_interval = (int)pd_max(1.0, floor(f->spacing / PDI_STREAMLINE_STORED_POINTS / s.step));
     s.columns = (int)ceil(f->nx * f->pixel_size[0] / f->spacing);
     s.rows = (int)ceil(f->ny * f->pixel_size[1] / f->spacing);
     int64_t squares = (int64_t)s.columns * s.rows;

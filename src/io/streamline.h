@@ -10,7 +10,7 @@
 #define PD_STREAMLINE_H
 #include "core/base.h"
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* A velocity field, and how its lines are spaced. */
 typedef struct pdi_streamline_field {
     int nx, ny;         /* number of cells */

@@ -63,7 +63,7 @@ static void pdi_surface_nets_set_fractions(pdi_surface_nets_work *w, int layer, 
             at[0] = i;
             at[1] = j;
             at[2] = k;
-            *to = in ? pdi_min(w->desc->fraction(w->desc->user, at), 1.0) : 0.0;
+            *to = in ? pd_min(w->desc->fraction(w->desc->user, at), 1.0) : 0.0;
         }
 }
 
@@ -87,7 +87,7 @@ static int pdi_surface_nets_vertex_position(const pdi_surface_nets_work *w, cons
             int b = a | 1 << d, side = pdi_surface_nets_is_on_side(w, index, d);
             if (b == a || (fraction[a] > 0.0) == (fraction[b] > 0.0)) continue;
             /* from the centre of the cell that is in the set */
-            double from = pdi_max(PDI_SURFACE_NETS_MIN_DISTANCE, pdi_max(fraction[a], fraction[b]) - 0.5);
+            double from = pd_max(PDI_SURFACE_NETS_MIN_DISTANCE, pd_max(fraction[a], fraction[b]) - 0.5);
             for (int e = 0; e < 3; e++) sum[side][e] += e != d ? a >> e & 1 : fraction[a] > 0.0 ? from : 1.0 - from;
             count[side]++;
         }
@@ -224,7 +224,7 @@ static void pdi_surface_nets_smooth_vertices(pdi_surface_nets_work *w)
             for (int d = 0; d < 3 && w->weight[c] > 0.0; d++) {
                 double low = w->lower_bound[3 * c + d], *x = &s->x[3 * c + d];
                 if (low < 0.0 || low > w->desc->n[d] - 1.0) continue; /* it stays in the side of the grid */
-                *x = pdi_min(pdi_max(*x + PDI_SURFACE_NETS_RELAXATION * (w->sum[3 * c + d] / w->weight[c] - *x), low),
+                *x = pd_min(pd_max(*x + PDI_SURFACE_NETS_RELAXATION * (w->sum[3 * c + d] / w->weight[c] - *x), low),
                              low + 1.0);
             }
     }

@@ -9,7 +9,7 @@
 #define PD_SURFACE_NETS_H
 #include "core/base.h"
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* The grid and the set of cells. */
 typedef struct pdi_surface_nets_desc {
     int n[3];                /* number of cells */

@@ -6,7 +6,7 @@
 #include "io/renderer.h"
 #include "io/png.h"
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* Zero-initialise, then fill in. */
 typedef struct pdi_surface_plot {
     const pd_rendering *rendering; /* the rendered surface */

@@ -20,7 +20,7 @@ static void pdi_svg_add_string(pdi_svg *svg, const char *text) { pdi_svg_add_byt
 static void pdi_svg_add_number(pdi_svg *svg, const char *before, double value, const char *after)
 {
     char text[64];
-    long hundredths = lround(100.0 * pdi_max(-PDI_SVG_MAX_COORDINATE, pdi_min(PDI_SVG_MAX_COORDINATE, value)));
+    long hundredths = lround(100.0 * pd_max(-PDI_SVG_MAX_COORDINATE, pd_min(PDI_SVG_MAX_COORDINATE, value)));
     long size = hundredths < 0 ? -hundredths : hundredths;
     snprintf(text, sizeof text, "%s%s%ld.%02ld%s", before, hundredths < 0 ? "-" : "", size / 100, size % 100, after);
     pdi_svg_add_string(svg, text);

@@ -3,7 +3,7 @@
 #define PD_SVG_H
 #include "io/png.h"
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* A drawing while it is made. Zero-initialise. The first failure is kept in status, and later calls do nothing. */
 typedef struct pdi_svg {
     pd_ctx *ctx;

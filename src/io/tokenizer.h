@@ -6,7 +6,7 @@
 #define PD_TOKENIZER_H
 #include "core/base.h"
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* State of reading a text. */
 typedef struct pdi_tokenizer {
     pd_ctx *ctx;

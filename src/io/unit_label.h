@@ -3,7 +3,7 @@
 #define PD_UNIT_LABEL_H
 #include "core/config.h"
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 #define PDI_UNIT_LABEL_SIZE 512 /* [byte] size of a label with its terminating 0 */
 
 /* UTF-8 text of a superscript digit or minus sign. */

@@ -28,7 +28,7 @@ static void pdi_velocity_plot_draw_head(pdi_canvas *canvas, double x, double y, 
 static void pdi_velocity_plot_draw_arrow(pdi_canvas *canvas, double xa, double ya, double xb, double yb)
 {
     double length = pdi_canvas_hypot(xb - xa, yb - ya),
-           head = pdi_min(PDI_VELOCITY_PLOT_HEAD_LENGTH, PDI_VELOCITY_PLOT_MAX_HEAD_FRACTION * length);
+           head = pd_min(PDI_VELOCITY_PLOT_HEAD_LENGTH, PDI_VELOCITY_PLOT_MAX_HEAD_FRACTION * length);
     double dx = (xb - xa) / length, dy = (yb - ya) / length;
     pdi_canvas_add_stroke(canvas, xa, ya, xb - 0.5 * head * dx, yb - 0.5 * head * dy);
     pdi_velocity_plot_draw_head(canvas, xb, yb, dx, dy, head);
@@ -102,7 +102,7 @@ PDI_FN pd_status pdi_velocity_plot_draw_arrows(pd_ctx *ctx, const pdi_velocity_p
     int count[2];
     double size[2] = {f->nx * f->pixel_size[0], f->ny * f->pixel_size[1]}, end[2];
     pd_status status = PD_OK;
-    for (int d = 0; d < 2; d++) count[d] = (int)pdi_max(1.0, floor(size[d] / a->max_length));
+    for (int d = 0; d < 2; d++) count[d] = (int)pd_max(1.0, floor(size[d] / a->max_length));
     for (int core = 0; core < 2 && status == PD_OK; core++) {
         status = pdi_velocity_plot_begin_strokes(ctx, canvas, core);
         for (int k = 0; k < count[0] * count[1] && status == PD_OK; k++) {

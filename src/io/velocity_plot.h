@@ -4,7 +4,7 @@
 #include "io/canvas.h"
 #include "io/streamline.h"
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* A velocity field and where it is drawn. */
 typedef struct pdi_velocity_plot {
     const pdi_streamline_field *field; /* velocity field; its lengths in the picture are in pixels */

@@ -119,7 +119,7 @@ static pd_status pdi_vti_write_header(pd_ctx *ctx, pd_file *file, const pd_grid 
     char text[PDI_VTI_TEXT_SIZE], extent[96], number[7][PDI_FILE_NUMBER_SIZE];
     int n[3] = {1, 1, 1};
     double h[3], lo[3] = {0, 0, 0}, thin = grid->h[0];
-    for (int d = 1; d < PD_DIM; d++) thin = pdi_min(thin, grid->h[d]);
+    for (int d = 1; d < PD_DIM; d++) thin = pd_min(thin, grid->h[d]);
     for (int d = 0; d < 3; d++) {
         h[d] = d < PD_DIM ? grid->h[d % PD_DIM] : thin;
         if (d < PD_DIM) {

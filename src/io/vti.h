@@ -48,7 +48,7 @@ typedef struct pd_pvd {
 PD_API pd_status pd_vti_write(pd_ctx *ctx, const char *path, const pd_grid *grid, double time,
                               const pd_vti_field *fields, int count);
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* Start an empty collection; its file is written with the first entry. */
 PDI_FN pd_status pdi_pvd_init(pd_ctx *ctx, const char *path, pd_pvd *pvd);
 /* Add a file at time [s] and rewrite the collection. Times must increase: PD_ERR_ARGUMENT. A file in the folder of the

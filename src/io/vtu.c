@@ -43,14 +43,14 @@ enum {
 /* State of reading a file. */
 typedef struct pdi_vtu_reader {
     pdi_tokenizer *tokenizer;
-    pdi_points_converter cells; /* conversion of cells to points */
+    pd_points_converter cells; /* conversion of cells to points */
     const char *xml_end;        /* end of the XML text: where the appended data begin, or the end of the file */
     const char *appended;   /* first byte of the appended data; NULL: there are none */
     int appended_raw;       /* 1: appended data are raw, 0: base64 */
     int swap_bytes, size_64bit, compressed; /* 1: other byte order; 1: sizes have 8 bytes, 0: 4; 1: zlib blocks */
     int64_t point_count, cell_count;        /* number of points and of cells of the current piece */
     int64_t point_offset;                   /* number of points of the pieces before it */
-    pdi_boundary_faces faces;               /* faces of the cells */
+    pd_boundary_faces faces;               /* faces of the cells */
     int section;            /* 0: none; 'P', 'C', 'c', 'p': Points, Cells, CellData, PointData */
     int region_rank;        /* priority of the name of the region array found so far; 0: highest */
     pdi_vtu_array array[PDI_VTU_ARRAYS];
@@ -382,27 +382,27 @@ static pd_status pdi_vtu_decode_array(pdi_vtu_reader *v, int which, const char *
 
 /* ---- pieces ---- */
 
-/* Cell type of a VTK cell type, and its dimension, -1 when unknown. PDI_POINTS_CELL_NONE: not supported. */
-static pdi_points_cell_type pdi_vtu_find_cell_type(int type, int *dimension)
+/* Cell type of a VTK cell type, and its dimension, -1 when unknown. PD_POINTS_CELL_NONE: not supported. */
+static pd_points_cell_type pdi_vtu_find_cell_type(int type, int *dimension)
 {
     static const int8_t dimensions[15] = {-1, 0, 0, 1, 1, 2, 2, 2, 2, 2, 3, 3, 3, 3, 3};
     static const int8_t form[15] = {0,
                                     0,
                                     0,
-                                    PDI_POINTS_CELL_LINE,
+                                    PD_POINTS_CELL_LINE,
                                     0,
-                                    PDI_POINTS_CELL_TRIANGLE,
+                                    PD_POINTS_CELL_TRIANGLE,
                                     0,
                                     0,
-                                    PDI_POINTS_CELL_QUAD,
-                                    PDI_POINTS_CELL_QUAD,
-                                    PDI_POINTS_CELL_TETRAHEDRON,
-                                    PDI_POINTS_CELL_HEXAHEDRON,
-                                    PDI_POINTS_CELL_HEXAHEDRON,
-                                    PDI_POINTS_CELL_WEDGE,
-                                    PDI_POINTS_CELL_PYRAMID};
+                                    PD_POINTS_CELL_QUAD,
+                                    PD_POINTS_CELL_QUAD,
+                                    PD_POINTS_CELL_TETRAHEDRON,
+                                    PD_POINTS_CELL_HEXAHEDRON,
+                                    PD_POINTS_CELL_HEXAHEDRON,
+                                    PD_POINTS_CELL_WEDGE,
+                                    PD_POINTS_CELL_PYRAMID};
     *dimension = type > 0 && type < 15 ? dimensions[type] : -1;
-    return type > 0 && type < 15 ? (pdi_points_cell_type)form[type] : PDI_POINTS_CELL_NONE;
+    return type > 0 && type < 15 ? (pd_points_cell_type)form[type] : PD_POINTS_CELL_NONE;
 }
 
 /* Region (tag) number k of an array; 0 without the array. */
@@ -427,8 +427,8 @@ static pd_status pdi_vtu_add_cell(pdi_vtu_reader *v, int64_t k, int64_t first, i
     double type = v->value[PDI_VTU_TYPES][k];
     const char *fault, *at = v->array[PDI_VTU_CONNECTIVITY].tag.begin;
     int dimension, of = type > 0.0 && type < 100.0 ? (int)type : 0;
-    pdi_points_cell_type form = pdi_vtu_find_cell_type(of, &dimension);
-    if (dimension < 0 || dimension > PD_DIM || (dimension == PD_DIM && form == PDI_POINTS_CELL_NONE))
+    pd_points_cell_type form = pdi_vtu_find_cell_type(of, &dimension);
+    if (dimension < 0 || dimension > PD_DIM || (dimension == PD_DIM && form == PD_POINTS_CELL_NONE))
         return pdi_tokenizer_fail(v->tokenizer, v->array[PDI_VTU_TYPES].tag.begin,
                                   "cell %.0f is of VTK's type %g, expected straight cells of at most %d dimensions",
                                   (double)k, type, PD_DIM);
@@ -522,7 +522,7 @@ static pd_status pdi_vtu_add_piece(pdi_vtu_reader *v, const char *begin)
     PD_TRY(pdi_vtu_decode_array(v, PDI_VTU_COORDINATES, "of points", 3 * v->point_count));
     for (int64_t k = 0; k < 3 * v->point_count; k++)
         v->cells.extent =
-            pdi_max(v->cells.extent, fabs(v->value[PDI_VTU_COORDINATES][k] - v->value[PDI_VTU_COORDINATES][k % 3]));
+            pd_max(v->cells.extent, fabs(v->value[PDI_VTU_COORDINATES][k] - v->value[PDI_VTU_COORDINATES][k % 3]));
     if (v->cell_count) PD_TRY(pdi_vtu_add_cells(v, &counts));
     if (counts) return PD_OK;
     if (v->array[PDI_VTU_VOLUME].found) return pdi_vtu_add_points(v);

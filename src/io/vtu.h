@@ -7,11 +7,11 @@
  */
 #ifndef PD_VTU_H
 #define PD_VTU_H
-#include "solid/points.h"
+#include "lattice/points.h"
 #include "io/tokenizer.h"
-#include "solid/boundary_faces.h"
+#include "lattice/boundary_faces.h"
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* Add the cells or points of all pieces of the grid; lengths times scale are in metres. PD_ERR_PARSE with path:line. */
 PDI_FN pd_status pdi_vtu_read(pdi_tokenizer *scan, double scale, pd_points *points);
 #endif

@@ -8,7 +8,7 @@
 #define PD_ZLIB_H
 #include "core/base.h"
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* A growing byte buffer. Zero-initialise. */
 typedef struct pdi_bytes {
     uint8_t *data;

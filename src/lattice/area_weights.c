@@ -309,7 +309,7 @@ static int pdi_area_weights_find_leaving_row(const pdi_area_weights_fit *fit, in
     for (int r = 0; r < fit->rows; r++) {
         double pivot = fit->tableau[r * fit->columns + column];
         if (!(pivot > 1e-9)) continue;
-        double ratio = pdi_max(fit->tableau[r * fit->columns + fit->columns - 1], 0.0) / pivot;
+        double ratio = pd_max(fit->tableau[r * fit->columns + fit->columns - 1], 0.0) / pivot;
         if (ratio < best_ratio - 1e-14 || (ratio <= best_ratio + 1e-14 && pivot > best_pivot)) {
             best = r;
             best_ratio = ratio;
@@ -352,7 +352,7 @@ static void pdi_area_weights_get_solution(const pdi_area_weights_fit *fit, const
     const double *slack = fit->tableau + fit->rows * fit->columns + 2 * fit->directions;
     for (int b = 0; b < fit->bonds; b++) {
         int k = fit->class_index[b];
-        area[b] = k < 0 ? 0.0 : pdi_max(slack[k], 0.0) * fit->unit_weight[k];
+        area[b] = k < 0 ? 0.0 : pd_max(slack[k], 0.0) * fit->unit_weight[k];
     }
     for (int a = 0; a < PD_DIM; a++) {
         double remainder = 1.0 - pdi_area_weights_measure_plane(fit->bonds, xi, area, fit->normal + a * PD_DIM);
@@ -360,7 +360,7 @@ static void pdi_area_weights_get_solution(const pdi_area_weights_fit *fit, const
             int unit = 1;
             for (int d = 0; d < PD_DIM; d++)
                 if (fabs(fabs(xi[b * PD_DIM + d]) - (d == a ? h[a] : 0.0)) > 0.5 * h[d]) unit = 0;
-            if (unit && area[b] > 0.0) area[b] = pdi_max(area[b] + remainder / h[a], 0.0);
+            if (unit && area[b] > 0.0) area[b] = pd_max(area[b] + remainder / h[a], 0.0);
         }
     }
 }
@@ -381,7 +381,7 @@ static pd_status pdi_area_weights_fit_minimax(pd_ctx *ctx, pdi_area_weights_fit 
     *anisotropy = 0.0;
     for (int i = 0; i < fit->directions; i++) {
         double error = fabs(pdi_area_weights_measure_plane(fit->bonds, xi, area, fit->normal + i * PD_DIM) - 1.0);
-        *anisotropy = pdi_max(*anisotropy, error);
+        *anisotropy = pd_max(*anisotropy, error);
         if (i < PD_DIM && !(error < 1e-9))
             return pd_fail(ctx, PD_ERR_ARGUMENT, "area", "planes normal to axis %d are measured with an error of %g: "
                             "the family lacks bonds", i, error);

@@ -70,7 +70,7 @@ static void pdi_axisym_solve_newton_step(pdi_axisym_fit *fit)
                     column = c;
                 }
         double pivot = a[fit->row_pivot[row] * n + fit->column_pivot[column]];
-        largest = pdi_max(largest, fabs(pivot));
+        largest = pd_max(largest, fabs(pivot));
         if (!(fabs(pivot) > PDI_AXISYM_MIN_PIVOT * largest)) break;
         int swap = fit->row_pivot[rank];
         fit->row_pivot[rank] = fit->row_pivot[row];
@@ -123,7 +123,7 @@ static double pdi_axisym_assemble_conditions(pdi_axisym_fit *fit)
                 row[2 * j + 1] -= part[e] * step;
             }
         }
-        largest = pdi_max(largest, pdi_max(fabs(lack[0]), fabs(lack[1])));
+        largest = pd_max(largest, pd_max(fabs(lack[0]), fabs(lack[1])));
     }
     return largest;
 }
@@ -135,7 +135,7 @@ static pd_status pdi_axisym_solve_multipliers(pd_ctx *ctx, pdi_axisym_fit *fit)
     for (int step = 0; step < PDI_AXISYM_MAX_STEPS; step++) {
         double error = pdi_axisym_assemble_conditions(fit);
         if (error <= PDI_AXISYM_TOLERANCE || (error <= PDI_AXISYM_REQUIRED && !(error < 0.5 * best))) return PD_OK;
-        best = pdi_min(best, error);
+        best = pd_min(best, error);
         pdi_axisym_solve_newton_step(fit);
         for (int i = 0; i < fit->rows; i++) {
             fit->lambda[i] += fit->x[2 * i];

@@ -105,20 +105,20 @@ static void pdi_bond_compute_curvature(const pd_grid *grid, int shape, const dou
         p[d] = at;
         gradient[d] = (up - down) / (2.0 * eps);
         mean += second / (eps * eps);
-        sharpest = pdi_max(sharpest, fabs(second) / (eps * eps) * grid->h[d]);
+        sharpest = pd_max(sharpest, fabs(second) / (eps * eps) * grid->h[d]);
     }
     double norm = pdi_vec_norm(gradient), step = eps / length, reach;
     if (!(norm > PDI_BOND_MIN_GRADIENT)) return;
     double largest = 0.0;
     for (int d = 0; d < PD_DIM; d++) {
         cut->normal[d] = gradient[d] / norm;
-        largest = pdi_max(largest, fabs(cut->normal[d]));
+        largest = pd_max(largest, fabs(cut->normal[d]));
     }
     cut->is_smooth = largest < 1.0 - PDI_BOND_AXIS_TOLERANCE || !(sharpest < PDI_BOND_FLAT_CURVATURE);
     double second = (pdi_bond_shape_distance_along(grid, shape, x, xi, cut->fraction + step) - centre) -
                     (centre - pdi_bond_shape_distance_along(grid, shape, x, xi, cut->fraction - step));
     /* no closer than the least t allows, and not out where the expansion about the surface ends */
-    double distance = pdi_max(pdi_grid_signed_distance(grid, shape, x), PDI_BOND_MIN_FRACTION * pdi_vec_min(grid->h));
+    double distance = pd_max(pdi_grid_signed_distance(grid, shape, x), PDI_BOND_MIN_FRACTION * pdi_vec_min(grid->h));
     if (!(sharpest < PDI_BOND_EDGE_CURVATURE) || sharpest < PDI_BOND_FLAT_CURVATURE || !(distance * mean < 1.5)) return;
     reach = pdi_vec_dot(xi, cut->normal);
     cut->distance = distance;
@@ -154,7 +154,7 @@ static void pdi_bond_intersect_shape(const pd_grid *grid, int shape, const doubl
     const double *xi = s->xi + k * PD_DIM;
     if (!(pdi_grid_signed_distance(grid, shape, x) > pd_shape_tolerance(grid->h, x))) return;
     double node = pdi_bond_find_node_in_shape(grid, shape, x, s, k);
-    double t = pdi_min(pdi_grid_find_shape_entry(grid, shape, x, xi, pdi_min(limit, node)), node);
+    double t = pd_min(pdi_grid_find_shape_entry(grid, shape, x, xi, pd_min(limit, node)), node);
     if (!(t <= limit)) return;
     cut->fraction = t;
     pdi_bond_compute_curvature(grid, shape, x, xi, cut);
@@ -279,7 +279,7 @@ PDI_FN void pdi_bond_find_wall_end(const pd_bonds *bonds, int32_t row, int k, pd
     pd_grid_position(bonds->grid, node, end->surface_point);
     for (int d = 0; d < PD_DIM; d++) {
         double xi = bonds->stencil->xi[k * PD_DIM + d];
-        end->end_point[d] = end->surface_point[d] + pdi_min(cut.fraction, 1.0) * xi;
+        end->end_point[d] = end->surface_point[d] + pd_min(cut.fraction, 1.0) * xi;
         end->surface_point[d] += cut.fraction * xi;
     }
     end->fraction = cut.fraction;
@@ -370,7 +370,7 @@ static void pdi_bond_sum_wall_closure(pd_bonds *bonds, int32_t r, double *closur
         if (pdi_bond_is_open(bonds, r, k)) continue;
         pdi_bond_find_intersection(&bonds->paths, node, k, pdi_bond_path_find_closed_group(&bonds->paths, node, k),
                                    &cut);
-        double factor = 2.0 * s->base_weight[k] * pdi_max(1.0 - cut.fraction, 0.0) * pdi_vec_dot(xi, cut.normal);
+        double factor = 2.0 * s->base_weight[k] * pd_max(1.0 - cut.fraction, 0.0) * pdi_vec_dot(xi, cut.normal);
         for (int i = 0; i < PD_DIM * PD_DIM; i++) closure[i] += factor * xi[i / PD_DIM] * cut.normal[i % PD_DIM];
         if (bonds->options & PD_BONDS_NO_FLOW) continue;
         pdi_bond_add_wall_terms(bonds, node, k, &cut, &bonds->wall_laplacian[r], &bonds->wall_curvature[r]);

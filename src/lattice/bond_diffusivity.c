@@ -264,7 +264,7 @@ static int pdi_bond_diffusivity_find_normal_axis(const pd_bond_diffusivity *m, i
         up = pdi_bond_diffusivity_distance(&w, 1.0);
         down = pdi_bond_diffusivity_distance(&w, -1.0);
         gradient[d] = 0.5 * (up - down) / eps;
-        change[d] = pdi_max(fabs(up - here), fabs(here - down)) / eps;
+        change[d] = pd_max(fabs(up - here), fabs(here - down)) / eps;
         length += gradient[d] * gradient[d];
         changes += change[d] * change[d];
     }
@@ -298,7 +298,7 @@ static double pdi_bond_diffusivity_cell_surplus(const pd_bond_diffusivity *m, in
     if (m->row_of_node[i] < 0) return 0.0;
     pdi_bond_diffusivity_init_segment(m, i, m->unit_bond[axis], &w);
     if (pdi_bond_diffusivity_find_side(&w, 0.0, pdi_bond_diffusivity_distance(&w, 0.0)) == 0) return 0.0;
-    return pdi_max(pdi_bond_diffusivity_cell_mean(m, i, axis) - m->node_value[i], 0.0);
+    return pd_max(pdi_bond_diffusivity_cell_mean(m, i, axis) - m->node_value[i], 0.0);
 }
 
 /* Mean diffusivity [m2/s] of the layer of cells of node i: of its cell, without its surplus and with that of
@@ -403,7 +403,7 @@ static void pdi_bond_diffusivity_add_correction(const pd_bond_diffusivity *m,
     const pdi_bond_diffusivity_correction *own = lift + mine, *other = lift + theirs;
     if (!pdi_bond_diffusivity_is_bond_parallel(m, k, own->axis) || own->axis != other->axis) return;
     for (int a = 0; a < PD_DIM; a++) more += 0.5 * (own->x[a] + other->x[a]) * xi[a] * xi[a] / pdi_vec_dot(xi, xi);
-    *here = pdi_max(*here + more, 0.25 * *here);
+    *here = pd_max(*here + more, 0.25 * *here);
     m->bond_value[(int64_t)m->row_of_node[j] * s->count + back] = *here;
 }
 
@@ -442,7 +442,7 @@ PDI_FN void pdi_bond_diffusivity_list_row_arrays(pdi_array_visitor *owner, void 
 static pd_status pdi_bond_diffusivity_build_rows(pd_ctx *ctx, pd_bond_diffusivity *m)
 {
     double longest = 0.0;
-    for (int k = 0; k < m->stencil->count; k++) longest = pdi_max(longest, pdi_vec_norm(m->stencil->xi + k * PD_DIM));
+    for (int k = 0; k < m->stencil->count; k++) longest = pd_max(longest, pdi_vec_norm(m->stencil->xi + k * PD_DIM));
     for (int32_t i = 0; i < m->grid->total; i++) {
         double x[PD_DIM];
         m->row_of_node[i] = -1;

@@ -49,7 +49,7 @@ static double pdi_cut_cell_signed_distance(const pd_grid *grid, int shapes, cons
     double distance = HUGE_VAL;
     if (shapes == PDI_CUT_CELL_CLOSED) return -HUGE_VAL;
     if (shapes & PDI_CUT_CELL_WALL) distance = pdi_grid_signed_distance(grid, grid->wall, x);
-    if (shapes & PDI_CUT_CELL_SOLID) distance = pdi_min(distance, pdi_grid_signed_distance(grid, grid->solid, x));
+    if (shapes & PDI_CUT_CELL_SOLID) distance = pd_min(distance, pdi_grid_signed_distance(grid, grid->solid, x));
     return fabs(distance) <= pd_shape_tolerance(grid->h, x) ? 0.0 : distance;
 }
 
@@ -59,7 +59,7 @@ PDI_FN double pdi_cut_cell_surface_distance(const pd_grid *grid, int32_t node)
     pd_grid_position(grid, node, x);
     if (pdi_cut_cell_is_smooth(grid, grid->wall)) distance = fabs(pdi_grid_signed_distance(grid, grid->wall, x));
     if (pdi_cut_cell_is_smooth(grid, grid->solid))
-        distance = pdi_min(distance, fabs(pdi_grid_signed_distance(grid, grid->solid, x)));
+        distance = pd_min(distance, fabs(pdi_grid_signed_distance(grid, grid->solid, x)));
     return distance;
 }
 
@@ -289,7 +289,7 @@ static double pdi_cut_cell_face_open_fraction(const pdi_cut_cell_work *w, const 
             double level = pdi_cut_cell_signed_distance(w->grid, w->shapes, x);
             pdi_cut_cell_add_vertex(&mine, step, x, level);
             pdi_cut_cell_add_vertex(&both, step, x,
-                                    pdi_min(level, pdi_cut_cell_signed_distance(w->grid, w->neighbour_shapes, x)));
+                                    pd_min(level, pdi_cut_cell_signed_distance(w->grid, w->neighbour_shapes, x)));
         }
         sum += pdi_cut_cell_open_fraction(&mine) - pdi_cut_cell_open_fraction(&both);
         orders++;
@@ -336,8 +336,8 @@ static int pdi_cut_cell_clip(const pd_grid *grid, const int *i, const double *lo
                              double *b)
 {
     for (int d = 0; d < PD_DIM; d++) {
-        a[d] = pdi_max(grid->lo[d] + i[d] * grid->h[d], lo[d]);
-        b[d] = pdi_min(grid->lo[d] + (i[d] + 1) * grid->h[d], hi[d]);
+        a[d] = pd_max(grid->lo[d] + i[d] * grid->h[d], lo[d]);
+        b[d] = pd_min(grid->lo[d] + (i[d] + 1) * grid->h[d], hi[d]);
         if (!(b[d] > a[d])) return 0;
     }
     return 1;
@@ -349,7 +349,7 @@ PDI_FN double pdi_cut_cell_overlap_fraction(const pd_grid *grid, int32_t node, c
     int i[PD_DIM];
     pd_grid_index(grid, node, i);
     if (!pdi_cut_cell_clip(grid, i, lo, hi, a, b)) return 0.0;
-    for (int d = 0; d < PD_DIM; d++) fraction *= pdi_min((b[d] - a[d]) / grid->h[d], 1.0);
+    for (int d = 0; d < PD_DIM; d++) fraction *= pd_min((b[d] - a[d]) / grid->h[d], 1.0);
     return fraction;
 }
 

@@ -259,8 +259,8 @@ static void pdi_facets_build_subtree(pd_facets *f, const double *corner, pdi_fac
         for (int32_t k = first; k < first + size; k++)
             for (int p = 0; p < 3; p++) {
                 double x = corner[9 * (int64_t)key[k].triangle + 3 * p + d];
-                box[d] = pdi_min(box[d], x);
-                box[3 + d] = pdi_max(box[3 + d], x);
+                box[d] = pd_min(box[d], x);
+                box[3 + d] = pd_max(box[3 + d], x);
             }
         if (box[3 + d] - box[d] > box[3 + axis] - box[axis]) axis = d;
     }
@@ -392,7 +392,7 @@ static int pdi_facets_ray_crossing_sign(const double *corner, const double *x)
     int leaves = pdi_facets_edge_crossing_sign(a, b, x) + pdi_facets_edge_crossing_sign(b, c, x) +
                  pdi_facets_edge_crossing_sign(c, a, x);
     if (!leaves) return 0;
-    double low = pdi_min(a[0], pdi_min(b[0], c[0])), high = pdi_max(a[0], pdi_max(b[0], c[0])), slope[3];
+    double low = pd_min(a[0], pd_min(b[0], c[0])), high = pd_max(a[0], pd_max(b[0], c[0])), slope[3];
     if (x[0] < low || x[0] >= high) return x[0] < low ? leaves : 0;
     for (int d = 0; d < 3; d++) {
         int p = (d + 1) % 3, q = (d + 2) % 3;
@@ -459,7 +459,7 @@ PDI_FN double pdi_facets_distance(const pd_facets *f, const double *x)
     int inside = 0;
     double far = 0.0, distance = f->shells > 1 ? pdi_facets_distance_to_union(f, x, &inside)
                                                : sqrt(pdi_facets_square_distance_tree(f, 0, -1, x, HUGE_VAL));
-    for (int d = 0; d < 6; d++) far = pdi_max(far, fabs(f->box[d]));
+    for (int d = 0; d < 6; d++) far = pd_max(far, fabs(f->box[d]));
     if (distance <= PDI_FACETS_ROUNDING * far) return 0.0;
     if (f->shells == 1) inside = pdi_facets_is_inside_shell(f, 0, x);
     return inside ? -distance : distance;
@@ -475,7 +475,7 @@ static int pdi_facets_winding_in_front(const pd_facets *f, int32_t k, double nor
     for (int32_t s = 0; s < f->shells; s++) winding += pdi_facets_winding_number(f, f->root[s], k, middle);
     if (winding >= 0) return winding;
     double largest = 0.0, nearest = HUGE_VAL; /* triangles that lie on each other are in front of nothing */
-    for (int d = 0; d < 6; d++) largest = pdi_max(largest, fabs(f->box[d]));
+    for (int d = 0; d < 6; d++) largest = pd_max(largest, fabs(f->box[d]));
     for (int32_t s = 0; s < f->shells; s++)
         nearest = pdi_facets_square_distance_tree(f, f->root[s], k, middle, nearest);
     return nearest > PDI_VERTEX_MERGE_TOLERANCE * PDI_VERTEX_MERGE_TOLERANCE * largest * largest ? winding : 0;
@@ -571,8 +571,8 @@ static void pdi_facets_build_trees(pd_facets *f, const double *corner, pdi_facet
         pdi_facets_build_subtree(f, corner, key, first, size[s]);
         const double *box = f->box + 6 * (int64_t)f->root[s];
         for (int d = 0; d < 3 && f->shells > 1; d++) {
-            f->box[d] = pdi_min(f->box[d], box[d]);
-            f->box[3 + d] = pdi_max(f->box[3 + d], box[3 + d]);
+            f->box[d] = pd_min(f->box[d], box[d]);
+            f->box[3 + d] = pd_max(f->box[3 + d], box[3 + d]);
         }
         first += size[s];
     }
@@ -653,8 +653,8 @@ static int pdi_facets_is_box_hit(const double *box, const double *x, const doubl
         double low = box[d] - tolerance - x[d], high = box[3 + d] + tolerance - x[d];
         if (fabs(xi[d]) > 0.0) {
             double a = low / xi[d], b = high / xi[d];
-            from = pdi_max(from, pdi_min(a, b));
-            to = pdi_min(to, pdi_max(a, b));
+            from = pd_max(from, pd_min(a, b));
+            to = pd_min(to, pd_max(a, b));
         } else if (low > 0.0 || high < 0.0) return 0;
     }
     return from <= to;
@@ -688,7 +688,7 @@ PDI_FN double pdi_facets_find_crossing(const pd_facets *f, const double *x, cons
     int32_t stack[PDI_FACETS_MAX_DEPTH];
     int depth = 1;
     double best = HUGE_VAL, largest = 0.0;
-    for (int d = 0; d < 6; d++) largest = pdi_max(largest, fabs(f->box[d]));
+    for (int d = 0; d < 6; d++) largest = pd_max(largest, fabs(f->box[d]));
     stack[0] = 0;
     while (depth) {
         int32_t index = stack[--depth];

@@ -209,8 +209,8 @@ static double pdi_grid_distance_periodic(const pd_grid *grid, int shape, const p
         double plane = up ? grid->hi[d] - x[d] : x[d] - grid->lo[d];
         double other = pdi_grid_distance_periodic(grid, shape, &next, d + 1, shifted);
         double ends = distance > 0.0 ? pdi_grid_distance_periodic(grid, shape, &alone, d + 1, shifted) : 0.0;
-        if (distance > 0.0) distance = pdi_min(distance, pdi_max(plane, pdi_max(other, ends)));
-        else distance = pdi_max(distance, -pdi_max(plane, -other));
+        if (distance > 0.0) distance = pd_min(distance, pd_max(plane, pd_max(other, ends)));
+        else distance = pd_max(distance, -pd_max(plane, -other));
     }
     return distance;
 }
@@ -254,7 +254,7 @@ static double pdi_grid_find_next_fold(const pdi_grid_folded_line *line, double e
         if (grid->side[2 * d] == PD_SIDE_WALL && grid->side[2 * d + 1] == PD_SIDE_WALL) continue;
         double first = (grid->lo[d] - line->x[d]) / line->xi[d];
         double t = first + step * (floor((line->from - first) / step) + 1.0);
-        end = pdi_min(end, t > line->from ? t : t + step);
+        end = pd_min(end, t > line->from ? t : t + step);
     }
     return end;
 }
@@ -320,10 +320,10 @@ PDI_FN double pdi_grid_find_shape_entry(const pd_grid *grid, int shape, const do
         for (int d = 0; d < PD_DIM; d++) whole[d] = line.to * line.eta[d];
         for (double from = line.from / line.to, to; from < 1.0; from = to) { /* shares of line.to */
             double tie, middle;
-            to = pdi_min(pdi_shape_find_crossing(grid->shapes, shape, line.y, whole, from, touch), 1.0);
+            to = pd_min(pdi_shape_find_crossing(grid->shapes, shape, line.y, whole, from, touch), 1.0);
             middle = 0.5 * (from + to) * line.to;
             if ((to - from) * line.to > slack && pdi_grid_line_distance(&line, shape, middle, &tie) <= tie)
-                return pdi_min(pdi_grid_find_sign_change(&line, shape, from * line.to, middle), limit);
+                return pd_min(pdi_grid_find_sign_change(&line, shape, from * line.to, middle), limit);
         }
     }
     return HUGE_VAL;
@@ -430,8 +430,8 @@ static void pdi_grid_compute_bounds(const pd_shape *shapes, int index, double *l
                 hi[d] = chi[d];
                 continue;
             }
-            lo[d] = is_union ? pdi_min(lo[d], clo[d]) : pdi_max(lo[d], clo[d]);
-            hi[d] = is_union ? pdi_max(hi[d], chi[d]) : pdi_min(hi[d], chi[d]);
+            lo[d] = is_union ? pd_min(lo[d], clo[d]) : pd_max(lo[d], clo[d]);
+            hi[d] = is_union ? pd_max(hi[d], chi[d]) : pd_min(hi[d], chi[d]);
         }
     }
 }
@@ -465,7 +465,7 @@ static pd_status pdi_grid_set_size(pd_ctx *ctx, const pd_stencil *stencil, const
                             "axis %d of the box goes from %g m to %g m with spacing %g m", d, desc->lo[d], desc->hi[d],
                             stencil->h[d]);
         double whole = floor(cells + 0.5);
-        if (whole < 1.0 || fabs(cells - whole) > 1e-6 * pdi_max(1.0, whole * 1e-3))
+        if (whole < 1.0 || fabs(cells - whole) > 1e-6 * pd_max(1.0, whole * 1e-3))
             return pd_fail(ctx, PD_ERR_GEOMETRY, "grid",
                             "the box is %g cells of %g m long on axis %d, expected a whole number", cells,
                             stencil->h[d], d);

@@ -16,9 +16,9 @@ static double pdi_shape_box_distance(const double *lo, const double *hi, const d
 {
     double outside[PD_DIM], inside = -HUGE_VAL;
     for (int d = 0; d < PD_DIM; d++) {
-        double beyond = pdi_max(lo[d] - x[d], x[d] - hi[d]);
-        outside[d] = pdi_max(beyond, 0.0);
-        inside = pdi_max(inside, beyond);
+        double beyond = pd_max(lo[d] - x[d], x[d] - hi[d]);
+        outside[d] = pd_max(beyond, 0.0);
+        inside = pd_max(inside, beyond);
     }
     return inside > 0.0 ? pdi_vec_norm(outside) : inside;
 }
@@ -102,8 +102,8 @@ static double pdi_shape_voxel_distance(const pd_shape *s, const double *x)
     for (int d = 0; d < PD_DIM; d++) {
         hi[d] = s->a[d] + s->mask_size[d] * s->b[d];
         double cell = floor((x[d] - s->a[d]) / s->b[d]);
-        at[d] = (int64_t)pdi_max(-2.0, pdi_min(cell, (double)s->mask_size[d] + 1.0));
-        nearest = pdi_min(nearest, s->b[d]);
+        at[d] = (int64_t)pd_max(-2.0, pd_min(cell, (double)s->mask_size[d] + 1.0));
+        nearest = pd_min(nearest, s->b[d]);
         neighbours *= 3;
     }
     double box = pdi_shape_box_distance(s->a, hi, x);
@@ -119,9 +119,9 @@ static double pdi_shape_voxel_distance(const pd_shape *s, const double *x)
             up[d] = lo[d] + s->b[d];
         }
         if (pdi_shape_is_voxel_set(s, j) != value)
-            nearest = pdi_min(nearest, pdi_max(pdi_shape_box_distance(lo, up, x), 0.0));
+            nearest = pd_min(nearest, pd_max(pdi_shape_box_distance(lo, up, x), 0.0));
     }
-    return value ? -nearest : pdi_max(nearest, box);
+    return value ? -nearest : pd_max(nearest, box);
 }
 
 /* Signed distance [m] of x from shape `index`, set operations by minimum and maximum of their children; frame NULL:
@@ -149,8 +149,8 @@ static double pdi_shape_signed_distance(const pd_shape *shapes, int index, const
         distance = pdi_shape_signed_distance(shapes, s->child[0], frame, x);
         for (int c = 1; c < s->child_count; c++) {
             double other = pdi_shape_signed_distance(shapes, s->child[c], frame, x);
-            if (s->type == PD_SHAPE_UNION) distance = pdi_min(distance, other);
-            else distance = pdi_max(distance, s->type == PD_SHAPE_DIFFERENCE ? -other : other);
+            if (s->type == PD_SHAPE_UNION) distance = pd_min(distance, other);
+            else distance = pd_max(distance, s->type == PD_SHAPE_DIFFERENCE ? -other : other);
         }
         return distance;
     case PD_SHAPE_NONE: break;
@@ -166,8 +166,8 @@ double pd_shape_distance(const pd_shape *shapes, int index, const double *x)
 double pd_shape_tolerance(const double *h, const double *x)
 {
     double largest = 0.0;
-    for (int d = 0; d < PD_DIM; d++) largest = pdi_max(largest, fabs(x[d]));
-    return pdi_max(PD_SHAPE_TOLERANCE * pdi_vec_min(h), PDI_SHAPE_ROUNDING * largest);
+    for (int d = 0; d < PD_DIM; d++) largest = pd_max(largest, fabs(x[d]));
+    return pd_max(PD_SHAPE_TOLERANCE * pdi_vec_min(h), PDI_SHAPE_ROUNDING * largest);
 }
 
 PDI_FN double pdi_shape_distance_continued(const pd_shape *shapes, int index, const pdi_shape_continued_box *frame,

@@ -33,7 +33,7 @@ static double pdi_stencil_partial_volume(const int *n, double m, pd_family famil
 {
     double length = pdi_stencil_lattice_length(n), limit = family == PD_FAMILY_FULL_CELLS ? m + 1e-12 : m + 0.5 - 1e-12;
     if (!(length > 0.0) || !(length < limit)) return 0.0;
-    return family == PD_FAMILY_FULL_CELLS ? 1.0 : pdi_min(m + 0.5 - length, 1.0);
+    return family == PD_FAMILY_FULL_CELLS ? 1.0 : pd_min(m + 0.5 - length, 1.0);
 }
 
 /* Describes the arrays by bonds and grid lines to the array registry. */

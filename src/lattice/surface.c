@@ -58,7 +58,7 @@ static void pdi_surface_find_cell_face(pdi_surface_search *search)
         double smooth = outside ? (double)NAN : pdi_bond_surface_distance(search->bonds, node, at);
         if (smooth > pd_shape_tolerance(grid->h, at)) return;
         double cells = 0.0;
-        for (int a = 0; a < PD_DIM; a++) cells = pdi_max(cells, fabs((t - 1.0) * search->xi[a]) / grid->h[a]);
+        for (int a = 0; a < PD_DIM; a++) cells = pd_max(cells, fabs((t - 1.0) * search->xi[a]) / grid->h[a]);
         if (t >= 1.0 - PDI_SURFACE_MIN_LENGTH && !(cells < search->nearest)) return;
         search->nearest = cells;
         search->is_behind = t < 1.0;
@@ -118,7 +118,7 @@ static int pdi_surface_project_on_shape(const pd_grid *grid, int shape, double *
         if (fabs(level) <= 1e-14 * smallest) break;
         for (int d = 0; d < PD_DIM; d++) at[d] -= level * normal[d];
     }
-    for (int d = 0; d < PD_DIM; d++) cells = pdi_max(cells, fabs(at[d] - from[d]) / grid->h[d]);
+    for (int d = 0; d < PD_DIM; d++) cells = pd_max(cells, fabs(at[d] - from[d]) / grid->h[d]);
     return fabs(level) <= PDI_SURFACE_TOLERANCE * smallest && !(cells > PDI_SURFACE_MAX_DISTANCE);
 }
 
@@ -132,7 +132,7 @@ static void pdi_surface_find_shape_point(pdi_surface_search *search, int shape, 
     if (!(pdi_grid_signed_distance(grid, shape, search->x) > pd_shape_tolerance(grid->h, search->x))) return;
     memcpy(at, target, sizeof at);
     if (!pdi_surface_project_on_shape(grid, shape, at, normal, &first)) return;
-    for (int d = 0; d < PD_DIM; d++) cells = pdi_max(cells, fabs(at[d] - target[d]) / grid->h[d]);
+    for (int d = 0; d < PD_DIM; d++) cells = pd_max(cells, fabs(at[d] - target[d]) / grid->h[d]);
     if (!(cells < search->nearest)) return;
     int32_t closed = pdi_surface_find_closed_node(search, at, normal);
     if (closed < 0) return;

@@ -103,10 +103,10 @@ PDI_FN pd_status pdi_vertex_merge_nearby(pd_ctx *ctx, const double *corner, int3
     for (int d = 0; d < 3; d++) {
         double high = low[d] = corner[d];
         for (int32_t k = 0; k < n; k++) {
-            low[d] = pdi_min(low[d], corner[3 * (int64_t)k + d]);
-            high = pdi_max(high, corner[3 * (int64_t)k + d]);
+            low[d] = pd_min(low[d], corner[3 * (int64_t)k + d]);
+            high = pd_max(high, corner[3 * (int64_t)k + d]);
         }
-        extent = pdi_max(extent, high - low[d]);
+        extent = pd_max(extent, high - low[d]);
     }
     double tolerance = PDI_VERTEX_MERGE_TOLERANCE * extent;
     if (!(tolerance > 0.0)) return PD_OK;

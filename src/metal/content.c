@@ -153,7 +153,7 @@ static double pdi_content_all(const pd_dissolve *d, double dt)
     double all = 0.0;
     for (int32_t f = 0; f < d->front_count; f++) {
         int32_t j = d->front[f];
-        all += pdi_max(dt * pdi_metal_supply(d, j) * d->rate[j], 0.0) * pd_grid_circumference(d->grid, j);
+        all += pd_max(dt * pdi_metal_supply(d, j) * d->rate[j], 0.0) * pd_grid_circumference(d->grid, j);
     }
     return all;
 }
@@ -456,7 +456,7 @@ static void pdi_content_give_up(pd_dissolve *d, int32_t i, double dt)
         }
         left = full ? left - given : 0.0;
     }
-    c[i] = end + pdi_max(left, 0.0);
+    c[i] = end + pd_max(left, 0.0);
 }
 
 /* 1: a node that turns keeps what it holds above saturation: random breaking ends above it. */

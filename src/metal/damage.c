@@ -18,6 +18,6 @@ PDI_FN double pdi_damage_broken(uint64_t seed, int32_t node, int bonds, double e
 PDI_FN double pdi_damage_last(uint64_t seed, int32_t node, int bonds)
 {
     double last = 0.0;
-    for (int b = 0; b < bonds; b++) last = pdi_max(last, pdi_damage_number(seed, node, b));
+    for (int b = 0; b < bonds; b++) last = pd_max(last, pdi_damage_number(seed, node, b));
     return bonds ? last : 1.0;
 }

@@ -251,7 +251,7 @@ static const pdi_beside *pdi_dissolve_like(const pd_dissolve *d, const pdi_metal
 {
     if (!alone || alone->like < 0 || !pdi_metal_bonds(d) || d->desc.drive != PD_DRIVE_CONSTANT) return NULL;
     const pdi_beside *like = &d->beside[alone->like];
-    double known = pdi_max(d->transport->c[like->node], 0.0);
+    double known = pd_max(d->transport->c[like->node], 0.0);
     return known < c || known > c ? NULL : like;
 }
 
@@ -271,7 +271,7 @@ static double pdi_dissolve_touch(pd_dissolve *d, const pdi_beside *beside, const
         one.metal[0] = law->metal[n++];
         if (kind->touch < 0.0 && pdi_law_rate(&one, 0.0) > 0.0) kind->touch = pdi_law_touch_point(&one);
         if (!(kind->touch > 0.0) || (touch > 0.0 && fabs(touch - kind->touch) > PDI_DISSOLVE_SAME * touch)) return 0.0;
-        touch = pdi_max(touch, kind->touch);
+        touch = pd_max(touch, kind->touch);
     }
     one = *law;
     return touch > 0.0 && (alone || pdi_law_touches(&one, touch)) ? touch : 0.0;
@@ -281,7 +281,7 @@ static double pdi_dissolve_touch(pd_dissolve *d, const pdi_beside *beside, const
 static pd_status pdi_dissolve_begin_law(pd_ctx *ctx, pd_dissolve *d, pdi_beside *beside)
 {
     pdi_law law;
-    double c = pdi_max(d->transport->c[beside->node], 0.0);
+    double c = pd_max(d->transport->c[beside->node], 0.0);
     pdi_metal_kind *alone = pdi_dissolve_alone(d, beside);
     const pdi_beside *like = pdi_dissolve_like(d, alone, c);
     if (like) {
@@ -294,11 +294,11 @@ static pd_status pdi_dissolve_begin_law(pd_ctx *ctx, pd_dissolve *d, pdi_beside 
     beside->touch = law.touch = pdi_dissolve_touch(d, beside, &law, alone != NULL);
     if (alone && !(c >= alone->from && c < alone->to)) {
         alone->from = c;
-        alone->to = pdi_min(pdi_law_end(&law, c, law.top), law.limit);
-        if (law.touch > c) alone->to = pdi_min(alone->to, law.touch);
+        alone->to = pd_min(pdi_law_end(&law, c, law.top), law.limit);
+        if (law.touch > c) alone->to = pd_min(alone->to, law.touch);
     }
     double from = alone ? alone->from : c, to = alone ? alone->to : 0.0;
-    if (!alone && law.touch > c) to = pdi_min(pdi_law_end(&law, c, law.touch), law.touch);
+    if (!alone && law.touch > c) to = pd_min(pdi_law_end(&law, c, law.touch), law.touch);
     if (!pdi_law_begin(&law, pdi_interface_resist(d, beside), from, to, c, &beside->point))
         return pdi_dissolve_unlawful(ctx, d, &law, beside->node);
     beside->before = pdi_interface_line(d, beside);
@@ -328,10 +328,10 @@ static void pdi_dissolve_sources(pd_dissolve *d, double dt, int settled)
         t->source[beside->node] = source + beside->given;
         t->absorb[beside->node] = absorb;
         if (source > 0.0 || absorb < 0.0)
-            t->ceiling = pdi_max(t->ceiling, absorb > 0.0 ? source / absorb : HUGE_VAL);
+            t->ceiling = pd_max(t->ceiling, absorb > 0.0 ? source / absorb : HUGE_VAL);
     }
     /* a last solve at rest follows lines that have met their laws, which end at saturation */
-    if (pdi_metal_bonds(d) && !t->flow) t->ceiling = pdi_min(t->ceiling, d->desc.saturation);
+    if (pdi_metal_bonds(d) && !t->flow) t->ceiling = pd_min(t->ceiling, d->desc.saturation);
 }
 
 /* Films form where fluid beside metal is below the threshold; how many are new. */
@@ -402,7 +402,7 @@ PDI_FN double pdi_dissolve_fastest(pd_ctx *ctx, pd_dissolve *d)
 {
     double fastest = 0.0;
     if (d->desc.drive == PD_DRIVE_CONSTANT) pdi_dissolve_find_rates(ctx, d);
-    for (int32_t f = 0; f < d->front_count; f++) fastest = pdi_max(fastest, pdi_dissolve_pace(d, f));
+    for (int32_t f = 0; f < d->front_count; f++) fastest = pd_max(fastest, pdi_dissolve_pace(d, f));
     return fastest;
 }
 
@@ -424,7 +424,7 @@ static pd_status pdi_dissolve_meet(pd_ctx *ctx, pd_dissolve *d, double dt, int *
     double fastest = 0.0;
     *met = 1;
     if (t->pinned_count) pdi_transport_residual(ctx, t, t->work);
-    for (int32_t k = 0; k < d->beside_count; k++) fastest = pdi_max(fastest, d->beside[k].point.largest);
+    for (int32_t k = 0; k < d->beside_count; k++) fastest = pd_max(fastest, d->beside[k].point.largest);
     for (int32_t k = 0; k < d->beside_count; k++) {
         pdi_beside *beside = &d->beside[k];
         pdi_law law;
@@ -433,7 +433,7 @@ static pd_status pdi_dissolve_meet(pd_ctx *ctx, pd_dissolve *d, double dt, int *
         double near = PDI_DISSOLVE_NEAR * fastest, held = near;
         if (pdi_metal_bonds(d)) { /* what a node holds beyond its law goes to the next step, and raises its field */
             held = PDI_DISSOLVE_MARGIN * t->size / (dt * beside->weight);
-            near = pdi_max(near, held);
+            near = pd_max(near, held);
         }
         double need = -t->work[beside->node] / beside->weight;
         int found = beside->point.pinned ? pdi_law_meet_pinned(&law, need, held, &beside->point)
@@ -458,7 +458,7 @@ static pd_status pdi_dissolve_stands(pd_ctx *ctx, pd_dissolve *d, double dt, pd_
 {
     double lost = 0.0;
     for (int32_t f = 0; f < d->front_count; f++)
-        if (!(d->mark[d->front[f]] & PDI_CONTENT_GONE)) lost = pdi_max(lost, dt * pdi_dissolve_pace(d, f));
+        if (!(d->mark[d->front[f]] & PDI_CONTENT_GONE)) lost = pd_max(lost, dt * pdi_dissolve_pace(d, f));
     return pdi_dissolve_moderate(d, lost, dt) ? pdi_error_stands(ctx, d, lost, dt, result) : PD_RETRY;
 }
 
@@ -501,7 +501,7 @@ static void pdi_dissolve_final_speeds(const pd_ctx *ctx, pd_dissolve *d, double 
         if (p->pinned) continue;
         double own = 1.0 / dt + pdi_interface_diffusivity(d, beside->node) * d->spread;
         double speed = pdi_interface_line(d, beside);
-        if (-p->slope * beside->weight > own) speed = pdi_max(speed - t->work[beside->node] / beside->weight, 0.0);
+        if (-p->slope * beside->weight > own) speed = pd_max(speed - t->work[beside->node] / beside->weight, 0.0);
         p->speed = speed;
         p->slope = 0.0;
     }
@@ -543,7 +543,7 @@ PDI_FN double pdi_dissolve_damage(const pd_dissolve *d, int32_t i)
     if (d->grid->kind[i] == PD_FLUID) return 1.0;
     if (d->grid->kind[i] != PD_SOLID) return 0.0;
     double lost = (pdi_metal_solid(d, i) - d->transport->c[i]) / pdi_metal_supply(d, i);
-    lost = pdi_min(pdi_max(lost, 0.0), 1.0);
+    lost = pd_min(pd_max(lost, 0.0), 1.0);
     return d->links ? pdi_damage_broken(d->desc.seed, i, d->links[i], lost) : lost;
 }
 
@@ -570,7 +570,7 @@ static double pdi_dissolve_shorten(pd_dissolve *d, const pd_step *s)
     if (!d->moment) return 1.0;
     double factor = pdi_moments_find(d, s->time, s->dt, &taken), share = taken / s->max_dissolved_fraction;
     if (factor < 1.0) return factor;
-    return share <= 1.0 + 1e-9 ? 1.0 : pdi_max(0.9 / share, 0.1);
+    return share <= 1.0 + 1e-9 ? 1.0 : pd_max(0.9 / share, 0.1);
 }
 
 PDI_FN pd_status pdi_dissolve_mean(pd_ctx *ctx, pd_dissolve *d, double t, double dt)
@@ -608,9 +608,9 @@ static pd_status pdi_dissolve_longest(pd_ctx *ctx, void *self, pd_step *s)
         PD_TRY(pd_dissolve_prepare(ctx, d));
     }
     double fastest = pdi_dissolve_fastest(ctx, d);
-    if (fastest > 0.0) s->dt = pdi_min(s->dt, s->max_dissolved_fraction / fastest);
+    if (fastest > 0.0) s->dt = pd_min(s->dt, s->max_dissolved_fraction / fastest);
     pdi_error_begin(d, s->dt);
-    s->dt = pdi_min(s->dt, d->next_dt);
+    s->dt = pd_min(s->dt, d->next_dt);
     PD_TRY(pdi_physics_limit_max_step(ctx, self, s));
     if (d->desc.lags && !d->desc.found) s->dt = pdi_dissolve_shortened(d, s);
     return PD_OK;
@@ -641,7 +641,7 @@ static pd_status pdi_dissolve_attempt(pd_ctx *ctx, void *self, pd_step *s)
     PD_TRY(pdi_transport_at(ctx, d->transport, end));
     pd_status status = pdi_dissolve_transport(ctx, d, s->dt, &d->result);
     d->krylov += status < 0 ? 0 : d->result.krylov;
-    d->longest = pdi_max(d->longest, s->dt);
+    d->longest = pd_max(d->longest, s->dt);
     return status;
 }
 

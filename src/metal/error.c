@@ -38,9 +38,9 @@ static double pdi_error_swing(const pdi_beside *beside, const pdi_law *law, doub
         for (int k = 0; k < law->moments; k++) {
             double v = pdi_law_at_instant(&at, &beside->point, law->moment[k], c);
             if (!pass) mean += law->part[k] * v;
-            if (!pass) *least = pdi_min(*least, v);
+            if (!pass) *least = pd_min(*least, v);
             if (pass) came += law->part[k] * (v - mean);
-            if (pass) most = pdi_max(most, fabs(came));
+            if (pass) most = pd_max(most, fabs(came));
         }
     return beside->weight * dt * most;
 }
@@ -53,18 +53,18 @@ static void pdi_error_range(const pd_dissolve *d, pdi_beside *beside, double dt,
     double start = d->desc.activation ? c : t->old[beside->node], least;
     pdi_law law;
     pdi_interface_law(d, beside, &law);
-    *fast = pdi_max(speed, beside->before);
-    *slow = pdi_min(speed, beside->before);
+    *fast = pd_max(speed, beside->before);
+    *slow = pd_min(speed, beside->before);
     if (d->desc.activation) return;
-    *slow = pdi_min(*slow, pdi_law_slowest(&law, &beside->point, start, c));
+    *slow = pd_min(*slow, pdi_law_slowest(&law, &beside->point, start, c));
     if (!law.moments) return;
-    double lowest = pdi_max(pdi_min(start, c), 0.0), swing = pdi_error_swing(beside, &law, lowest, dt, &least);
+    double lowest = pd_max(pd_min(start, c), 0.0), swing = pdi_error_swing(beside, &law, lowest, dt, &least);
     if (beside->point.pinned) { /* the salt layer lasts while the law gives what the fluid takes */
-        *slow = pdi_min(*slow, least);
+        *slow = pd_min(*slow, least);
         return;
     }
-    double v = pdi_law_at(&law, &beside->point, pdi_max(start, c) + swing);
-    *slow = pdi_min(*slow, pdi_max(v, 0.0));
+    double v = pdi_law_at(&law, &beside->point, pd_max(start, c) + swing);
+    *slow = pd_min(*slow, pd_max(v, 0.0));
 }
 
 static void pdi_error_look(pd_dissolve *d, double dt, pdi_error_step *step)
@@ -153,10 +153,10 @@ static void pdi_error_law(pdi_law *law, double low, double top, double weight, p
 {
     double most = 0.0, steepest = 0.0, last = 0.0;
     for (int k = 0; k <= PDI_ERROR_HALVINGS; k++) {
-        double c = ldexp(top, -k), v = pdi_max(pdi_law_rate(law, c), 0.0);
-        if (k) steepest = pdi_max(steepest, fabs(v - last) / c); /* c below the one before */
+        double c = ldexp(top, -k), v = pd_max(pdi_law_rate(law, c), 0.0);
+        if (k) steepest = pd_max(steepest, fabs(v - last) / c); /* c below the one before */
         if (k && last > v) laws->rises = 1;
-        most = pdi_max(most, v);
+        most = pd_max(most, v);
         last = v;
         if (c < low && most > 0.0) break;
     }
@@ -170,10 +170,10 @@ static pdi_error_laws pdi_error_survey(const pd_dissolve *d)
     pdi_error_laws laws = {0.0, 0};
     double largest = 0.0, top = 0.0, low = HUGE_VAL;
     for (int32_t i = 0; i < d->grid->total; i++)
-        if (d->grid->kind[i] == PD_FLUID) top = pdi_max(top, pdi_max(t->old[i], t->c[i]));
+        if (d->grid->kind[i] == PD_FLUID) top = pd_max(top, pd_max(t->old[i], t->c[i]));
     for (int32_t k = 0; k < d->beside_count; k++)
         if (d->beside[k].weight > 0.0)
-            low = pdi_min(low, pdi_min(t->old[d->beside[k].node], t->c[d->beside[k].node]));
+            low = pd_min(low, pd_min(t->old[d->beside[k].node], t->c[d->beside[k].node]));
     for (int32_t k = 0; k < d->beside_count && top > 0.0; k++) {
         pdi_law law;
         if (!(d->beside[k].weight > 0.0)) continue;
@@ -207,7 +207,7 @@ static double pdi_error_field(const pd_dissolve *d, const double *error, double 
     }
     *amount = pdi_compensated_sum_total(&all) * d->paths.stencil->volume;
     double fluid = sqrt(pdi_compensated_sum_total(&square) / pdi_compensated_sum_total(&space));
-    return pdi_max(pdi_compensated_sum_total(&near) / pdi_compensated_sum_total(&weight), fluid);
+    return pd_max(pdi_compensated_sum_total(&near) / pdi_compensated_sum_total(&weight), fluid);
 }
 
 /* By how much longer a step may be, by what it misses of the fluid. Where laws fall, the loss is off by at most the
@@ -217,11 +217,11 @@ static double pdi_error_stray_longer(const pd_dissolve *d, const pdi_error_step 
 {
     double all = d->rtol * (d->lost + step->gone), factor;
     if (!(amount > 0.0) || !(laws->slope > 0.0)) return HUGE_VAL;
-    size = pdi_max(size - 2.0 * dt * pdi_krylov_min_norm(), 0.0) * laws->slope;
+    size = pd_max(size - 2.0 * dt * pdi_krylov_min_norm(), 0.0) * laws->slope;
     factor = size > 0.0 ? sqrt(d->rtol / size) : HUGE_VAL;
     if (!laws->rises) {
-        double left = pdi_max(PDI_ERROR_SUM * all - d->stray, 0.0);
-        factor = pdi_max(factor, pdi_max(PDI_ERROR_SUM * d->rtol * step->gone / amount, sqrt(left / amount)));
+        double left = pd_max(PDI_ERROR_SUM * all - d->stray, 0.0);
+        factor = pd_max(factor, pd_max(PDI_ERROR_SUM * d->rtol * step->gone / amount, sqrt(left / amount)));
     }
     return PDI_ERROR_SAFE * factor;
 }
@@ -264,7 +264,7 @@ static double pdi_error_longer(const pd_dissolve *d, const pdi_error_step *step)
     double left = PDI_ERROR_SUM * all - (step->lean > 0.0 ? d->lean : -d->lean);
     if (!(size > 0.0)) return factor;
     double rate = PDI_ERROR_SUM * d->rtol * step->gone / size, sum = left > 0.0 ? sqrt(left / size) : 0.0;
-    return pdi_min(factor, PDI_ERROR_SAFE * pdi_max(rate, sum));
+    return pd_min(factor, PDI_ERROR_SAFE * pd_max(rate, sum));
 }
 
 /* PD_OK: the metal lost is right in time. What is faint against a cell is right. */
@@ -283,10 +283,10 @@ static pd_status pdi_error_accurate(pd_ctx *ctx, pd_dissolve *d, double lost, do
     d->step_lean = step.lean;
     int faint = lost <= PDI_ERROR_FAINT * d->rtol;
     factor = faint && factor <= PDI_ERROR_LONGER ? PDI_ERROR_LONGER : factor;
-    factor = pdi_min(factor, fluid);
+    factor = pd_min(factor, fluid);
     if (factor <= PDI_ERROR_LONGER) d->next_dt = dt * factor;
     if (factor >= PDI_ERROR_SAFE) return PD_OK;
-    d->retry_dt = dt * pdi_max(factor, 1.0 / PDI_ERROR_LONGER);
+    d->retry_dt = dt * pd_max(factor, 1.0 / PDI_ERROR_LONGER);
     return PD_RETRY;
 }
 
@@ -308,16 +308,16 @@ static int pdi_error_foresee(pd_dissolve *d, double lost, double dt)
     }
     double error = nodes && !d->turned ? sqrt(pdi_compensated_sum_total(&sum) / (double)nodes) : 0.0;
     if (d->moved && (d->moments || !(d->last_dt > 0.0)) && error > d->desc.rtol) {
-        d->retry_dt = dt * pdi_max(PDI_ERROR_SAFE * sqrt(d->desc.rtol / error), 1.0 / PDI_ERROR_LONGER);
+        d->retry_dt = dt * pd_max(PDI_ERROR_SAFE * sqrt(d->desc.rtol / error), 1.0 / PDI_ERROR_LONGER);
         return 0;
     }
     for (int32_t i = 0; i < d->grid->total && d->moved; i++)
         if (d->grid->kind[i] == PD_FLUID) d->moved[i] = t->c[i] - t->old[i];
     if (d->moved)
-        next = dt * pdi_min(PDI_ERROR_GROWTH, error > 0.0 ? PDI_ERROR_SAFE * sqrt(d->desc.rtol / error)
+        next = dt * pd_min(PDI_ERROR_GROWTH, error > 0.0 ? PDI_ERROR_SAFE * sqrt(d->desc.rtol / error)
                                                           : PDI_ERROR_GROWTH);
-    if (lost > 0.0) next = pdi_min(next, 0.5 * dt * d->most / lost);
-    d->next_dt = pdi_min(d->next_dt, next);
+    if (lost > 0.0) next = pd_min(next, 0.5 * dt * d->most / lost);
+    d->next_dt = pd_min(d->next_dt, next);
     return 1;
 }
 
@@ -349,7 +349,7 @@ static double pdi_error_speed(const pd_dissolve *d, int start)
 static double pdi_error_none(const pd_dissolve *d)
 {
     double least = d->kind[0].supply;
-    for (int m = 1; m < d->kinds; m++) least = pdi_min(least, d->kind[m].supply);
+    for (int m = 1; m < d->kinds; m++) least = pd_min(least, d->kind[m].supply);
     return PDI_ERROR_FAINT * d->rtol * least * d->paths.stencil->volume;
 }
 
@@ -365,7 +365,7 @@ PDI_FN void pdi_error_judge(pd_dissolve *d)
     last.aside = 0.0;
     d->lean += last.lean;
     d->faint = last.off <= pdi_error_none(d);
-    d->foreseen = d->last_dt * (d->faint ? PDI_ERROR_LONGER : pdi_min(pdi_error_longer(d, &last), PDI_ERROR_GROWTH));
+    d->foreseen = d->last_dt * (d->faint ? PDI_ERROR_LONGER : pd_min(pdi_error_longer(d, &last), PDI_ERROR_GROWTH));
 }
 
 PDI_FN void pdi_error_begin(pd_dissolve *d, double longest)
@@ -374,9 +374,9 @@ PDI_FN void pdi_error_begin(pd_dissolve *d, double longest)
     d->first_speed = pdi_error_speed(d, 1);
     d->drift = 0.0;
     double none = d->rtol * longest; /* a step that loses next to nothing, whatever the last one did */
-    if (!d->faint && d->first_speed > 0.0) none = pdi_min(none, pdi_error_none(d) / d->first_speed);
-    d->foreseen = pdi_max(d->foreseen, none);
-    d->next_dt = pdi_min(d->next_dt, d->foreseen);
+    if (!d->faint && d->first_speed > 0.0) none = pd_min(none, pdi_error_none(d) / d->first_speed);
+    d->foreseen = pd_max(d->foreseen, none);
+    d->next_dt = pd_min(d->next_dt, d->foreseen);
 }
 
 PDI_FN void pdi_error_middle(pd_dissolve *d)
@@ -404,7 +404,7 @@ PDI_FN pd_status pdi_error_held(pd_ctx *ctx, pd_dissolve *d, double dt)
         const pdi_law_point *p = &beside->point;
         if (!(beside->weight > 0.0) || !p->pinned) continue;
         double need = -t->work[beside->node] / beside->weight;
-        beside->before = pdi_min(pdi_max(need, p->behind), p->ahead);
+        beside->before = pd_min(pd_max(need, p->behind), p->ahead);
     }
     return PD_OK;
 }

@@ -50,7 +50,7 @@ static pd_status pdi_front_print(pd_ctx *ctx, pd_front *f)
     if (f->kernel == PD_KERNEL_AREA || (f->kernel == PD_KERNEL_SQUARE && PD_DIM == 1))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "front", "this kernel has no coefficient of the continuum in %dD",
                         PD_DIM);
-    for (int a = 1; a < PD_DIM; a++) reference = pdi_min(reference, s->h[a]);
+    for (int a = 1; a < PD_DIM; a++) reference = pd_min(reference, s->h[a]);
     double delta = s->m * reference;
     if (f->kernel == PD_KERNEL_INVERSE) factor = (PD_DIM == 3 ? 3.0 / PD_PI : 1.0) / pow(delta, PD_DIM);
     else factor = PD_DIM == 2 ? 0.5 / delta : 2.0 / (PD_PI * delta * delta);

@@ -58,7 +58,7 @@ static double pdi_grain_jitter(double spread)
 static pd_status pdi_grain_check(pd_ctx *ctx, const pd_grid *grid, const pd_grain_desc *desc)
 {
     double coarse = 0.0, most = pdi_grain_spread_table[PD_DIM - 1][PDI_GRAIN_JITTERS - 1];
-    for (int d = 0; d < PD_DIM; d++) coarse = pdi_max(coarse, grid->h[d]);
+    for (int d = 0; d < PD_DIM; d++) coarse = pd_max(coarse, grid->h[d]);
     if (!(desc->boundary_width >= 0.0) || !isfinite(desc->boundary_width))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "grain", "the boundary width is %g m, expected 0 or more",
                         desc->boundary_width);
@@ -155,7 +155,7 @@ static pd_status pdi_grain_sow(pd_ctx *ctx, const pdi_grain_lattice *lattice, co
             middle += 0.5 * (lo[b] + hi[b]) * lattice->axes[a][b];
             half += 0.5 * (hi[b] - lo[b]) * fabs(lattice->axes[a][b]);
         }
-        double reach = half / lattice->edge + pdi_max(lattice->jitter, 0.5) + 1.0;
+        double reach = half / lattice->edge + pd_max(lattice->jitter, 0.5) + 1.0;
         double from = middle / lattice->edge - lattice->shift[a];
         if (!(fabs(from) + reach < 1e6))
             return pd_fail(ctx, PD_ERR_SIZE, "grain", "the solid lies %g grains from the origin, expected less than "
@@ -257,7 +257,7 @@ static double pdi_grain_bin_distance(const pd_grain *grain, const double *x, con
     for (int d = 0; d < PD_DIM; d++) {
         if (j[d] < 0 || j[d] >= grain->bin_n[d]) return -1.0;
         double lo = grain->bin_lo[d] + j[d] * grain->bin_edge;
-        double gap = pdi_max(pdi_max(lo - x[d], x[d] - lo - grain->bin_edge), 0.0);
+        double gap = pd_max(pd_max(lo - x[d], x[d] - lo - grain->bin_edge), 0.0);
         square += gap * gap;
         *bin += j[d] * stride;
         stride *= grain->bin_n[d];
@@ -337,8 +337,8 @@ static int pdi_grain_extent(const pd_grid *grid, const pd_grain *grain, double *
         any = 1;
         pd_grid_position(grid, node, x);
         for (int d = 0; d < PD_DIM; d++) {
-            lo[d] = pdi_min(lo[d], x[d]);
-            hi[d] = pdi_max(hi[d], x[d]);
+            lo[d] = pd_min(lo[d], x[d]);
+            hi[d] = pd_max(hi[d], x[d]);
         }
     }
     return any;
@@ -399,7 +399,7 @@ static pd_status pdi_grain_random(pd_ctx *ctx, const pd_grid *grid, const pd_gra
     double most = 0.0;
     for (int d = 0; d < PD_DIM; d++) most += PDI_GRAIN_ONE * (hi[d] - lo[d] + grid->h[d]);
     lattice.seed = desc->seed;
-    lattice.edge = pdi_min(desc->size, most) * pow(pdi_grain_unit(), 1.0 / PD_DIM);
+    lattice.edge = pd_min(desc->size, most) * pow(pdi_grain_unit(), 1.0 / PD_DIM);
     lattice.jitter = desc->spread > 0.0 ? pdi_grain_jitter(desc->spread / desc->size) : -1.0;
     pdi_grain_orient(&lattice);
     for (double margin = 3.0 * lattice.edge;; margin *= 2.0) {
@@ -416,7 +416,7 @@ static pd_status pdi_grain_given(pd_ctx *ctx, const pd_grid *grid, const pd_grai
 {
     double measure = 1.0;
     int64_t unsure;
-    for (int d = 0; d < PD_DIM; d++) measure *= pdi_max(hi[d] - lo[d], grid->h[d]);
+    for (int d = 0; d < PD_DIM; d++) measure *= pd_max(hi[d] - lo[d], grid->h[d]);
     grain->centre_count = desc->centre_count;
     grain->bin_edge = pow(measure / (double)desc->centre_count, 1.0 / PD_DIM);
     PD_TRY(pdi_grain_sort(ctx, lo, hi, desc->centres, grain));
@@ -487,7 +487,7 @@ static int pdi_grain_crossings(const pd_grain *grain, const pdi_grain_local *loc
         slope += 2.0 * xi[d] * (grain->centre[(size_t)b * PD_DIM + (size_t)d] -
                                 grain->centre[(size_t)a * PD_DIM + (size_t)d]);
     if (local->count < 3 || depth == 0 || !(slope > 0.0)) return 1;
-    for (int d = 0; d < PD_DIM; d++) p[d] = x[d] + pdi_min(pdi_max(level / slope, 0.0), 1.0) * xi[d];
+    for (int d = 0; d < PD_DIM; d++) p[d] = x[d] + pd_min(pd_max(level / slope, 0.0), 1.0) * xi[d];
     double best = pdi_grain_square(grain, a, p) * (1.0 - 1e-9);
     int32_t between = a;
     for (int k = 0; k < local->count; k++) {
@@ -537,7 +537,7 @@ pd_status pd_grain_fraction(pd_ctx *ctx, const pd_stencil *stencil, const pd_gri
         double width = grain->boundary_width;
         fraction[node] = 0.0f;
         if (grid->kind[node] == PD_SOLID && width > 0.0)
-            fraction[node] = (float)pdi_min(1.0, 0.5 * width * pdi_grain_area(stencil, grid, grain, node));
+            fraction[node] = (float)pd_min(1.0, 0.5 * width * pdi_grain_area(stencil, grid, grain, node));
     }
     return PD_OK;
 }
@@ -570,7 +570,7 @@ PDI_FN pd_status pdi_grain_measure(pd_ctx *ctx, const pd_grid *grid, const pd_gr
     PD_DELETE(ctx, grain->centre_count, share);
     if (stats->count == 0) return PD_OK;
     stats->mean = sum / stats->count;
-    stats->deviation = sqrt(pdi_max(square / stats->count - stats->mean * stats->mean, 0.0));
+    stats->deviation = sqrt(pd_max(square / stats->count - stats->mean * stats->mean, 0.0));
     stats->boundary_fraction = pdi_compensated_sum_total(&boundary) / (double)solid;
     return PD_OK;
 }

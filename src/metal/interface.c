@@ -59,7 +59,7 @@ PDI_FN double pdi_interface_fastest(const pd_dissolve *d, int32_t i)
 {
     double fastest = 0.0;
     if (!pdi_interface_enters(d, i)) return (double)NAN;
-    for (int m = 0; m < d->kinds; m++) fastest = pdi_max(fastest, pdi_interface_speed(d, i, m));
+    for (int m = 0; m < d->kinds; m++) fastest = pd_max(fastest, pdi_interface_speed(d, i, m));
     return fastest;
 }
 
@@ -106,7 +106,7 @@ PDI_FN double pdi_interface_pace(const pd_dissolve *d, int32_t f)
     pdi_reach reach = pdi_reach_of(d, j);
     while (pdi_reach_next(&reach)) {
         int32_t i = pdi_entry_far(&d->paths, j, reach.bond);
-        fastest = pdi_max(fastest, pdi_interface_speed(d, i, pdi_metal_of(d, j)));
+        fastest = pd_max(fastest, pdi_interface_speed(d, i, pdi_metal_of(d, j)));
     }
     return d->kernel.total * fastest * pdi_metal_factor(d, j);
 }
@@ -122,7 +122,7 @@ static void pdi_interface_enter(pd_dissolve *d, int32_t j, int k, const pdi_entr
     beside->enters += weight;
     portion->enters += weight;
     for (int n = 0; n < entry->lasts; n++)
-        beside->hollow += weight * pdi_max(1.5 - pdi_metal_left(d, entry->last[n]), 0.0) / entry->lasts;
+        beside->hollow += weight * pd_max(1.5 - pdi_metal_left(d, entry->last[n]), 0.0) / entry->lasts;
     beside->factor += weight * (pdi_metal_factor(d, j) * (pdi_metal_supply(d, j) / d->kind[0].supply));
     pdi_entry_mirror(entry, e, s->xi + k * PD_DIM, way);
     for (int a = 0; a < PD_DIM; a++) beside->normal[a] += s->area_weight[k] / entry->count * way[a];
@@ -161,7 +161,7 @@ PDI_NOINLINE static void pdi_interface_link(pd_dissolve *d, pdi_interface_link_f
                 double share = s->laplacian_weight[k] * pdi_vec_dot(s->xi + k * PD_DIM, normal) / entry.count;
                 double least = PDI_INTERFACE_NONE * s->laplacian_weight[k] * pdi_vec_norm(s->xi + k * PD_DIM);
                 if (!(from->enters > 0.0) || !(share > least)) continue;
-                double beyond = pdi_max(pdi_entry_beyond(paths, k, &entry, e, normal), 0.0);
+                double beyond = pd_max(pdi_entry_beyond(paths, k, &entry, e, normal), 0.0);
                 link(d, from, pdi_reach_join(d, entry.far), share, beyond);
             }
         }
@@ -185,7 +185,7 @@ static void pdi_interface_count(pd_dissolve *d, pdi_beside *from, pdi_beside *to
 static void pdi_interface_arrive(pd_dissolve *d, pdi_beside *from, pdi_beside *to, double share, double beyond)
 {
     double over = pdi_interface_part(from, share) * pdi_metal_over(d, from->node, to->node), cell = 0.0;
-    for (int a = 0; a < PD_DIM; a++) cell = pdi_max(cell, fabs(from->normal[a]) * d->paths.stencil->h[a]);
+    for (int a = 0; a < PD_DIM; a++) cell = pd_max(cell, fabs(from->normal[a]) * d->paths.stencil->h[a]);
     to->weight += over * from->enters;
     for (int m = 0; m < d->kinds; m++)
         pdi_metal_portion(d, to)[m].weight += over * pdi_metal_portion(d, from)[m].enters;
@@ -251,7 +251,7 @@ PDI_FN void pdi_interface_law(const pd_dissolve *d, const pdi_beside *beside, pd
         own->break_count = d->kind[m].law.break_count;
         own->share = weight / (arrives ? beside->weight : beside->enters);
         pdi_interface_drive(d, &portion[m], &own->whole, &own->part);
-        if (!pdi_metal_bonds(d)) law->top = pdi_max(law->top, d->kind[m].solid);
+        if (!pdi_metal_bonds(d)) law->top = pd_max(law->top, d->kind[m].solid);
         law->metals++;
     }
     if (!law->metals) law->top = d->kind[0].solid; /* a law of nothing */
@@ -281,17 +281,17 @@ static void pdi_interface_share(const pd_dissolve *d, const pdi_beside *beside)
     if (d->kinds == 1) return;
     double resist = pdi_interface_resist(d, beside);
     pdi_interface_law(d, beside, &law);
-    double c = pdi_max(d->transport->c[beside->node], 0.0);
-    double s = resist < HUGE_VAL ? pdi_min(c + resist * pdi_max(line, 0.0), law.top) : law.top;
+    double c = pd_max(d->transport->c[beside->node], 0.0);
+    double s = resist < HUGE_VAL ? pd_min(c + resist * pd_max(line, 0.0), law.top) : law.top;
     for (int k = 0; k < law.metals && law.metals > 1; k++) {
-        before[k] = pdi_max(pdi_law_own(&law, k, s * (1.0 - PDI_INTERFACE_AROUND)), 0.0);
-        behind[k] = pdi_max(pdi_law_own(&law, k, s * (1.0 + PDI_INTERFACE_AROUND)), 0.0);
+        before[k] = pd_max(pdi_law_own(&law, k, s * (1.0 - PDI_INTERFACE_AROUND)), 0.0);
+        behind[k] = pd_max(pdi_law_own(&law, k, s * (1.0 + PDI_INTERFACE_AROUND)), 0.0);
         above += law.metal[k].share * before[k];
         below += law.metal[k].share * behind[k];
     }
-    double high = pdi_max(above, below), theta = 0.5;
+    double high = pd_max(above, below), theta = 0.5;
     if (fabs(above - below) > PDI_INTERFACE_DROP * high)
-        theta = pdi_min(pdi_max((line - below) / (above - below), 0.0), 1.0);
+        theta = pd_min(pd_max((line - below) / (above - below), 0.0), 1.0);
     for (int k = 0; k < law.metals && law.metals > 1; k++) {
         before[k] = theta * before[k] + (1.0 - theta) * behind[k];
         sum += law.metal[k].share * before[k];
@@ -335,7 +335,7 @@ static void pdi_interface_pay(pd_dissolve *d, pdi_beside *from, pdi_beside *to, 
         pdi_metal_beside *portion = &pdi_metal_portion(d, to)[m];
         to->given += over * gives->paid * portion->speed;
         portion->stock += over * gives->paid * portion->speed;
-        portion->weight = pdi_max(portion->weight - over * gives->used, 0.0);
+        portion->weight = pd_max(portion->weight - over * gives->used, 0.0);
         to->weight += portion->weight;
     }
 }
@@ -406,8 +406,8 @@ PDI_FN void pdi_interface_spare(pd_dissolve *d)
         for (int m = 0; m < d->kinds; m++) {
             pdi_metal_beside *portion = &pdi_metal_portion(d, beside)[m];
             beside->given += portion->paid * portion->mean;
-            portion->weight = pdi_max(portion->weight - portion->used, 0.0);
-            portion->stock = pdi_max(portion->stock - portion->used_stock, 0.0);
+            portion->weight = pd_max(portion->weight - portion->used, 0.0);
+            portion->stock = pd_max(portion->stock - portion->used_stock, 0.0);
             beside->weight += portion->weight;
         }
     }

@@ -28,7 +28,7 @@ PDI_FN double pdi_law_own(pdi_law *law, int m, double c)
         double v = metal->rate(metal->user, &law->at);
         if (!(v < 0.0)) mean += law->part[k] * v; /* one that is no number shows */
     }
-    return mean * pdi_max(metal->whole - metal->part * c, 0.0);
+    return mean * pd_max(metal->whole - metal->part * c, 0.0);
 }
 
 /* The bounds of metal m, without the factor of its drive. */
@@ -44,8 +44,8 @@ static void pdi_law_own_bounds(pdi_law *law, int m, double a, double b, double *
     for (int k = 0; k < 3; k++) {
         law->at.t = k < 2 ? (k ? b : a) : 0.5 * (a + b);
         double v = metal->rate(metal->user, &law->at);
-        *least = pdi_min(*least, v);
-        *most = pdi_max(*most, v);
+        *least = pd_min(*least, v);
+        *most = pd_max(*most, v);
     }
     for (int k = 0; k < metal->break_count; k++)
         if (metal->breaks[k] >= a && metal->breaks[k] <= b) *most = HUGE_VAL;
@@ -57,12 +57,12 @@ PDI_FN void pdi_law_bounds(pdi_law *law, double c, double a, double b, double *l
     law->at.c = c;
     for (int m = 0; m < law->metals && c < law->limit; m++) {
         const pdi_law_metal *metal = &law->metal[m];
-        double low, high, factor = pdi_max(metal->whole - metal->part * c, 0.0);
+        double low, high, factor = pd_max(metal->whole - metal->part * c, 0.0);
         if (law->metals > 1) factor *= metal->share;
         if (!(factor > 0.0)) continue;
         pdi_law_own_bounds(law, m, a, b, &low, &high);
-        *least += factor * pdi_max(low, 0.0);
-        *most += factor * pdi_max(high, 0.0);
+        *least += factor * pd_max(low, 0.0);
+        *most += factor * pd_max(high, 0.0);
     }
 }
 
@@ -95,7 +95,7 @@ static double pdi_law_halve(pdi_law *law, double a, double b)
 /* The next concentration of a search from s to c. */
 static double pdi_law_stride(const pdi_law *law, double s, double c)
 {
-    return pdi_min(s + pdi_max(PDI_LAW_GROWTH * s, PDI_LAW_LEAST * law->top), c);
+    return pd_min(s + pd_max(PDI_LAW_GROWTH * s, PDI_LAW_LEAST * law->top), c);
 }
 
 PDI_FN double pdi_law_end(pdi_law *law, double c, double limit)
@@ -118,8 +118,8 @@ static double pdi_law_dip(pdi_law *law, double a, double b, double *at)
     for (int k = 0; k < PDI_LAW_HALVINGS && b - a > 1e-15 * b; k++) {
         double left = a + (b - a) / 3.0, right = b - (b - a) / 3.0;
         double one = pdi_law_rate(law, left), two = pdi_law_rate(law, right);
-        if (pdi_min(one, two) < least) *at = one < two ? left : right;
-        least = pdi_min(least, pdi_min(one, two));
+        if (pd_min(one, two) < least) *at = one < two ? left : right;
+        least = pd_min(least, pd_min(one, two));
         if (one < two) b = right;
         else a = left;
     }
@@ -134,7 +134,7 @@ PDI_FN double pdi_law_touch_point(pdi_law *law)
         double c = pdi_law_stride(law, b, law->top), behind = pdi_law_rate(law, c);
         if (before > middle && middle < behind) {
             double least = pdi_law_dip(law, a, c, &at);
-            if (least < PDI_LAW_NOTHING * pdi_min(before, behind)) return least < 0.0 ? 0.0 : at;
+            if (least < PDI_LAW_NOTHING * pd_min(before, behind)) return least < 0.0 ? 0.0 : at;
         }
         a = b;
         b = c;
@@ -148,7 +148,7 @@ PDI_FN int pdi_law_touches(pdi_law *law, double c)
 {
     double had = law->touch, around, at;
     law->touch = 0.0;
-    around = pdi_min(pdi_law_rate(law, c * (1.0 - PDI_LAW_GROWTH)), pdi_law_rate(law, c * (1.0 + PDI_LAW_GROWTH)));
+    around = pd_min(pdi_law_rate(law, c * (1.0 - PDI_LAW_GROWTH)), pdi_law_rate(law, c * (1.0 + PDI_LAW_GROWTH)));
     at = pdi_law_rate(law, c);
     law->touch = had;
     return at >= 0.0 && at < PDI_LAW_NOTHING * around;
@@ -163,10 +163,10 @@ static double pdi_law_point_end(pdi_law *law, pdi_law_point *p, double c, double
         p->from = c;
     }
     if (c >= p->end) return pdi_law_end(law, c, limit);
-    limit = pdi_max(limit, c);
+    limit = pd_max(limit, c);
     if (limit <= p->seen || p->end < HUGE_VAL) return p->end;
     p->end = pdi_law_end(law, p->seen, limit);
-    p->seen = pdi_min(limit, p->end);
+    p->seen = pd_min(limit, p->end);
     return c < p->end ? p->end : pdi_law_end(law, c, limit);
 }
 
@@ -188,10 +188,10 @@ static double pdi_law_behind(pdi_law *law, pdi_law_point *p, double c)
 {
     double a = 0.0, above = pdi_law_rate(law, c), b = above, resist = p->resist;
     if (!pdi_law_finite(above)) return above;
-    if (!(above > 0.0) || !(resist > 0.0)) return pdi_max(above, 0.0);
+    if (!(above > 0.0) || !(resist > 0.0)) return pd_max(above, 0.0);
     if (!(resist < HUGE_VAL)) { /* the surface is as rich as it can be */
         double v = pdi_law_point_end(law, p, c, law->top) < HUGE_VAL ? 0.0 : pdi_law_rate(law, law->top);
-        return pdi_min(above, pdi_max(v, 0.0));
+        return pd_min(above, pd_max(v, 0.0));
     }
     for (int k = 0; k < PDI_LAW_ROUNDS; k++) { /* a rising law gives more behind its film */
         double reach = resist * b, most = (pdi_law_point_end(law, p, c, c + reach) - c) / resist;
@@ -213,8 +213,8 @@ PDI_FN double pdi_law_at_instant(pdi_law *law, const pdi_law_point *p, double t,
     pdi_law_point point = *p;
     one.moments = 0;
     one.at.t = t;
-    if (c < law->touch) one.limit = pdi_min(one.limit, law->touch);
-    if (c < p->end) one.limit = pdi_min(one.limit, p->end); /* it ends there or earlier */
+    if (c < law->touch) one.limit = pd_min(one.limit, law->touch);
+    if (c < p->end) one.limit = pd_min(one.limit, p->end); /* it ends there or earlier */
     point.from = point.seen = c;
     point.end = HUGE_VAL;
     double v = pdi_law_behind(&one, &point, c);
@@ -244,23 +244,23 @@ PDI_FN double pdi_law_at(pdi_law *law, pdi_law_point *p, double c)
  * rising law gets a flat line; without a film it keeps its slope. */
 static int pdi_law_touch(pdi_law *law, double c, pdi_law_point *p)
 {
-    double now = pdi_law_at(law, p, c), size = pdi_max(c, PDI_LAW_LEAST * law->top), width = PDI_LAW_WIDE * size;
+    double now = pdi_law_at(law, p, c), size = pd_max(c, PDI_LAW_LEAST * law->top), width = PDI_LAW_WIDE * size;
     if (!pdi_law_finite(now)) return 0;
-    p->largest = pdi_max(p->largest, now);
+    p->largest = pd_max(p->largest, now);
     if (p->resist < HUGE_VAL && p->resist > 0.0)
-        width = pdi_max(pdi_min(width, PDI_LAW_STEP * p->resist * p->largest), PDI_LAW_NARROW * size);
-    double other = c > width ? c - width : c + width, jump = p->beyond ? pdi_min(p->pin, law->limit) : law->limit;
+        width = pd_max(pd_min(width, PDI_LAW_STEP * p->resist * p->largest), PDI_LAW_NARROW * size);
+    double other = c > width ? c - width : c + width, jump = p->beyond ? pd_min(p->pin, law->limit) : law->limit;
     if (!(p->resist > 0.0) && c > jump && other <= jump) other = c + width; /* the slope is none of the jump */
     double there = pdi_law_at(law, p, other);
     while (p->resist < HUGE_VAL && width < PDI_LAW_STEP * p->resist * p->largest &&
            fabs(there - now) < PDI_LAW_CHANGE * now) {
-        width = pdi_min(10.0 * width, PDI_LAW_STEP * p->resist * p->largest);
+        width = pd_min(10.0 * width, PDI_LAW_STEP * p->resist * p->largest);
         other = c > width ? c - width : c + width;
         there = pdi_law_at(law, p, other);
     }
     if (!pdi_law_finite(there)) return 0;
     p->slope = (there - now) / (other - c);
-    if (p->resist > 0.0) p->slope = pdi_min(p->slope, 0.0);
+    if (p->resist > 0.0) p->slope = pd_min(p->slope, 0.0);
     p->speed = now - p->slope * c;
     p->touch = c;
     return 1;
@@ -295,12 +295,12 @@ static int pdi_law_pin(pdi_law *law, double a, double b, pdi_law_point *p)
             before = v;
         }
     }
-    if (!(before - pdi_max(behind, 0.0) > PDI_LAW_DROP * before)) return 0;
+    if (!(before - pd_max(behind, 0.0) > PDI_LAW_DROP * before)) return 0;
     p->pinned = 1;
     p->pin = a;
     p->ahead = before;
-    p->behind = pdi_max(behind, 0.0);
-    p->largest = pdi_max(p->largest, before);
+    p->behind = pd_max(behind, 0.0);
+    p->largest = pd_max(p->largest, before);
     p->speed = p->slope = 0.0;
     return 1;
 }
@@ -311,7 +311,7 @@ static int pdi_law_jumps(pdi_law *law, double c, pdi_law_point *p)
     double a = c * (1.0 - PDI_LAW_AROUND), b = c * (1.0 + PDI_LAW_AROUND);
     if (p->resist > 0.0 || !(b > a)) return 0;
     double before = pdi_law_rate(law, a), behind = pdi_law_rate(law, b);
-    if (!(before - pdi_max(behind, 0.0) > PDI_LAW_DROP * before)) return 0;
+    if (!(before - pd_max(behind, 0.0) > PDI_LAW_DROP * before)) return 0;
     return pdi_law_pin(law, a, b, p);
 }
 
@@ -320,7 +320,7 @@ static int pdi_law_jumps(pdi_law *law, double c, pdi_law_point *p)
 PDI_FN int pdi_law_meet_pinned(pdi_law *law, double need, double near, pdi_law_point *p)
 {
     if (need <= p->ahead + near && need >= p->behind - near) {
-        p->speed = pdi_min(pdi_max(need, p->behind), p->ahead);
+        p->speed = pd_min(pd_max(need, p->behind), p->ahead);
         p->slope = 0.0;
         return 1;
     }
@@ -346,7 +346,7 @@ PDI_FN int pdi_law_begin(pdi_law *law, double resist, double from, double end, d
     p->resist = resist;
     p->from = from <= c && c < end ? from : c;
     p->end = from <= c && c < end ? end : HUGE_VAL;
-    p->seen = from <= c && c < end ? pdi_min(end, law->top) : c;
+    p->seen = from <= c && c < end ? pd_min(end, law->top) : c;
     p->largest = p->low_v = 0.0;
     p->low_c = c;
     p->high_c = p->high_v = HUGE_VAL;
@@ -379,7 +379,7 @@ static double pdi_law_crossing(pdi_law *law, pdi_law_point *p)
     }
     pdi_root_bracket s = {a, above, b, below, 0, 0};
     double c;
-    while (s.b - s.a > 1e-14 * pdi_max(fabs(s.b), fabs(s.a)) && pdi_root_bracket_get_next(&s, &c)) {
+    while (s.b - s.a > 1e-14 * pd_max(fabs(s.b), fabs(s.a)) && pdi_root_bracket_get_next(&s, &c)) {
         double g = pdi_law_at(law, p, c) - (asked_a + rise * (c - p->low_c));
         if (!pdi_law_finite(g)) return g;
         pdi_root_bracket_update(&s, c, g);
@@ -400,7 +400,7 @@ static double pdi_law_ahead(pdi_law *law, pdi_law_point *p, double c, double ask
     for (int k = 0; k < PDI_LAW_ROUNDS; k++) {
         double given = pdi_law_at(law, p, ahead), next = c + (given - asked) / rise;
         if (!pdi_law_finite(given)) return given;
-        if (next > end || next > law->top) return pdi_min(end, law->top);
+        if (next > end || next > law->top) return pd_min(end, law->top);
         if (next <= ahead) { /* beyond the meeting point, or there */
             beyond.high_c = ahead;
             beyond.high_v = asked + rise * (ahead - c);
@@ -414,7 +414,7 @@ static double pdi_law_ahead(pdi_law *law, pdi_law_point *p, double c, double ask
 /* 1: V passes the speed `asked` within `close` of c. */
 static int pdi_law_passes(pdi_law *law, pdi_law_point *p, double c, double asked, double close)
 {
-    return pdi_law_at(law, p, pdi_max(c - close, 0.0)) >= asked && pdi_law_at(law, p, c + close) <= asked;
+    return pdi_law_at(law, p, pd_max(c - close, 0.0)) >= asked && pdi_law_at(law, p, c + close) <= asked;
 }
 
 /* Where the next line touches V, after `asked` was compared with V at c. */
@@ -456,11 +456,11 @@ static int pdi_law_rises(pdi_law *law, double a, double c)
 
 PDI_FN double pdi_law_slowest(pdi_law *law, pdi_law_point *p, double a, double c)
 {
-    double from = pdi_max(pdi_min(a, c), 0.0), to = pdi_max(a, c), slowest = HUGE_VAL;
+    double from = pd_max(pd_min(a, c), 0.0), to = pd_max(a, c), slowest = HUGE_VAL;
     if (!(to > from) || !pdi_law_rises(law, from, to)) return HUGE_VAL;
     while (from < to) {
         from = pdi_law_stride(law, from, to);
-        slowest = pdi_min(slowest, pdi_law_at(law, p, from));
+        slowest = pd_min(slowest, pdi_law_at(law, p, from));
     }
     return slowest;
 }
@@ -480,10 +480,10 @@ static double pdi_law_way(pdi_law *law, pdi_law_point *p, double c, double asked
 PDI_FN int pdi_law_meet(pdi_law *law, double c, double near, double close, pdi_law_point *p)
 {
     double asked = p->speed + p->slope * c;
-    c = pdi_max(c, 0.0);
+    c = pd_max(c, 0.0);
     double given = pdi_law_at(law, p, c), way = p->resist > 0.0 ? pdi_law_way(law, p, c, asked) : c;
     if (!pdi_law_finite(given)) return -1;
-    p->largest = pdi_max(p->largest, given);
+    p->largest = pd_max(p->largest, given);
     if (way < c) {
         asked = p->low_v + (asked - p->low_v) / (c - p->low_c) * (way - p->low_c);
         given = 0.0;

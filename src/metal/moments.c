@@ -38,7 +38,7 @@ static void pdi_moments_look(const pd_dissolve *d, const pdi_beside *beside, dou
     memset(&node->film, 0, sizeof node->film);
     node->film.resist = pdi_interface_resist(d, beside);
     node->film.end = HUGE_VAL;
-    node->c = pdi_max(d->transport->c[beside->node], 0.0);
+    node->c = pd_max(d->transport->c[beside->node], 0.0);
     node->share = 0.0;
     for (int m = 0; m < d->kinds; m++)
         node->share += dt * pdi_metal_portion(d, beside)[m].enters / d->kind[m].supply;
@@ -49,7 +49,7 @@ static double pdi_moments_at(void *user, double t)
 {
     pdi_moments_node *node = (pdi_moments_node *)user;
     node->law.at.t = t;
-    return pdi_max(pdi_law_rate(&node->law, node->c), 0.0);
+    return pd_max(pdi_law_rate(&node->law, node->c), 0.0);
 }
 
 /* Behind the film. */
@@ -100,12 +100,12 @@ static double pdi_moments_loss(const pd_dissolve *d, double t, double dt)
         if (!pdi_moments_timed(d, &d->beside[n])) continue;
         pdi_moments_look(d, &d->beside[n], dt, &node);
         double first = pdi_moments_at(&node, t), last = pdi_moments_at(&node, t + dt);
-        double speed = pdi_max(last, pdi_moments_at(&node, t + 0.5 * dt));
+        double speed = pd_max(last, pdi_moments_at(&node, t + 0.5 * dt));
         if (d->moments) {
             node.law.moments = d->moments;
-            speed = pdi_max(pdi_law_rate(&node.law, node.c), 0.0);
+            speed = pd_max(pdi_law_rate(&node.law, node.c), 0.0);
         }
-        if (d->moments || first < speed || first > speed || last < speed) taken = pdi_max(taken, node.share * speed);
+        if (d->moments || first < speed || first > speed || last < speed) taken = pd_max(taken, node.share * speed);
     }
     return taken;
 }
@@ -124,7 +124,7 @@ PDI_FN double pdi_moments_find(pd_dissolve *d, double t, double dt, double *take
             double middle = 0.5 * (piece.from + piece.to);
             if (d->moments == PDI_MOMENTS_MOST) {
                 d->moments = 0;
-                return pdi_max(0.9 * (piece.from - t) / dt, 1e-3);
+                return pd_max(0.9 * (piece.from - t) / dt, 1e-3);
             }
             if (count < 62 && middle > piece.from && middle < piece.to && !pdi_moments_all(d, &piece, dt, 0)) {
                 waiting[count].from = middle;

@@ -328,7 +328,7 @@ static void pdi_dissolution_laws_limit_new_fluid(pd_dissolution_laws *a, int m, 
             continue;
         double there = pdi_layer_at(&a->surface_solver, m, next, place,
                                     pdi_dissolution_laws_compute_film_resistance(a, m, beside), *speed);
-        *speed = pdi_max(*speed, there);
+        *speed = pd_max(*speed, there);
     }
 }
 

@@ -175,7 +175,7 @@ static void pdi_dissolution_physics_estimate(const pd_setup *setup, pdi_memory_p
     double *bytes = &b->bytes[PD_PART_DISSOLVE];
     pd_dissolve d;
     /* fluid within a horizon of metal, which has at least the surface of a cube */
-    double shell = pdi_min(2.0 * PD_DIM * setup->metal_m * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->fluid);
+    double shell = pd_min(2.0 * PD_DIM * setup->metal_m * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->fluid);
     memset(&d, 0, sizeof d);
     d.grid = (pd_grid *)&plan->grid; /* only read */
     d.paths.words = (plan->across.count + 31) / 32;
@@ -192,7 +192,7 @@ static void pdi_dissolution_physics_estimate(const pd_setup *setup, pdi_memory_p
               pdi_memory_plan_count_array_bytes(plan, pdi_reach_beside_list, &d);
     if (setup->has_corrode) {
         /* metal within a horizon of fluid; there is room for more */
-        double layers = pdi_min(2.0 * PD_DIM * setup->metal_m * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->solid);
+        double layers = pd_min(2.0 * PD_DIM * setup->metal_m * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->solid);
         d.reach_rows = (int32_t)(1.25 * layers / plan->node_scale);
         *bytes += pdi_memory_plan_count_array_bytes(plan, pdi_front_list, &d.kernel);
         *bytes += pdi_memory_plan_count_array_bytes(plan, pdi_reach_list, &d);

@@ -55,7 +55,7 @@ static void pdi_electrode_map_compute_conductivity(void *user, double *field)
         double share = factor * s->charge * s->charge * s->diffusivity;
         const double *c = m->reactive->c + (int64_t)place * m->grid->total;
         for (int32_t i = 0; i < m->grid->total; i++)
-            if (m->grid->kind[i] == PD_FLUID) field[i] += share * pdi_max(c[i], 0.0);
+            if (m->grid->kind[i] == PD_FLUID) field[i] += share * pd_max(c[i], 0.0);
     }
 }
 

@@ -96,7 +96,7 @@ static double pdi_inlet_find_wall_edge(const pd_grid *grid, int side, int s, int
     if (grid->wall >= 0 && pd_shape_is_smooth(grid->shapes, grid->wall)) {
         double way[PD_DIM];
         for (int d = 0; d < PD_DIM; d++) way[d] = d == along ? b - a : 0.0;
-        return a + pdi_min(pdi_grid_find_shape_entry(grid, grid->wall, x, way, 1.0), 1.0) * (b - a);
+        return a + pd_min(pdi_grid_find_shape_entry(grid, grid->wall, x, way, 1.0), 1.0) * (b - a);
     }
     for (int k = 0; k < 60 && grid->wall >= 0; k++) {
         x[along] = 0.5 * (a + b);

@@ -110,7 +110,7 @@ static double pdi_input_step_limit_compute_table_curvature(const pd_electrode_te
         double bend = 2.0 * fabs((i[b] - i[k]) / up - (i[k] - i[a]) / down) / (down + up);
         double size = (fabs(i[a]) + fabs(i[k]) + fabs(i[b])) / 3.0;
         if (!(bend * down * up > PDI_INPUT_STEP_LIMIT_CURVATURE_ROUNDING * size)) continue;
-        fold = pdi_min(fold, pdi_max(sqrt(size / bend), slope / bend));
+        fold = pd_min(fold, pd_max(sqrt(size / bend), slope / bend));
     }
     return fold;
 }
@@ -124,7 +124,7 @@ static double pdi_input_step_limit_compute_efolding_voltage(const pd_setup_elect
     if (e->primary || term->kind == PD_ELECTRODE_LINEAR) return fold;
     if (term->kind != PD_ELECTRODE_BUTLER_VOLMER) return pdi_input_step_limit_compute_table_curvature(term);
     if (term->anodic > 0.0) fold = term->anodic;
-    return term->cathodic > 0.0 ? pdi_min(fold, term->cathodic) : fold;
+    return term->cathodic > 0.0 ? pd_min(fold, term->cathodic) : fold;
 }
 
 /* Append prescribed potentials and currents of electrodes, which the potential solver takes at the midpoint of a step.
@@ -133,7 +133,7 @@ static void pdi_input_step_limit_add_electrodes(const pd_setup *u, pd_input_step
 {
     double fold = HUGE_VAL;
     for (int k = 0; k < u->potential.electrodes; k++)
-        fold = pdi_min(fold, pdi_input_step_limit_compute_efolding_voltage(&u->potential.electrode[k]));
+        fold = pd_min(fold, pdi_input_step_limit_compute_efolding_voltage(&u->potential.electrode[k]));
     for (int k = 0; k < u->potential.electrodes; k++) {
         const pd_setup_electrode *e = &u->potential.electrode[k];
         int32_t first = vary->count;
@@ -202,8 +202,8 @@ static pdi_input_step_limit_seen_range pdi_input_step_limit_compute_seen_range(c
     pdi_input_step_limit_seen_range e;
     e.low = first.low < last.low ? first.low : last.low;
     e.high = first.high > last.high ? first.high : last.high;
-    e.tolerance = PDI_INPUT_STEP_LIMIT_RANGE_TOLERANCE * pdi_max(pdi_max(fabs(e.low), fabs(e.high)), most);
-    e.tolerance = pdi_max(e.tolerance, DBL_MIN); /* below, values have lost their digits, and jump */
+    e.tolerance = PDI_INPUT_STEP_LIMIT_RANGE_TOLERANCE * pd_max(pd_max(fabs(e.low), fabs(e.high)), most);
+    e.tolerance = pd_max(e.tolerance, DBL_MIN); /* below, values have lost their digits, and jump */
     return e;
 }
 
@@ -241,9 +241,9 @@ static double pdi_input_step_limit_find_unseen_change(const pd_input_value *valu
     for (int part = 0; part < PDI_INPUT_STEP_LIMIT_MAX_PARTS && top > 0; part++) {
         double to = stack[top - 1], middle = 0.5 * (from + to);
         pdi_interval range = pdi_input_step_limit_compute_bounds(value, from, to);
-        double size = pdi_max(fabs(range.low), fabs(range.high));
+        double size = pd_max(fabs(range.low), fabs(range.high));
         double more =
-            size < HUGE_VAL ? pdi_max(PDI_INPUT_STEP_LIMIT_RANGE_TOLERANCE * size, ends.tolerance) : ends.tolerance;
+            size < HUGE_VAL ? pd_max(PDI_INPUT_STEP_LIMIT_RANGE_TOLERANCE * size, ends.tolerance) : ends.tolerance;
         int seen = range.low >= ends.low - more && range.high <= ends.high + more;
         int last =
             top > PDI_INPUT_STEP_LIMIT_MAX_HALVINGS || to - from <= shortest || !(middle > from) || !(middle < to);
@@ -284,8 +284,8 @@ static double pdi_input_step_limit_limit_midpoint_error(const pd_input_step_limi
                simpson = (first + 4.0 * middle + last) / 6.0;
         double size = value->efolding_voltage < HUGE_VAL
                           ? value->efolding_voltage
-                          : pdi_max(fabs(simpson), PDI_INPUT_STEP_LIMIT_SMALL_FRACTION * most);
-        double change = pdi_max(fabs(last - first), pdi_max(fabs(middle - first), fabs(last - middle)));
+                          : pd_max(fabs(simpson), PDI_INPUT_STEP_LIMIT_SMALL_FRACTION * most);
+        double change = pd_max(fabs(last - first), pd_max(fabs(middle - first), fabs(last - middle)));
         if (!(fabs(simpson - middle) > PDI_INPUT_STEP_LIMIT_MIDPOINT_TOLERANCE * vary->rtol * size) && !(change > wide))
             return end;
         end = 0.5 * (t + end);
@@ -300,8 +300,8 @@ PDI_FN double pdi_input_step_limit_compute(void *user, double t, double end)
     for (int trial = 0; trial < PDI_INPUT_STEP_LIMIT_MAX_TRIALS; trial++) {
         double earlier = end;
         for (int32_t k = 0; k < vary->count; k++) {
-            pdi_interval all = pdi_input_step_limit_compute_bounds(&vary->value[k], t, pdi_max(end, vary->end_time));
-            double most = pdi_max(fabs(all.low), fabs(all.high));
+            pdi_interval all = pdi_input_step_limit_compute_bounds(&vary->value[k], t, pd_max(end, vary->end_time));
+            double most = pd_max(fabs(all.low), fabs(all.high));
             if (!(most < HUGE_VAL)) most = 0.0;
             earlier = pdi_input_step_limit_find_unseen_change(&vary->value[k], most, t, earlier);
             earlier = pdi_input_step_limit_limit_midpoint_error(vary, &vary->value[k], most, t, earlier);

@@ -23,9 +23,9 @@ static double pdi_lattice_notes_compute_distance(const pd_setup *u, int k, const
 {
     int shape = u->metal[k].shape < 0 ? u->solid : u->metal[k].shape;
     double level = pd_shape_distance(u->shape, shape, x);
-    if (u->wall >= 0) level = pdi_max(level, -pd_shape_distance(u->shape, u->wall, x));
+    if (u->wall >= 0) level = pd_max(level, -pd_shape_distance(u->shape, u->wall, x));
     for (int later = k + 1; later < u->metals; later++)
-        if (u->metal[later].shape >= 0) level = pdi_max(level, -pd_shape_distance(u->shape, u->metal[later].shape, x));
+        if (u->metal[later].shape >= 0) level = pd_max(level, -pd_shape_distance(u->shape, u->metal[later].shape, x));
     return level;
 }
 
@@ -54,7 +54,7 @@ static double pdi_lattice_notes_compute_fraction(const pd_setup *setup, int k, c
     }
     for (int d = 0; d < PD_DIM; d++) across += fabs(normal[d]) * size[d];
     if (!(across > 0.0)) return level <= 0.0 ? 1.0 : 0.0;
-    return pdi_max(0.0, pdi_min(1.0, 0.5 - level / across));
+    return pd_max(0.0, pd_min(1.0, 0.5 - level / across));
 }
 
 /* Volume of metal k within a subcell by recursive subdivision (octree); subcells farther from the surface than half

@@ -610,7 +610,7 @@ static double pdi_mechanical_bc_compute_loaded_area(const pd_mechanical_bc *g, i
     const pd_solid_coupling *s = g->structure;
     int side = g->setup->metal_body.mechanical_bc[k].side;
     double area = 0.0, face = s->body.volume[0] / s->grid->h[side / 2], x[PD_DIM];
-    for (int d = 0; d < PD_DIM; d++) w->size = pdi_max(w->size, g->setup->hi[d] - g->setup->lo[d]);
+    for (int d = 0; d < PD_DIM; d++) w->size = pd_max(w->size, g->setup->hi[d] - g->setup->lo[d]);
     for (int32_t i = 0; i < s->count; i++) {
         if (pdi_mechanical_bc_get_layer(g, i, side) || !(s->stiffness_factor[i] > 0.0)) continue;
         pd_grid_position(s->grid, s->node[i], x);

@@ -26,7 +26,7 @@ static double pdi_memory_estimate_compute_distance(const pd_setup *setup, const 
 {
     double away = HUGE_VAL;
     if (setup->wall >= 0) away = pd_shape_distance(setup->shape, setup->wall, x);
-    if (setup->solid >= 0) away = pdi_min(away, pd_shape_distance(setup->shape, setup->solid, x));
+    if (setup->solid >= 0) away = pd_min(away, pd_shape_distance(setup->shape, setup->solid, x));
     return away;
 }
 
@@ -36,8 +36,8 @@ static int pdi_memory_estimate_is_truncated(const pd_setup *setup, const double 
 {
     double least = setup->h[0], most = setup->h[0];
     for (int d = 1; d < PD_DIM; d++) {
-        least = pdi_min(least, setup->h[d]);
-        most = pdi_max(most, setup->h[d]);
+        least = pd_min(least, setup->h[d]);
+        most = pd_max(most, setup->h[d]);
     }
     if (!(away < reach * most)) return 0;
     for (int step = -(int)reach; step <= (int)reach && most > least; step++)
@@ -60,7 +60,7 @@ static void pdi_memory_estimate_nodes(const pd_setup *u, double reach, pd_memory
         count[d] = cells < PDI_MEMORY_ESTIMATE_SAMPLE_POINTS ? (int)(cells + 0.5) : PDI_MEMORY_ESTIMATE_SAMPLE_POINTS;
         if (count[d] < 1) count[d] = 1;
         points *= count[d];
-        step = pdi_max(step, u->h[d]);
+        step = pd_max(step, u->h[d]);
     }
     for (i[2] = 0; i[2] < count[2]; i[2]++)
         for (i[1] = 0; i[1] < count[1]; i[1]++)
@@ -123,7 +123,7 @@ void pd_memory_estimate_compute(const pd_setup *u, pd_memory_estimate *b)
         if (list.row[k].estimate) list.row[k].estimate(u, &plan, b);
     pdi_memory_estimate_output(u, b);
     b->total_bytes = PDI_MEMORY_ESTIMATE_FIXED_BYTES + b->runtime_bytes +
-                     pdi_max(b->output_bytes, b->equilibrium_bytes) + PD_SHAPE_MAX * (double)sizeof *u->shape;
+                     pd_max(b->output_bytes, b->equilibrium_bytes) + PD_SHAPE_MAX * (double)sizeof *u->shape;
     for (int k = 0; k < u->masks; k++) b->total_bytes += (double)u->mask_size[k];
     for (int k = 0; k < u->facets_count; k++) b->total_bytes += (double)pdi_facets_bytes(u->facets[k]);
     for (int k = 0; k < PD_PART_COUNT; k++) b->total_bytes += b->bytes[k];
@@ -133,7 +133,7 @@ pd_status pd_memory_estimate_check_limit(pd_ctx *ctx, const pd_setup *setup, int
 {
     pd_memory_estimate b;
     pd_memory_estimate_compute(setup, &b);
-    if (dry) b.total_bytes -= pdi_max(b.output_bytes - b.equilibrium_bytes, 0.0);
+    if (dry) b.total_bytes -= pd_max(b.output_bytes - b.equilibrium_bytes, 0.0);
     if (!(b.nodes <= (double)INT32_MAX))
         return pd_fail(ctx, PD_ERR_SIZE, "grid", "the lattice has %.3g nodes, at most %.3g are possible", b.nodes,
                         (double)INT32_MAX);

@@ -27,7 +27,7 @@ PDI_FN void pdi_memory_plan_init(const pd_setup *setup, const pd_memory_estimate
     grid->ghost = reach;
     for (int d = PD_DIM - 1; d >= 0; d--) {
         double cells = floor((setup->hi[d] - setup->lo[d]) / setup->h[d] + 0.5), fewer = cells;
-        if (nodes > PDI_MEMORY_PLAN_MAX_NODES) fewer = pdi_max(floor(cells * PDI_MEMORY_PLAN_MAX_NODES / nodes), 1.0);
+        if (nodes > PDI_MEMORY_PLAN_MAX_NODES) fewer = pd_max(floor(cells * PDI_MEMORY_PLAN_MAX_NODES / nodes), 1.0);
         nodes *= (fewer + 2.0 * reach) / (cells + 2.0 * reach);
         grid->n[d] = (int)fewer;
         grid->padded[d] = grid->n[d] + 2 * reach;
@@ -72,14 +72,14 @@ PDI_FN double pdi_memory_plan_count_level_bytes(const pdi_memory_plan *plan, con
 
 PDI_FN void pdi_memory_plan_add_shared_levels(pdi_memory_plan *plan, double levels, pd_memory_estimate *b)
 {
-    double more = pdi_max(levels - plan->level_bytes, 0.0);
+    double more = pd_max(levels - plan->level_bytes, 0.0);
     plan->level_bytes += more;
     b->runtime_bytes += more;
 }
 
 PDI_FN double pdi_memory_plan_add_scratch(pdi_memory_plan *plan, size_t room)
 {
-    double more = pdi_max(plan->node_scale * (double)room - plan->scratch_bytes, 0.0);
+    double more = pd_max(plan->node_scale * (double)room - plan->scratch_bytes, 0.0);
     plan->scratch_bytes += more;
     return more;
 }

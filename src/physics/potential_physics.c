@@ -51,7 +51,7 @@ static void pdi_potential_physics_estimate(const pd_setup *setup, pdi_memory_pla
     p->diffusion.metals = plan->grid.solid_count > 0;
     p->diffusion.desc.smooth = 1;
     /* a contact for each fluid node beside metal, which has at least the surface of a cube */
-    double shell = pdi_min(2.0 * PD_DIM * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->fluid);
+    double shell = pd_min(2.0 * PD_DIM * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->fluid);
     p->contacts.count = (int32_t)(shell / plan->node_scale);
     *bytes = pdi_memory_plan_count_array_bytes(plan, pdi_cell_list, &cell) +
              pdi_memory_plan_count_array_bytes(plan, pdi_distribution_list, p);

@@ -40,7 +40,7 @@ static double pdi_rate_step_limit_compute_law(void *user, double t)
 {
     pdi_rate_step_limit_local_law *law = (pdi_rate_step_limit_local_law *)user;
     law->vars[law->time_index] = t;
-    return pdi_max(law->scale * pd_expr_eval(law->expr, law->vars), law->minimum);
+    return pd_max(law->scale * pd_expr_eval(law->expr, law->vars), law->minimum);
 }
 
 /* Lower and upper bound of the law over the time interval from .. to [s], by interval arithmetic. */
@@ -49,8 +49,8 @@ static void pdi_rate_step_limit_compute_law_bounds(void *user, double from, doub
     const pdi_rate_step_limit_local_law *law = (const pdi_rate_step_limit_local_law *)user;
     pdi_interval range = pdi_interval_eval_expr(law->expr, law->vars, law->time_index, from, to);
     double one = law->scale * range.low, two = law->scale * range.high;
-    *least = pdi_max(pdi_min(one, two), law->minimum);
-    *most = pdi_max(pdi_max(one, two), law->minimum);
+    *least = pd_max(pd_min(one, two), law->minimum);
+    *most = pd_max(pd_max(one, two), law->minimum);
 }
 
 /* Integrate the law over dt [s] from t on by adaptive quadrature. *sum: integral, *size: integral of its absolute value
@@ -79,7 +79,7 @@ static double pdi_rate_step_limit_integrate_law(pdi_rate_step_limit_local_law *l
             waiting[count++] = middle;
             continue;
         }
-        if (found != PDI_TIME_QUADRATURE_ACCURATE && from > t) *jump = pdi_min(*jump, from);
+        if (found != PDI_TIME_QUADRATURE_ACCURATE && from > t) *jump = pd_min(*jump, from);
         *sum += (to - from) * mean;
         *size += (to - from) * fabs(mean);
         from = to;
@@ -129,7 +129,7 @@ static double pdi_rate_step_limit_limit_metal_law(const pd_rate_step_limit *s, i
     law->scale = metal->rate_scale;
     law->minimum = 0.0;
     law->integral_scale = h[0];
-    for (int d = 1; d < PD_DIM; d++) law->integral_scale = pdi_min(law->integral_scale, h[d]);
+    for (int d = 1; d < PD_DIM; d++) law->integral_scale = pd_min(law->integral_scale, h[d]);
     return pdi_rate_step_limit_limit_law(law, t, end);
 }
 
@@ -150,7 +150,7 @@ static double pdi_rate_step_limit_limit_surface_state(const pd_rate_step_limit *
         law->time_index = 1;
         law->scale = 1.0;
         law->minimum = -HUGE_VAL;
-        law->integral_scale = pdi_max(coat->size[k], fabs(y[k]));
+        law->integral_scale = pd_max(coat->size[k], fabs(y[k]));
         end = pdi_rate_step_limit_limit_law(law, t, end);
     }
     return end;

@@ -170,7 +170,7 @@ static void pdi_sample_add_neighbour_value(pdi_sample_point_query *job, int32_t 
         int step = s->offset[k * PD_DIM + d], upper = step > 0;
         double inside = upper ? m->grid.n[d] - i[d] - 0.5 : i[d] + 0.5;
         if (step && pd_grid_is_inlet_or_outlet(m->grid.side[2 * d + upper]))
-            share = pdi_min(share, inside / abs(step));
+            share = pd_min(share, inside / abs(step));
     }
     for (int d = 0; d < PD_DIM; d++) place[d] = at[d] + share * s->xi[k * PD_DIM + d];
     if (pdi_sample_compute_medium_distance(m, place) * job->medium_side < 0.0) return;

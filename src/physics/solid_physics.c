@@ -118,7 +118,7 @@ static double pdi_solid_physics_estimate_bond_weights(const pdi_memory_plan *pla
 static double pdi_solid_physics_estimate_boundary_fraction(const pdi_memory_plan *plan, double m, int axes)
 {
     double inside = 1.0;
-    for (int d = 0; d < axes; d++) inside *= pdi_max(0.0, 1.0 - 4.0 * m / (double)plan->grid.n[d]);
+    for (int d = 0; d < axes; d++) inside *= pd_max(0.0, 1.0 - 4.0 * m / (double)plan->grid.n[d]);
     return 1.0 - inside;
 }
 
@@ -126,7 +126,7 @@ static double pdi_solid_physics_estimate_boundary_fraction(const pdi_memory_plan
 static double pdi_solid_physics_estimate_batches(const pdi_memory_plan *plan, const pd_solid_coupling *s,
                                                  int32_t fields, double more)
 {
-    double most = pdi_min((double)PD_POINT_BATCH_MAX, (double)plan->grid.n[0]), bonds = (double)s->body.bonds / most;
+    double most = pd_min((double)PD_POINT_BATCH_MAX, (double)plan->grid.n[0]), bonds = (double)s->body.bonds / most;
     pd_point_batch band;
     memset(&band, 0, sizeof band);
     band.body = &s->body;
@@ -188,7 +188,7 @@ static double pdi_solid_physics_estimate_interpolation(const pd_setup *setup, co
     memset(&grips, 0, sizeof grips);
     for (int k = 0; k < setup->metal_body.mechanical_bcs; k++) {
         const pd_setup_mechanical_bc *grip = &setup->metal_body.mechanical_bc[k];
-        double share = grip->side >= 0 ? pdi_min(1.0, rows / plan->grid.n[grip->side / 2]) : 0.0;
+        double share = grip->side >= 0 ? pd_min(1.0, rows / plan->grid.n[grip->side / 2]) : 0.0;
         for (int d = 0; d < PD_DIM; d++)
             if (grip->has_displacement[d]) led += (double)plan->grid.solid_count * share;
     }

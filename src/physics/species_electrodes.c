@@ -57,11 +57,11 @@ static void pdi_species_electrodes_find_decrease(const pd_expr *law, int of, dou
     double last = -HUGE_VAL, stride = 2.0 * PDI_SPECIES_ELECTRODES_SCAN_RANGE / PDI_SPECIES_ELECTRODES_SCAN_POINTS;
     for (int k = 0; k <= PDI_SPECIES_ELECTRODES_SCAN_POINTS; k++) {
         vars[of] = stride * k - PDI_SPECIES_ELECTRODES_SCAN_RANGE;
-        double i = pdi_max(pd_expr_eval(law, vars), least);
+        double i = pd_max(pd_expr_eval(law, vars), least);
         if (i < last - PDI_SPECIES_ELECTRODES_MONOTONE_TOLERANCE * fabs(last)) {
             p->decreasing_from =
-                p->has_decreasing_range ? pdi_min(p->decreasing_from, vars[of] - stride) : vars[of] - stride;
-            p->decreasing_to = p->has_decreasing_range ? pdi_max(p->decreasing_to, vars[of]) : vars[of];
+                p->has_decreasing_range ? pd_min(p->decreasing_from, vars[of] - stride) : vars[of] - stride;
+            p->decreasing_to = p->has_decreasing_range ? pd_max(p->decreasing_to, vars[of]) : vars[of];
             p->has_decreasing_range = 1;
         }
         last = i;
@@ -73,7 +73,7 @@ static void pdi_species_electrodes_find_decrease(const pd_expr *law, int of, dou
 static double pdi_species_electrodes_get_sample_state(const pd_setup_surface_state *state, int n)
 {
     static const double any[] = {1e-3, 1.0, 1e3};
-    if (!(state->high - state->low < HUGE_VAL)) return pdi_min(pdi_max(any[n], state->low), state->high);
+    if (!(state->high - state->low < HUGE_VAL)) return pd_min(pd_max(any[n], state->low), state->high);
     return state->low + 0.5 * n * (state->high - state->low);
 }
 
@@ -237,7 +237,7 @@ static double pdi_species_electrodes_compute_site_current(const pd_etch *s, int3
     double law = PD_FARADAY * volume * pdi_etch_of(s, k)->charge * s->gave[k];
     double curve = PD_FARADAY * volume * charge * s->area[k] * s->flow[k];
     *size = fabs(law) + fabs(curve);
-    *anodic = pdi_max(law, 0.0) + pdi_max(curve, 0.0);
+    *anodic = pd_max(law, 0.0) + pd_max(curve, 0.0);
     return law + curve;
 }
 
@@ -306,8 +306,8 @@ void pd_species_electrodes_get_electrode(const pd_species_electrodes *p, int ele
         now->current += current;
         now->anodic += anodic;
         if (!(area > 0.0)) continue;
-        now->least = touched ? pdi_min(now->least, current / area) : current / area;
-        now->most = touched ? pdi_max(now->most, current / area) : current / area;
+        now->least = touched ? pd_min(now->least, current / area) : current / area;
+        now->most = touched ? pd_max(now->most, current / area) : current / area;
         touched = 1;
     }
     now->met = p->cell->met[electrode];
@@ -343,7 +343,7 @@ double pd_species_electrodes_compute_total_current(const pd_species_electrodes *
             anodic += leaves;
         }
         if (s->desc.electrodes.circuit[n].holds || !(size > 0.0)) continue;
-        *off = pdi_max(*off, fabs(sum - wanted) / size);
+        *off = pd_max(*off, fabs(sum - wanted) / size);
         extra = 0.0;
     }
     return anodic;

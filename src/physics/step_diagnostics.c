@@ -190,12 +190,12 @@ static void pdi_step_diagnostics_compute_flux_error(pd_ctx *ctx, pd_model *m, pd
     double reference = o->layer_flux[o->flux_towards_plus ? up : up - 1]; /* the layer behind the plane */
     double scale = fabs(before), wide = fabs(reference);
     if (m->inlet.is_time_dependent) { /* a stream that turns is at rest now and then */
-        o->max_flux[0] = scale = pdi_max(scale, o->max_flux[0]);
-        o->max_flux[1] = wide = pdi_max(wide, o->max_flux[1]);
+        o->max_flux[0] = scale = pd_max(scale, o->max_flux[0]);
+        o->max_flux[1] = wide = pd_max(wide, o->max_flux[1]);
     }
-    o->flux_error = pdi_max(o->flux_error, fabs(behind - before) / scale);
+    o->flux_error = pd_max(o->flux_error, fabs(behind - before) / scale);
     for (int32_t k = 0; k < o->layers; k++)
-        o->layer_flux_error = pdi_max(o->layer_flux_error, fabs(o->layer_flux[k] - reference) / wide);
+        o->layer_flux_error = pd_max(o->layer_flux_error, fabs(o->layer_flux[k] - reference) / wide);
 }
 
 void pd_step_diagnostics_update(pd_ctx *ctx, pd_model *m, pd_step_diagnostics *o)
@@ -231,7 +231,7 @@ double pd_step_diagnostics_compute_peclet(const pd_model *m, const char **slowes
     }
     for (int32_t i = 0; i < m->grid.total; i++)
         for (int d = 0; d < PD_DIM && m->grid.kind[i] == PD_FLUID; d++)
-            most = pdi_max(most, fabs(r->flow->u[(int64_t)d * m->grid.total + i]) * m->grid.h[d]);
+            most = pd_max(most, fabs(r->flow->u[(int64_t)d * m->grid.total + i]) * m->grid.h[d]);
     return most / least;
 }
 

@@ -65,8 +65,8 @@ static double pdi_wall_bc_shape_concentration(const pd_setup *setup, const doubl
 {
     const pd_setup_wall *found = NULL;
     double nearest = 0.0;
-    for (int d = 0; d < PD_DIM; d++) nearest = pdi_max(nearest, setup->h[d]);
-    if (setup->solid >= 0) nearest = pdi_min(nearest, fabs(pd_shape_distance(setup->shape, setup->solid, x)));
+    for (int d = 0; d < PD_DIM; d++) nearest = pd_max(nearest, setup->h[d]);
+    if (setup->solid >= 0) nearest = pd_min(nearest, fabs(pd_shape_distance(setup->shape, setup->solid, x)));
     for (int k = 0; k < setup->wall_count; k++) {
         double distance = fabs(pd_shape_distance(setup->shape, setup->wall_shape[k].shape, x));
         if (!(distance < nearest - pd_shape_tolerance(setup->h, x))) continue; /* of several, the first one */

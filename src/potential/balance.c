@@ -27,7 +27,7 @@ static void pdi_balance_currents(const pd_ctx *ctx, pd_potential *p)
         double resist = c->way / pdi_potential_kappa(p, c->node);
         p->current[n] = pdi_electrode_through(&p->desc.electrode[c->electrode], c->share, pdi_potential_drop(p, c),
                                               resist, &p->surface[n], &p->slope[n]);
-        p->slope[n] = pdi_max(p->slope[n], PDI_BALANCE_FLAT / resist);
+        p->slope[n] = pd_max(p->slope[n], PDI_BALANCE_FLAT / resist);
     }
 }
 
@@ -62,8 +62,8 @@ PDI_FN pdi_balance_size pdi_balance_rest(const pd_ctx *ctx, pd_potential *p)
         if (p->grid->kind[i] != PD_FLUID) continue;
         double around = pd_grid_circumference(p->grid, i);
         p->rest[i] = around * pdi_diffusion_gain(&p->diffusion, i, p->phi[i], 0.0) - p->rest[i];
-        least = pdi_min(least, p->phi[i]);
-        most = pdi_max(most, p->phi[i]);
+        least = pd_min(least, p->phi[i]);
+        most = pd_max(most, p->phi[i]);
     }
     pdi_balance_currents(ctx, p);
     for (int n = 0; n < p->desc.circuits; n++)
@@ -84,7 +84,7 @@ PDI_FN pdi_balance_size pdi_balance_rest(const pd_ctx *ctx, pd_potential *p)
         if (p->grid->kind[i] != PD_FLUID) continue;
         double around = pd_grid_circumference(p->grid, i);
         double enters = pdi_diffusion_gain(&p->diffusion, i, p->phi[i], 0.0);
-        double round = DBL_EPSILON * around * conduct * pdi_potential_kappa(p, i) * pdi_max(most, -least);
+        double round = DBL_EPSILON * around * conduct * pdi_potential_kappa(p, i) * pd_max(most, -least);
         pdi_compensated_sum_add(&currents, around * enters * around * enters);
         pdi_compensated_sum_add(&rounding, round * round);
     }
@@ -99,8 +99,8 @@ PDI_FN void pdi_balance_still(pd_potential *p, double lack)
     for (int32_t n = 0; n < p->contacts.count; n++) {
         const pd_contact *c = &p->contacts.list[n];
         double size = fabs(pdi_potential_drop(p, c)) + fabs(p->level[p->pocket[c->node]]);
-        double off = pdi_max(PDI_BALANCE_ROUNDING * DBL_EPSILON * size, p->desc.tolerance * PDI_POTENTIAL_SMALL);
-        double least = pdi_max(p->slope[n] * off, lack / pdi_potential_area(p, c));
+        double off = pd_max(PDI_BALANCE_ROUNDING * DBL_EPSILON * size, p->desc.tolerance * PDI_POTENTIAL_SMALL);
+        double least = pd_max(p->slope[n] * off, lack / pdi_potential_area(p, c));
         if (fabs(p->current[n]) <= least) p->current[n] = 0.0;
     }
 }
@@ -167,7 +167,7 @@ PDI_FN void pdi_balance_totals(pd_potential *p, pd_potential_result *result)
             pdi_compensated_sum_add(&sum, enters);
             pdi_compensated_sum_add(&all, enters);
             pdi_compensated_sum_add(&size, fabs(enters) + area * p->slope[k] * PDI_POTENTIAL_SMALL);
-            pdi_compensated_sum_add(&anodic, pdi_max(enters, 0.0));
+            pdi_compensated_sum_add(&anodic, pd_max(enters, 0.0));
         }
         p->total[n] = volume * pdi_compensated_sum_total(&sum);
     }

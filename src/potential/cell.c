@@ -39,7 +39,7 @@ static void pdi_cell_left(pd_cell *cell)
 {
     for (int32_t i = 0; i < cell->grid->total && cell->left; i++)
         if (cell->grid->kind[i] == PD_SOLID)
-            cell->left[i] = pdi_min(pdi_max(pdi_metal_left(cell->dissolve, i), 0.0), 1.0);
+            cell->left[i] = pd_min(pd_max(pdi_metal_left(cell->dissolve, i), 0.0), 1.0);
 }
 
 static void pdi_cell_index(pd_cell *cell)
@@ -129,7 +129,7 @@ PDI_FN void pdi_cell_match(pd_cell *cell)
     for (int32_t k = 0; k < p->contacts.count; k++) {
         const pd_contact *c = &p->contacts.list[k];
         if (pdi_metal_passive(d, c->node)) continue;
-        wanted[c->electrode] += pdi_potential_area(p, c) * pdi_max(p->current[k], 0.0);
+        wanted[c->electrode] += pdi_potential_area(p, c) * pd_max(p->current[k], 0.0);
     }
     for (int32_t n = 0; n < d->beside_count; n++) {
         const pdi_beside *beside = &d->beside[n];
@@ -233,9 +233,9 @@ void pd_cell_electrode_of(const pd_cell *cell, int electrode, pd_cell_electrode 
         double area = volume * pdi_potential_area(p, c), i = p->current[k];
         now->area += area;
         now->current += area * i;
-        now->anodic += area * pdi_max(i, 0.0);
-        now->least = touched ? pdi_min(now->least, i) : i;
-        now->most = touched ? pdi_max(now->most, i) : i;
+        now->anodic += area * pd_max(i, 0.0);
+        now->least = touched ? pd_min(now->least, i) : i;
+        now->most = touched ? pd_max(now->most, i) : i;
         touched = 1;
     }
     now->charge = cell->charge[electrode];
@@ -255,8 +255,8 @@ const pd_electrode_term *pd_cell_table(const pd_cell *cell, int electrode)
 
 PDI_FN void pdi_cell_meet(const pd_electrode_term *table, double u, double t, pd_cell_range *met)
 {
-    met->least = pdi_min(met->least, u);
-    met->most = pdi_max(met->most, u);
+    met->least = pd_min(met->least, u);
+    met->most = pd_max(met->most, u);
     int outside = u < table->potential[0] || u > table->potential[table->points - 1];
     if (outside && t < met->left) met->left = t;
 }
@@ -363,7 +363,7 @@ static void pdi_cell_count(pd_cell *cell, double span)
         const pd_contact *c = &p->contacts.list[k];
         double passed = span * p->bonds->stencil->volume * pdi_potential_area(p, c) * p->current[k];
         cell->charge[c->electrode] += passed;
-        cell->anodic[c->electrode] += pdi_max(passed, 0.0);
+        cell->anodic[c->electrode] += pd_max(passed, 0.0);
     }
 }
 
@@ -374,7 +374,7 @@ static double pdi_cell_misses(double first, double held, double last, int middle
 {
     double simpson = fabs(first - 2.0 * held + last) / 6.0;
     if (!middle) return 0.5 * fabs(last - first);
-    return pdi_min(simpson, pdi_min(fabs(held - first), fabs(last - held)));
+    return pd_min(simpson, pd_min(fabs(held - first), fabs(last - held)));
 }
 
 /* A solution for the end t of a step, with the errors of its charges. `held` [electrodes] [A]: what they went by. */

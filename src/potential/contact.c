@@ -82,7 +82,7 @@ static void pdi_contact_add(pdi_contact_walk *w, int32_t i, int32_t j, int k, do
 static double pdi_contact_lost(const pdi_contact_walk *w, int32_t j, const double *normal)
 {
     double thick = 0.0;
-    for (int d = 0; d < PD_DIM && w->metal->left; d++) thick = pdi_max(thick, fabs(normal[d]) * w->bonds->grid->h[d]);
+    for (int d = 0; d < PD_DIM && w->metal->left; d++) thick = pd_max(thick, fabs(normal[d]) * w->bonds->grid->h[d]);
     return w->metal->left ? thick * (1.0 - w->metal->left[j]) : 0.0;
 }
 
@@ -117,10 +117,10 @@ static int pdi_contact_rough(const pdi_contact_walk *w, int32_t j, int k, int fl
     if (!pdi_contact_cells(w, j, from, normal)) return 0;
     for (int d = 0; d < PD_DIM; d++) {
         if (flip >> d & 1) normal[d] = -normal[d];
-        thick = pdi_max(thick, fabs(normal[d]) * h[d]);
+        thick = pd_max(thick, fabs(normal[d]) * h[d]);
         along -= last[d] * normal[d];
     }
-    *way = 0.5 * thick + pdi_contact_lost(w, j, normal) + pdi_max(along, 0.0);
+    *way = 0.5 * thick + pdi_contact_lost(w, j, normal) + pd_max(along, 0.0);
     return 1;
 }
 

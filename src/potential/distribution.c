@@ -27,7 +27,7 @@ static double pdi_distribution_at(void *user, const double *x)
     int i[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) {
         double cell = floor((x[d] - p->grid->lo[d]) / p->grid->h[d]);
-        i[d] = (int)pdi_min(pdi_max(cell, 0.0), p->grid->n[d] - 1);
+        i[d] = (int)pd_min(pd_max(cell, 0.0), p->grid->n[d] - 1);
     }
     int32_t node = pd_grid_node(p->grid, i);
     return p->grid->kind[node] == PD_FLUID ? p->desc.field[node] : p->desc.conductivity;
@@ -152,7 +152,7 @@ static void pdi_distribution_schur(pd_ctx *ctx, pd_potential *p)
             for (int k = 0; k < g; k++) m[f * count + g] -= m[f * count + k] * m[g * count + k];
             if (g < f) m[f * count + g] /= m[g * count + g];
         }
-        m[f * count + f] = sqrt(pdi_max(m[f * count + f], PDI_DISTRIBUTION_LEFT * own));
+        m[f * count + f] = sqrt(pd_max(m[f * count + f], PDI_DISTRIBUTION_LEFT * own));
     }
 }
 
@@ -211,7 +211,7 @@ static pd_status pdi_distribution_begin(pd_ctx *ctx, pd_potential *p)
             p->phi[i] = 0.0;
     p->origin = HUGE_VAL;
     for (int s = 0; s < 2 * PD_DIM; s++)
-        if (p->desc.held[s]) p->origin = pdi_min(p->origin, p->desc.hold[s]);
+        if (p->desc.held[s]) p->origin = pd_min(p->origin, p->desc.hold[s]);
     if (!(p->origin < HUGE_VAL)) p->origin = 0.0;
     int rests = pdi_distribution_rests(p);
     for (int32_t i = 0; i < p->grid->total; i++) {
@@ -235,7 +235,7 @@ static int pdi_distribution_worst(const pd_potential *p)
         const pd_contact *c = &p->contacts.list[k];
         int place = p->place[pdi_potential_circuit(p, c->electrode)];
         double lack = fabs(p->rest[c->node]);
-        if (place >= 0) lack = pdi_max(lack, fabs(p->rest[p->grid->total + place]));
+        if (place >= 0) lack = pd_max(lack, fabs(p->rest[p->grid->total + place]));
         if (!(lack > most)) continue;
         most = lack;
         worst = c->electrode;
@@ -268,7 +268,7 @@ static pd_status pdi_distribution_newton(pd_ctx *ctx, pd_potential *p, pd_potent
     char name[PDI_CIRCUIT_NAME];
     for (;;) {
         pdi_balance_size size = pdi_balance_rest(ctx, p);
-        double most = pdi_max(p->desc.tolerance * size.currents, size.rounding);
+        double most = pd_max(p->desc.tolerance * size.currents, size.rounding);
         result->residual = size.currents > 0.0 ? size.lack / size.currents : 0.0;
         if (!(size.lack < HUGE_VAL))
             return pd_fail(ctx, PD_ERR_DIVERGED, "potential", "the current of %s is not finite after %d steps of "
@@ -281,7 +281,7 @@ static pd_status pdi_distribution_newton(pd_ctx *ctx, pd_potential *p, pd_potent
         result->worst = pdi_distribution_worst(p);
         if (result->newton >= p->desc.max_newton) return PD_NOT_CONVERGED;
         PD_TRY(pd_check_cancel(ctx, "potential: Newton", result->newton));
-        double share = pdi_max(pdi_krylov_forcing(size.lack / last), 0.1 * most / size.lack);
+        double share = pd_max(pdi_krylov_forcing(size.lack / last), 0.1 * most / size.lack);
         last = size.lack;
         pd_status status = pdi_distribution_linear(ctx, p, share, size.rounding, result);
         if (status < 0) return status;
@@ -290,11 +290,11 @@ static pd_status pdi_distribution_newton(pd_ctx *ctx, pd_potential *p, pd_potent
             if (p->grid->kind[i] == PD_FLUID) p->phi[i] += part * p->step[i];
         for (int n = 0; n < p->desc.circuits; n++) {
             if (p->place[n] >= 0) p->metal[n] += part * p->step[total + p->place[n]];
-            far = pdi_max(far, fabs(p->metal[n]));
+            far = pd_max(far, fabs(p->metal[n]));
         }
         result->newton++;
         pdi_circuit_raise(p);
-        far = pdi_max(far, pdi_par_max_abs(ctx, total, p->level));
+        far = pd_max(far, pdi_par_max_abs(ctx, total, p->level));
         if (!(far < PDI_POTENTIAL_FAR) || !(pdi_par_max_abs(ctx, total, p->phi) < PDI_POTENTIAL_FAR))
             return pd_fail(ctx, PD_ERR_STATE, "potential", "the potential of %s leaves every bound: there is no "
                             "solution; expected curves, limits and given values that let its current pass",
@@ -480,7 +480,7 @@ static pd_status pdi_distribution_fill(pd_ctx *ctx, pd_potential *p)
     dd.walls_only = dd.smooth = 1;
     p->origin = HUGE_VAL;
     for (int s = 0; s < 2 * PD_DIM; s++)
-        if (p->desc.held[s]) p->origin = pdi_min(p->origin, p->desc.hold[s]);
+        if (p->desc.held[s]) p->origin = pd_min(p->origin, p->desc.hold[s]);
     PD_TRY(pdi_diffusion_build(ctx, p->bonds, &dd, &p->diffusion));
     PD_TRY(pdi_open_boundary_build(ctx, p->bonds, &p->boundary));
     p->flux.bonds = p->bonds;

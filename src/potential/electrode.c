@@ -25,7 +25,7 @@ static void pdi_electrode_list(pdi_array_visitor *owner, void *object)
 /* x exp(z), straight on where it is steep, and its derivative by z. */
 static double pdi_electrode_exp(double x, double z, double *by)
 {
-    double steep = pdi_min(z, PDI_ELECTRODE_STEEP);
+    double steep = pd_min(z, PDI_ELECTRODE_STEEP);
     *by = x * exp(steep);
     return *by * (1.0 + (z - steep));
 }
@@ -105,7 +105,7 @@ static double pdi_electrode_solve(const pd_electrode *e, double drop, double res
         if (!(next > lo) || !(next < hi) || (step % 8 == 7 && fabs(next - u) > 0.5 * last))
             next = pdi_electrode_inside(lo, hi, &stride);
         last = fabs(next - u);
-        if (!(last > 0.5 * DBL_EPSILON * pdi_max(fabs(u), fabs(drop)))) return next;
+        if (!(last > 0.5 * DBL_EPSILON * pd_max(fabs(u), fabs(drop)))) return next;
         u = next;
     }
     return u;
@@ -221,8 +221,8 @@ static void pdi_electrode_fill(const pd_electrode_desc *desc, pd_electrode *e)
     for (int k = 0; k < e->count; k++) {
         pd_electrode_term *t = &e->term[k];
         *t = desc->term[k];
-        if (t->kind == PD_ELECTRODE_BUTLER_VOLMER) e->scale = pdi_max(e->scale, t->exchange);
-        if (t->kind == PD_ELECTRODE_LINEAR) e->scale = pdi_max(e->scale, PDI_ELECTRODE_SMALL / t->resistance);
+        if (t->kind == PD_ELECTRODE_BUTLER_VOLMER) e->scale = pd_max(e->scale, t->exchange);
+        if (t->kind == PD_ELECTRODE_LINEAR) e->scale = pd_max(e->scale, PDI_ELECTRODE_SMALL / t->resistance);
         if (t->kind != PD_ELECTRODE_TABLE) {
             t->points = 0;
             t->potential = t->current = NULL;
@@ -231,7 +231,7 @@ static void pdi_electrode_fill(const pd_electrode_desc *desc, pd_electrode *e)
         for (int p = 0; p < t->points; p++) {
             e->potential[at + p] = t->potential[p];
             e->current[at + p] = t->current[p];
-            e->scale = pdi_max(e->scale, PDI_ELECTRODE_SMALL * fabs(t->current[p]));
+            e->scale = pd_max(e->scale, PDI_ELECTRODE_SMALL * fabs(t->current[p]));
         }
         t->potential = e->potential + at;
         t->current = e->current + at;

@@ -196,7 +196,7 @@ static void pdi_advance_weigh(const pd_ctx *ctx, pd_reactive *r)
     for (int k = 0; k < s->count; k++) {
         double *work = r->work + k * total, held;
         double first = sqrt(pdi_par_dot(ctx, total, work, work)), rounding = pdi_advance_rounding(ctx, r, k, &held);
-        r->weight[k] = pdi_max(pdi_max(sqrt(held), first), rounding / r->desc.tolerance);
+        r->weight[k] = pd_max(pd_max(sqrt(held), first), rounding / r->desc.tolerance);
         if (!(r->weight[k] > DBL_MIN)) r->weight[k] = 1.0;
     }
     pdi_reactive_trace(r, r->weight);
@@ -319,7 +319,7 @@ static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
 {
     double goal = r->exact ? 0.0 : r->desc.tolerance, share = r->linear ? PDI_ADVANCE_SINGLE : PDI_KRYLOV_FORCING_MAX;
     double near = r->surface && r->surface->electrode ? PDI_ADVANCE_NEAR_STEEP : PDI_ADVANCE_NEAR;
-    near *= pdi_max(r->desc.tolerance, PDI_REACTIVE_TOLERANCE);
+    near *= pd_max(r->desc.tolerance, PDI_REACTIVE_TOLERANCE);
     r->dt = dt;
     if (r->surface && r->surface->electrode)
         r->surface->extra = r->migration.tied ? 0.0 : -(r->surface->owed / dt + r->surface->sourced);
@@ -365,7 +365,7 @@ static pd_status pdi_advance_solve(pd_ctx *ctx, pd_reactive *r, double dt, pd_re
         pd_status status = pdi_advance_newton(ctx, r, now, result);
         if (status < 0) return status;
         if (status == PD_OK && now >= dt) return PD_OK;
-        if (status == PD_OK) now = pdi_min(now * PDI_ADVANCE_SHORTER, dt);
+        if (status == PD_OK) now = pd_min(now * PDI_ADVANCE_SHORTER, dt);
         else {
             pdi_advance_back(ctx, r, 0);
             now = dt * pow(PDI_ADVANCE_SHORTER, -(double)++part);
@@ -482,7 +482,7 @@ static double pdi_advance_rest(const pd_reactive *r, double dt, double stage)
     for (int k = 0; k < r->components.count && r->minerals.count; k++) {
         pdi_bounds of = {0.0, 0.0};
         pdi_bounds_take_all(r->grid, PD_FLUID, r->total + k * total, &of);
-        size[k] = PDI_POSITIVITY_SLACK * pdi_max(of.high, -of.low);
+        size[k] = PDI_POSITIVITY_SLACK * pd_max(of.high, -of.low);
     }
     for (int32_t i = 0; i < (int32_t)total && r->minerals.count; i++) {
         pd_mineral_start start;

@@ -234,7 +234,7 @@ static void pdi_coat_read(const pdi_coat_work *w, double t, double *c, double *a
     at->time = t;
     at->ph = NAN;
     if (s->desc.reads_ph && s->reactive->proton >= 0)
-        at->ph = 3.0 - (log(pdi_max(c[s->reactive->proton], DBL_MIN)) + davies) / log(10.0);
+        at->ph = 3.0 - (log(pd_max(c[s->reactive->proton], DBL_MIN)) + davies) / log(10.0);
 }
 
 static void pdi_coat_rates(void *user, double t, const double *y, double *rate)
@@ -350,7 +350,7 @@ PDI_FN pd_status pdi_coat_begin(pd_ctx *ctx, pd_coat *s, double t)
     memcpy(s->start, s->value, (size_t)(s->desc.count * total) * sizeof *s->value);
     pdi_coat_fresh(ctx, s);
     for (int k = 0; k < s->desc.count; k++)
-        for (int32_t p = 0; p < s->count; p++) s->size[k] = pdi_max(s->size[k], fabs(s->value[k * total + s->node[p]]));
+        for (int32_t p = 0; p < s->count; p++) s->size[k] = pd_max(s->size[k], fabs(s->value[k * total + s->node[p]]));
     return PD_OK;
 }
 
@@ -400,8 +400,8 @@ static double pdi_coat_error(const pd_coat *s, int k)
         if (!(s->on[s->node[p]] >> k & 1u)) continue;
         double bend = (s->start[at] - 2.0 * s->middle[at] + s->value[at]) / 6.0;
         if (s->desc.surface) bend = 0.5 * (s->value[at] - s->ending[at]);
-        worst = pdi_max(worst, fabs(bend));
-        size = pdi_max(size, fabs(s->value[at]));
+        worst = pd_max(worst, fabs(bend));
+        size = pd_max(size, fabs(s->value[at]));
     }
     return worst > 0.0 ? worst / (size * s->desc.rtol) : 0.0;
 }
@@ -419,7 +419,7 @@ PDI_FN pd_status pdi_coat_behind(pd_ctx *ctx, pd_coat *s, const double *from, do
         }
     pd_status status = pdi_coat_move(ctx, s, s->first, s->way, t, dt, 0, trial, s->value);
     s->error = 0.0;
-    for (int k = 0; k < s->desc.count && status == PD_OK; k++) s->error = pdi_max(s->error, pdi_coat_error(s, k));
+    for (int k = 0; k < s->desc.count && status == PD_OK; k++) s->error = pd_max(s->error, pdi_coat_error(s, k));
     return status;
 }
 

@@ -274,7 +274,7 @@ static void pdi_course_reclaim(pd_course *a, int m)
 static void pdi_course_bare(pd_course *a, const double *x, double by, const double *y)
 {
     for (int32_t j = 0; j < a->reactive->grid->total; j++) {
-        double share = x[j] < 0.0 ? 1.0 : pdi_min(pdi_max(x[j] + by * y[j], 0.0), 1.0);
+        double share = x[j] < 0.0 ? 1.0 : pd_min(pd_max(x[j] + by * y[j], 0.0), 1.0);
         a->desc.bare[j] = (a->desc.whole ? a->desc.whole[j] : 1.0) * share;
     }
     if (a->desc.reached) *a->desc.reached = 0;
@@ -299,9 +299,9 @@ static double pdi_course_load(const pd_course *a, const pd_step *s, double *off)
     double most = 0.0, change = 0.0, rtol = s->rtol > 0.0 ? s->rtol : a->desc.rtol;
     *off = 0.0;
     for (int32_t j = 0; j < a->reactive->grid->total; j++) {
-        most = pdi_max(most, a->first[j]);
-        change = pdi_max(change, fabs(a->share[j] - a->first[j]));
-        *off = pdi_max(*off, fabs(a->share[j] - a->now[j] - s->dt * a->rate[j]));
+        most = pd_max(most, a->first[j]);
+        change = pd_max(change, fabs(a->share[j] - a->first[j]));
+        *off = pd_max(*off, fabs(a->share[j] - a->now[j] - s->dt * a->rate[j]));
     }
     if (!(most > 0.0)) return *off = 0.0;
     *off *= 0.5 / (most * rtol);
@@ -316,7 +316,7 @@ static double pdi_course_covering(pd_course *a, const pd_step *s)
     double load = pdi_course_load(a, s, &off);
     if (load <= 1.0) return off;
     double part = (1.0 - sqrt(a->covered)) / (sqrt(load) - sqrt(a->covered));
-    return part > 0.0 ? pdi_max(off, 1.0 / (part * part)) : HUGE_VAL;
+    return part > 0.0 ? pd_max(off, 1.0 / (part * part)) : HUGE_VAL;
 }
 
 /* The error of shares of the step that is tried, over what may be. Where it does not fall with the step it is a jump,
@@ -403,7 +403,7 @@ static pd_status pdi_course_longest(pd_ctx *ctx, void *self, pd_step *s)
     if (!a->desc.bare) return PD_OK;
     pdi_course_uncover(a);
     if (!(a->span > 0.0)) a->span = PDI_COURSE_FIRST * s->dt;
-    s->dt = pdi_min(s->dt, a->span);
+    s->dt = pd_min(s->dt, a->span);
     return PD_OK;
 }
 
@@ -425,7 +425,7 @@ static void pdi_course_keep(const pd_ctx *ctx, pd_course *a, int back)
 static double pdi_course_cell(const pd_reactive *r)
 {
     double h = HUGE_VAL;
-    for (int axis = 0; axis < PD_DIM; axis++) h = pdi_min(h, r->grid->h[axis]);
+    for (int axis = 0; axis < PD_DIM; axis++) h = pd_min(h, r->grid->h[axis]);
     return h * h / r->diffusion.desc.diffusivity;
 }
 
@@ -486,7 +486,7 @@ static pd_status pdi_course_coat(pd_ctx *ctx, pd_course *a, pd_step *s, double *
 {
     pd_status status = pdi_coat_behind(ctx, a->desc.coat, a->start, s->time, s->dt, s->rejected);
     if (status == PD_RETRY) s->error = HUGE_VAL;
-    *covering = pdi_max(*covering, a->desc.coat->error);
+    *covering = pd_max(*covering, a->desc.coat->error);
     return status;
 }
 
@@ -512,7 +512,7 @@ static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
     a->newton += result.newton;
     if (status == PD_RETRY || result.parts) pdi_course_fails(a, s->time);
     a->error = result.error;
-    a->residual = pdi_max(a->residual, result.residual * a->reactive->desc.tolerance);
+    a->residual = pd_max(a->residual, result.residual * a->reactive->desc.tolerance);
     s->error = result.error / a->desc.rtol;
     if (status == PD_RETRY) s->error = HUGE_VAL;
     if (status != PD_OK) return status;
@@ -521,10 +521,10 @@ static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
     if (a->desc.coat) status = pdi_course_coat(ctx, a, s, &covering);
     if (status != PD_OK) return status;
     if (covering > 1.0) {
-        s->error = pdi_max(s->error, covering);
+        s->error = pd_max(s->error, covering);
         return PD_RETRY;
     }
-    if (a->desc.coat) s->error = pdi_max(s->error, covering);
+    if (a->desc.coat) s->error = pd_max(s->error, covering);
     if (!a->bent && result.euler && !(result.error > 0.0) && s->rejected < PDI_COURSE_TRIALS) s->error = HUGE_VAL;
     int stands = a->bent || s->error <= 1.0;
     if (stands && a->desc.surface) a->lasts = pdi_etch_lasts(a->desc.surface, &a->used);
@@ -627,11 +627,11 @@ static pd_status pdi_course_reject(pd_ctx *ctx, void *self, pd_step *s)
         return PD_OK;
     }
     a->dt =
-        s->dt * (s->error < HUGE_VAL ? pdi_max(PDI_COURSE_SHRINK, pdi_sdirk_step_factor(s->error, PDI_COURSE_GROWTH))
+        s->dt * (s->error < HUGE_VAL ? pd_max(PDI_COURSE_SHRINK, pdi_sdirk_step_factor(s->error, PDI_COURSE_GROWTH))
                                      : PDI_COURSE_SHRINK);
     /* what a long first step asks for may be far from the start: ions cross a cell in it, and steps grow fast */
     if (!a->steps && !(s->error < HUGE_VAL) && a->reactive->migration.on)
-        a->dt = pdi_min(a->dt, pdi_course_cell(a->reactive));
+        a->dt = pd_min(a->dt, pdi_course_cell(a->reactive));
     s->dt = pdi_sdirk_limit_step(a->dt, a->desc.largest, s->latest_end - s->time, &last);
     return PD_OK;
 }
@@ -642,7 +642,7 @@ static pd_status pdi_course_settle(pd_ctx *ctx, pd_course *a)
     pd_reactive *r = a->reactive;
     pd_reactive_result result;
     double square = 0.0, d = r->diffusion.desc.diffusivity;
-    for (int axis = 0; axis < PD_DIM; axis++) square = pdi_max(square, pow(r->grid->hi[axis] - r->grid->lo[axis], 2.0));
+    for (int axis = 0; axis < PD_DIM; axis++) square = pd_max(square, pow(r->grid->hi[axis] - r->grid->lo[axis], 2.0));
     if (a->desc.surface) PD_TRY(a->desc.find(ctx, a->desc.user, 0.0));
     pd_status status = PD_OK;
     for (double late = PDI_COURSE_SOON; late < 1.5 * PDI_COURSE_LATE; late *= PDI_COURSE_LATER) {
@@ -764,7 +764,7 @@ static double pdi_course_imbalance(pd_ctx *ctx, void *self)
     double worst = 0.0;
     for (int row = 0; row < a->reactive->rows; row++) {
         pd_reactive_balance_of(ctx, a->reactive, row, &b);
-        worst = pdi_max(worst, b.relative);
+        worst = pd_max(worst, b.relative);
     }
     return worst;
 }

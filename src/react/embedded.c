@@ -16,7 +16,7 @@
 /* A share that grows by `change`: at most half of what is open is filled, and half of what fills it goes. */
 static double pdi_embedded_filled(double film, double change)
 {
-    return film + pdi_min(pdi_max(change, -0.5 * film), 0.5 * (1.0 - film));
+    return film + pd_min(pd_max(change, -0.5 * film), 0.5 * (1.0 - film));
 }
 
 /* What minerals leave open for diffusion in the middle of a step of dt [s]: as it was, or (was = 0) as far as the last
@@ -56,7 +56,7 @@ static void pdi_embedded_differ(pd_reactive *r, double first, double second, dou
             for (int n = 0; n < s->solutes; n++) terms += fabs(s->stoichiometry[k][n]) * c[n];
             for (int m = 0; m < r->minerals.count; m++)
                 by += r->minerals.total_content[m][k] * r->solid_slope[m * total + i];
-            size[k] = pdi_max(size[k], terms);
+            size[k] = pd_max(size[k], terms);
             r->slope[at] = r->work[at];
             r->work[at] = by / (r->dt * r->weight[k]);
         }
@@ -107,21 +107,21 @@ static double pdi_embedded_largest(const pd_reactive *r, const double *field, do
         for (int m = 0; m < r->minerals.count; m++) {
             double change = taken[m] + r->solid_slope[m * total + i];
             if (r->minerals.mineral[m].surface_rate > 0.0)
-                worst = pdi_max(worst, pdi_embedded_spread(r, i, m, change, follows, size));
+                worst = pd_max(worst, pdi_embedded_spread(r, i, m, change, follows, size));
             for (int k = 0; k < s->count; k++) x[k] -= r->minerals.total_content[m][k] * change;
-            solid[m] = pdi_max(solid[m], fabs(change));
-            most[m] = pdi_max(most[m], r->solid[m * total + i]);
+            solid[m] = pd_max(solid[m], fabs(change));
+            most[m] = pd_max(most[m], r->solid[m * total + i]);
         }
-        for (int k = 0; k < s->count; k++) off[k] = pdi_max(off[k], fabs(x[k]));
+        for (int k = 0; k < s->count; k++) off[k] = pd_max(off[k], fabs(x[k]));
     }
     for (int k = 0; k < s->count; k++)
-        if (size[k] > 0.0) worst = pdi_max(worst, off[k] / size[k]);
+        if (size[k] > 0.0) worst = pd_max(worst, off[k] / size[k]);
     for (int m = 0; m < r->minerals.count; m++) {
         double least = HUGE_VAL;
         for (int k = 0; k < s->count; k++)
             if (r->minerals.total_content[m][k] != 0.0)
-                least = pdi_min(least, size[k] / fabs(r->minerals.total_content[m][k]));
-        if (solid[m] > 0.0) worst = pdi_max(worst, solid[m] / (most[m] + least));
+                least = pd_min(least, size[k] / fabs(r->minerals.total_content[m][k]));
+        if (solid[m] > 0.0) worst = pd_max(worst, solid[m] / (most[m] + least));
     }
     return worst;
 }
@@ -210,13 +210,13 @@ static pd_status pdi_embedded_damp(pd_ctx *ctx, pd_reactive *r, const double *si
     if (r->minerals.count) pdi_embedded_damp_solids(ctx, r);
     for (int64_t at = 0; at < count; at++) { /* the solver leaves out what has no equation */
         int64_t k = at / r->grid->total;
-        if (r->spent[at] && size[k] > 0.0) spent = pdi_max(spent, r->dt * r->weight[k] * fabs(r->work[at]) / size[k]);
+        if (r->spent[at] && size[k] > 0.0) spent = pd_max(spent, r->dt * r->weight[k] * fabs(r->work[at]) / size[k]);
     }
     pd_status status = pdi_tangent_direction(ctx, r, PDI_EMBEDDED_DAMPED, 0.0, krylov);
     if (status == PD_ERR_DIVERGED) return PD_NOT_CONVERGED;
     if (status == PD_OK && r->minerals.count && r->components.kinetics) pdi_embedded_relaxed(ctx, r);
     if (status == PD_OK)
-        *error = pdi_min(*error, pdi_max(spent, pdi_embedded_largest(r, r->work + count, 1.0,
+        *error = pd_min(*error, pd_max(spent, pdi_embedded_largest(r, r->work + count, 1.0,
                                                                             r->minerals.count > 0, size)));
     return status;
 }
@@ -238,7 +238,7 @@ static void pdi_embedded_comes(pd_reactive *r, double *size)
 {
     for (int k = 0; k < r->components.count; k++) {
         if (!pdi_embedded_new(r, k)) continue;
-        r->came[k] = pdi_max(r->came[k], size[k]);
+        r->came[k] = pd_max(r->came[k], size[k]);
         if (r->stays >= PDI_EMBEDDED_STAYS) size[k] = r->came[k];
     }
 }

@@ -84,7 +84,7 @@ static void pdi_etch_electrons(pd_etch *s, double dt)
         double law = s->weight[p] > 0.0 ? pdi_etch_of(s, p)->charge * s->weight[p] * *pdi_etch_speed(s, p) : 0.0;
         double curve = electrons * s->area[p] * s->flow[p];
         s->charge_ahead[2 * e] += around * (law + curve);
-        s->charge_ahead[2 * e + 1] += around * (pdi_max(law, 0.0) + pdi_max(curve, 0.0));
+        s->charge_ahead[2 * e + 1] += around * (pd_max(law, 0.0) + pd_max(curve, 0.0));
     }
 }
 
@@ -113,8 +113,8 @@ PDI_FN void pdi_etch_pass(pd_etch *s, double dt)
         double amount = dt * r->bonds->stencil->volume * pdi_compensated_sum_total(&flows);
         for (int n = 0; n < r->components.solutes; n++) {
             double gain = amount * s->part[e * r->components.solutes + n];
-            r->in[n] += pdi_max(gain, 0.0);
-            r->out[n] += pdi_max(-gain, 0.0);
+            r->in[n] += pd_max(gain, 0.0);
+            r->out[n] += pd_max(-gain, 0.0);
         }
     }
 }
@@ -122,8 +122,8 @@ PDI_FN void pdi_etch_pass(pd_etch *s, double dt)
 PDI_FN void pdi_etch_yield(pd_etch *s)
 {
     for (int32_t p = 0; p < s->count; p++)
-        s->split[p] = s->weight[p] * pdi_max(-pdi_etch_of(s, p)->charge * (double)s->drive[p], 0.0) +
-                      (s->electrode ? s->area[p] * pdi_max(-(double)s->flow_drive[p], 0.0) : 0.0);
+        s->split[p] = s->weight[p] * pd_max(-pdi_etch_of(s, p)->charge * (double)s->drive[p], 0.0) +
+                      (s->electrode ? s->area[p] * pd_max(-(double)s->flow_drive[p], 0.0) : 0.0);
 }
 
 PDI_FN void pdi_etch_note(pd_etch *s)
@@ -169,7 +169,7 @@ PDI_FN double pdi_etch_lasts(pd_etch *s, int *used)
         double has = s->has[k];
         if (!(has > 0.0) || !(before[k] + now[k] >= has)) continue;
         if (before[k] + now[k] <= has * (1.0 + PDI_ETCH_MET)) *used = 1;
-        else share = pdi_min(share, pdi_max(has * (1.0 + 0.5 * PDI_ETCH_MET) - before[k], 0.0) / now[k]);
+        else share = pd_min(share, pd_max(has * (1.0 + 0.5 * PDI_ETCH_MET) - before[k], 0.0) / now[k]);
     }
     return share;
 }
@@ -298,7 +298,7 @@ static void pdi_etch_fill(pd_etch *s, int32_t j, const double *sum)
 {
     pd_reactive *r = s->reactive;
     int64_t total = r->grid->total;
-    double c[PD_SPECIES_MAX], holds[PD_SPECIES_MAX], part = pdi_min(pdi_max(1.0 + s->swept[j], 0.0), 1.0);
+    double c[PD_SPECIES_MAX], holds[PD_SPECIES_MAX], part = pd_min(pd_max(1.0 + s->swept[j], 0.0), 1.0);
     memset(c, 0, sizeof c);
     if (!sum || pdi_components_solve(&r->components, sum, c) != PD_OK) part = 0.0;
     s->split[j] += 1.0 - part;
@@ -407,7 +407,7 @@ PDI_FN void pdi_etch_film(const pd_reactive *r, pd_components *film, double *sca
     const pd_components *of = &r->components;
     *film = *of;
     film->debye_hueckel = 0.0;
-    for (int n = 0; n < of->solutes; n++) scale[n] = pdi_max(r->ratio[n], PDI_ETCH_LEAST);
+    for (int n = 0; n < of->solutes; n++) scale[n] = pd_max(r->ratio[n], PDI_ETCH_LEAST);
     for (int n = 0; n < of->solutes; n++) {
         film->ln_k[n] += log(scale[n]);
         for (int k = 0; k < of->equilibrium_components; k++)

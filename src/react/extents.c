@@ -57,7 +57,7 @@ static double pdi_extents_rounding(const pdi_extents_reaction *of, const double 
     double least = HUGE_VAL;
     for (int k = 0; k < of->r->components.count; k++) {
         double gain = fabs(of->kinetic->total_change[k]);
-        if (gain > 0.0) least = pdi_min(least, pdi_max(fabs(sum[k]) / gain, fabs(more)));
+        if (gain > 0.0) least = pd_min(least, pd_max(fabs(sum[k]) / gain, fabs(more)));
     }
     return least < HUGE_VAL ? 0.5 * DBL_EPSILON * least : 0.0;
 }

@@ -121,13 +121,13 @@ static void pdi_layer_rest(const pd_components *film, pdi_terms *w)
     for (int n = 0; n < film->solutes; n++) {
         double z = film->charge[n];
         size += fabs(z) * w->surface[n];
-        come = pdi_max(come, fabs(z) * pdi_layer_share(z * w->lift) * w->c[n] / w->down[n]);
+        come = pd_max(come, fabs(z) * pdi_layer_share(z * w->lift) * w->c[n] / w->down[n]);
         stride += fabs(film->stoichiometry[ion][n]) * w->at[n];
         if (n != own) others += z * w->surface[n];
     }
     if (!(size < PDI_LAYER_SPENT * come)) return;
     if (ion >= film->equilibrium_components) {
-        w->into[ion] = pdi_max(-others / film->charge[own], 0.0) * w->s->scale[own] * w->down[own];
+        w->into[ion] = pd_max(-others / film->charge[own], 0.0) * w->s->scale[own] * w->down[own];
         pdi_layer_charged(film, w);
         return;
     }
@@ -157,7 +157,7 @@ static double pdi_layer_across(pd_components *film, pdi_terms *w, double v, doub
     double stride = *of > 0.0 ? PDI_LAYER_LIFT_FIRST : -PDI_LAYER_LIFT_FIRST, b = *a;
     *there = *of;
     while (fabs(b) < PDI_LAYER_LIFT || b * stride < 0.0) {
-        b = pdi_min(pdi_max(b + stride, -PDI_LAYER_LIFT), PDI_LAYER_LIFT);
+        b = pd_min(pd_max(b + stride, -PDI_LAYER_LIFT), PDI_LAYER_LIFT);
         stride *= 3.0;
         *there = pdi_layer_charge(film, w, v, b);
         if (!(*there * *of > 0.0)) return b;
@@ -177,7 +177,7 @@ static int pdi_layer_lift(pd_components *film, pdi_terms *w, double v)
     pdi_root_bracket s = {a, of, b, there, 0, 0};
     double x;
     while (of * there < 0.0 && pdi_root_bracket_get_next(&s, &x) &&
-           fabs(s.b - s.a) > PDI_LAYER_CLOSE * pdi_max(fabs(x), PDI_LAYER_LIFT_FIRST)) {
+           fabs(s.b - s.a) > PDI_LAYER_CLOSE * pd_max(fabs(x), PDI_LAYER_LIFT_FIRST)) {
         double g = pdi_layer_charge(film, w, v, x);
         if (!(g == g)) return 0;
         if (fabs(g) <= PDI_LAYER_NEUTRAL) break;
@@ -199,7 +199,7 @@ static double pdi_layer_excess(pd_components *film, pdi_terms *w, double v, doub
 /* Between a bracket [a, b] of a flow that is not 0. */
 static double pdi_layer_middle(double a, double b)
 {
-    double low = pdi_min(fabs(a), fabs(b)), high = pdi_max(fabs(a), fabs(b)), sign = a + b < 0.0 ? -1.0 : 1.0;
+    double low = pd_min(fabs(a), fabs(b)), high = pd_max(fabs(a), fabs(b)), sign = a + b < 0.0 ? -1.0 : 1.0;
     return low > 0.0 && high > 4.0 * low ? sign * sqrt(low * high) : 0.5 * (a + b);
 }
 
@@ -249,7 +249,7 @@ static double pdi_layer_asked(pdi_terms *w, const double *c, double psi)
     double v = pdi_terms_number(w, c, psi);
     w->odd = !(v == v);
     w->odds |= w->odd;
-    return pdi_max(v, 0.0);
+    return pd_max(v, 0.0);
 }
 
 /* The law at the surface, where metal dissolves at v [m/s]. */
@@ -272,7 +272,7 @@ static double pdi_layer_given(pd_components *film, pdi_terms *w, double v)
 static int pdi_layer_bracket(pd_components *film, pdi_terms *w, double guess, double first, double *a,
                                double *above, double *b, double *below)
 {
-    double factor = PDI_LAYER_BRACKET, v = guess > 0.0 ? guess : pdi_min(first, PDI_LAYER_FAST);
+    double factor = PDI_LAYER_BRACKET, v = guess > 0.0 ? guess : pd_min(first, PDI_LAYER_FAST);
     *a = 0.0;
     *above = first;
     double g = pdi_layer_given(film, w, v) - v;
@@ -334,13 +334,13 @@ static double pdi_layer_slope(const pdi_terms *w, const double *c, const double 
     double least = HUGE_VAL, up[PD_SPECIES_MAX], down[PD_SPECIES_MAX];
     for (int n = 0; n < s->film.solutes; n++) {
         int reads = (w->kind->law.reads >> n & 1u) || (w->kind->law.reads_ph && n == s->reactive->proton);
-        if (reads && fabs(along[n]) > 0.0) least = pdi_min(least, pdi_max(c[n], PDI_LAYER_NOTHING) / fabs(along[n]));
+        if (reads && fabs(along[n]) > 0.0) least = pd_min(least, pd_max(c[n], PDI_LAYER_NOTHING) / fabs(along[n]));
     }
     if (!(least < HUGE_VAL)) return 0.0;
     double stride = PDI_LAYER_STRIDE * least;
     for (int n = 0; n < s->film.solutes; n++) {
-        up[n] = pdi_max(c[n] + stride * along[n], 0.0);
-        down[n] = pdi_max(c[n] - stride * along[n], 0.0);
+        up[n] = pd_max(c[n] + stride * along[n], 0.0);
+        down[n] = pd_max(c[n] - stride * along[n], 0.0);
     }
     double change = (pdi_terms_law(w, up, 0.0) - pdi_terms_law(w, down, 0.0)) / (2.0 * stride);
     return fabs(change) < HUGE_VAL ? change : 0.0;
@@ -427,7 +427,7 @@ static void pdi_layer_derive(const pd_components *film, const pdi_terms *w, doub
     double back = 1.0;
     pdi_layer_slopes(film, w, s->scale, w->at, slope);
     for (int k = 0; k < of->count; k++) back -= slope[k] * w->kind->gain[k] * (w->thick + w->creep * v);
-    back = pdi_max(back, PDI_LAYER_RISE);
+    back = pd_max(back, PDI_LAYER_RISE);
     pdi_components_compute_derivatives_single(of, w->c, table);
     for (int k = 0; k < of->count; k++) {
         double sum = salt[k];
@@ -452,7 +452,7 @@ static void pdi_layer_bend(const pdi_terms *w, double *by, double *lift)
     for (int n = 0; n < s->film.solutes; n++) {
         by[n] = 0.0;
         if (!(w->reads >> n & 1u) && !((w->reads & PDI_LAYER_PH) && n == s->reactive->proton)) continue;
-        double from = c[n], step = PDI_LAYER_STRIDE * pdi_max(from, PDI_LAYER_NOTHING);
+        double from = c[n], step = PDI_LAYER_STRIDE * pd_max(from, PDI_LAYER_NOTHING);
         c[n] = from + step;
         by[n] = pdi_terms_curve(w, c, psi);
         c[n] = from - step;
@@ -468,7 +468,7 @@ static void pdi_layer_bend(const pdi_terms *w, double *by, double *lift)
 static double pdi_layer_moved(const pdi_terms *w, double *c, int n, double change)
 {
     double from = c[n];
-    c[n] = pdi_max(from + change, 0.0);
+    c[n] = pd_max(from + change, 0.0);
     double v = pdi_terms_law(w, c, w->psi + w->lift);
     c[n] = from;
     return v;
@@ -478,9 +478,9 @@ static double pdi_layer_moved(const pdi_terms *w, double *c, int n, double chang
 static double pdi_layer_undone(const pdi_terms *w, double *c, int m, double step, int n, double sign)
 {
     double from = c[m], level = 0.5 * (pdi_layer_moved(w, c, m, step) + pdi_layer_moved(w, c, m, -step));
-    double low = 0.0, high = PDI_LAYER_STRIDE * PDI_LAYER_STRIDE * pdi_max(c[n], PDI_LAYER_NOTHING);
+    double low = 0.0, high = PDI_LAYER_STRIDE * PDI_LAYER_STRIDE * pd_max(c[n], PDI_LAYER_NOTHING);
     int above = pdi_layer_moved(w, c, m, step) > level, found = 0;
-    c[m] = pdi_max(from + step, 0.0);
+    c[m] = pd_max(from + step, 0.0);
     for (int k = 0; k < PDI_LAYER_DOUBLINGS && !found; k++) {
         found = (pdi_layer_moved(w, c, n, sign * high) > level) != above;
         if (!found) low = high;
@@ -505,7 +505,7 @@ static void pdi_layer_gradient(const pdi_terms *w, double *by, double *lift)
     memcpy(c, w->surface, sizeof c);
     for (int n = 0; n < s->film.solutes; n++) {
         double wide;
-        stride[n] = PDI_LAYER_STRIDE * pdi_max(c[n], PDI_LAYER_NOTHING);
+        stride[n] = PDI_LAYER_STRIDE * pd_max(c[n], PDI_LAYER_NOTHING);
         by[n] = 0.0;
         jumps[n] = 0;
         if (!(w->kind->law.reads >> n & 1u) && !(w->kind->law.reads_ph && n == s->reactive->proton)) continue;
@@ -626,8 +626,8 @@ static void pdi_layer_derive_charged(const pd_components *film, const pdi_terms 
         if (by) t.law[2 + k] += law[k];
         t.curve[2 + k] += curve[k];
     }
-    double one = pdi_max(1.0 - t.law[0], PDI_LAYER_RISE), two = pdi_max(1.0 - t.curve[1], PDI_LAYER_RISE);
-    double back = pdi_max(one * two - t.law[1] * t.curve[0], PDI_LAYER_RISE * one * two);
+    double one = pd_max(1.0 - t.law[0], PDI_LAYER_RISE), two = pd_max(1.0 - t.curve[1], PDI_LAYER_RISE);
+    double back = pd_max(one * two - t.law[1] * t.curve[0], PDI_LAYER_RISE * one * two);
     for (int k = 0; k < film->count; k++) {
         if (by) by[k] = (float)((two * t.law[2 + k] + t.law[1] * t.curve[2 + k]) / back);
         if (flow_by) flow_by[k] = (float)((one * t.curve[2 + k] + t.curve[0] * t.law[2 + k]) / back);
@@ -639,7 +639,7 @@ static void pdi_layer_derive_charged(const pd_components *film, const pdi_terms 
 /* Speed and flow of an electrode by Newton's method from guesses. 0: it does not get there, and they are searched. */
 static int pdi_layer_newton(pd_components *film, pdi_terms *w, int goes, double *speed)
 {
-    double v = goes ? pdi_max(*speed, 0.0) : 0.0, f = w->guess;
+    double v = goes ? pd_max(*speed, 0.0) : 0.0, f = w->guess;
     for (int step = 0; step < PDI_LAYER_NEWTON; step++) {
         pdi_layer_slopes_of t;
         if (w->reads) w->flow = f;

@@ -88,7 +88,7 @@ static double pdi_levels_next(const pdi_levels_search *q, double e, double off, 
     }
     double way = off > 0.0 ? -1.0 : 1.0, least = PDI_LEVELS_LEAST * ldexp(1.0, 2 * step);
     /* to the other side */
-    double move = next == next ? pdi_min(pdi_max(2.0 * fabs(next - e), least), *stride) : *stride;
+    double move = next == next ? pd_min(pd_max(2.0 * fabs(next - e), least), *stride) : *stride;
     *stride *= 2.0;
     return e + way * move;
 }
@@ -122,8 +122,8 @@ static void pdi_levels_fluid(const pd_etch *s, int circuit, double *least, doubl
     *most = -HUGE_VAL;
     for (int32_t p = 0; p < s->count; p++) {
         if (pdi_etch_circuit(s, p) != circuit) continue;
-        *least = pdi_min(*least, m->volt * m->psi[s->node[p]]);
-        *most = pdi_max(*most, m->volt * m->psi[s->node[p]]);
+        *least = pd_min(*least, m->volt * m->psi[s->node[p]]);
+        *most = pd_max(*most, m->volt * m->psi[s->node[p]]);
     }
 }
 
@@ -192,7 +192,7 @@ static void pdi_levels_find(const pd_ctx *ctx, pd_etch *s, int circuit, double e
             pdi_levels_close(s, circuit, q.wanted);
             return;
         }
-        if (!(q.high - q.low > PDI_LEVELS_CLOSE * pdi_max(fabs(e), 1.0))) break;
+        if (!(q.high - q.low > PDI_LEVELS_CLOSE * pd_max(fabs(e), 1.0))) break;
         double next = pdi_levels_next(&q, e, off, slope, step, &stride);
         if (!(next > q.low) || !(next < q.high) || next < least - PDI_LEVELS_FAR ||
             next > most + PDI_LEVELS_FAR) break;
@@ -358,7 +358,7 @@ PDI_FN pd_status pdi_levels_sources(pd_ctx *ctx, pd_reactive *r, double dt)
         r->surface->sourced = r->bonds->stencil->volume * pdi_compensated_sum_total(&sum);
         late = r->surface->late; /* a circuit gives it */
     }
-    double most = pdi_max(PDI_LEVELS_SLACK * size, PDI_LEVELS_FAINT * held / dt);
+    double most = pd_max(PDI_LEVELS_SLACK * size, PDI_LEVELS_FAINT * held / dt);
     if (!(fabs(pdi_compensated_sum_total(&sum) - late) > most)) return PD_OK;
     return pd_fail(ctx, PD_ERR_ARGUMENT, "reactive",
                     "sources give a charge of %g of what they give, and no inlet or "

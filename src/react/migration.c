@@ -97,7 +97,7 @@ PDI_FN void pdi_migration_neutralise(const pd_migration *m, double *c)
         if (fabs(charge) <= PDI_MIGRATION_ROUND * DBL_EPSILON * size) return;
         for (int n = 0; n < m->components->solutes; n++) slope += m->charge[n] * m->charge[n] * c[n];
         if (!(slope > DBL_MIN)) return;
-        lambda = pdi_min(pdi_max(charge / slope, -PDI_MIGRATION_LONGEST), PDI_MIGRATION_LONGEST);
+        lambda = pd_min(pd_max(charge / slope, -PDI_MIGRATION_LONGEST), PDI_MIGRATION_LONGEST);
         for (int n = 0; n < m->components->solutes; n++)
             if (m->charge[n] != 0.0) c[n] *= exp(-m->charge[n] * lambda);
     }
@@ -185,11 +185,11 @@ static void pdi_migration_faces(pd_migration *m, const double *c, double least)
         if (grid->kind[node] != PD_FLUID) continue;
         pd_grid_index(grid, node, i);
         int64_t cell = pdi_compact_operator_cell_index(grid, i);
-        double own = pdi_max(pdi_migration_between(m, c, node, node), least);
+        double own = pd_max(pdi_migration_between(m, c, node, node), least);
         for (int d = 0; d < PD_DIM; d++) {
             int32_t next = node + grid->stride[d];
             if (m->compact.conductance[d][cell] > 0.0f)
-                m->compact.conductance[d][cell] *= (float)pdi_max(pdi_migration_between(m, c, node, next), least);
+                m->compact.conductance[d][cell] *= (float)pd_max(pdi_migration_between(m, c, node, next), least);
         }
         m->compact.dirichlet[cell] *= (float)own;
         if (hold) m->compact.mass[cell] += (float)(pd_grid_circumference(grid, node) * hold[node] * own);
@@ -209,12 +209,12 @@ PDI_FN pd_status pdi_migration_setup(pd_ctx *ctx, pd_migration *m, const double 
         for (int n = 0; n < m->components->solutes; n++)
             sum += m->charge[n] * m->charge[n] * c[(int64_t)n * grid->total + i];
         m->size[i] = sum;
-        most = pdi_max(most, sum);
+        most = pd_max(most, sum);
     }
     if (!(most > 0.0)) most = 1.0;
-    for (int32_t i = 0; i < grid->total; i++) m->size[i] = pdi_max(m->size[i], PDI_MIGRATION_LEAST * most);
+    for (int32_t i = 0; i < grid->total; i++) m->size[i] = pd_max(m->size[i], PDI_MIGRATION_LEAST * most);
     for (int n = 0; n < m->components->solutes; n++)
-        if (m->charge[n] != 0.0 && m->ratio[n] > 0.0) ratio = pdi_min(ratio, m->ratio[n]);
+        if (m->charge[n] != 0.0 && m->ratio[n] > 0.0) ratio = pd_min(ratio, m->ratio[n]);
     memset(&still, 0, sizeof still);
     pdi_compact_operator_assemble(ctx, m->flux->diffusion->desc.diffusivity, NULL, &still, 0.0, &faces, &m->compact);
     pdi_migration_faces(m, c, PDI_MIGRATION_LEAST * most * (ratio < HUGE_VAL ? ratio : 1.0));
@@ -222,7 +222,7 @@ PDI_FN pd_status pdi_migration_setup(pd_ctx *ctx, pd_migration *m, const double 
         int i[PD_DIM];
         pd_grid_index(grid, surface->node[p], i);
         m->compact.mass[pdi_compact_operator_cell_index(grid, i)] +=
-            (float)pdi_min(pd_grid_circumference(grid, surface->node[p]) * surface->take[p], PDI_MIGRATION_HELD);
+            (float)pd_min(pd_grid_circumference(grid, surface->node[p]) * surface->take[p], PDI_MIGRATION_HELD);
     }
     pd_status status = pdi_multigrid_setup(ctx, &m->mg, m->compact.active, (const float *const *)m->compact.conductance,
                                            NULL, m->compact.dirichlet, m->compact.mass);
@@ -247,7 +247,7 @@ PDI_FN double pdi_migration_largest(const pd_migration *m)
     const pd_grid *grid = m->flux->bonds->grid;
     double most = 0.0;
     for (int32_t i = 0; i < grid->total; i++)
-        if (grid->kind[i] == PD_FLUID) most = pdi_max(most, fabs(m->move[i]));
+        if (grid->kind[i] == PD_FLUID) most = pd_max(most, fabs(m->move[i]));
     return most;
 }
 
@@ -259,8 +259,8 @@ PDI_FN double pdi_migration_pace(pd_migration *m, double dt)
     const pd_grid *grid = m->flux->bonds->grid;
     double longest = 0.0, shortest = HUGE_VAL, d = m->flux->diffusion->desc.diffusivity * dt;
     for (int axis = 0; axis < PD_DIM; axis++) {
-        longest = pdi_max(longest, grid->hi[axis] - grid->lo[axis]);
-        shortest = pdi_min(shortest, grid->h[axis]);
+        longest = pd_max(longest, grid->hi[axis] - grid->lo[axis]);
+        shortest = pd_min(shortest, grid->h[axis]);
     }
     double slow = PDI_MIGRATION_LONGEST_WAVE * d / (longest * longest);
     double fast = PDI_MIGRATION_SHORTEST_WAVE * d / (shortest * shortest);

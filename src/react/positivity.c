@@ -14,7 +14,7 @@ static void pdi_positivity_debts(const pd_reactive *r, double stage, double *owe
         worst[k] = -1;
         for (int32_t i = 0; i < (int32_t)total; i++) {
             double lacks = r->spent[k * total + i] ? -stage * r->weight[k] * r->work[k * total + i] : 0.0;
-            most[k] = pdi_max(most[k], fabs(r->total[k * total + i]));
+            most[k] = pd_max(most[k], fabs(r->total[k * total + i]));
             if (!(lacks > owed[k])) continue;
             owed[k] = lacks;
             worst[k] = i;
@@ -53,7 +53,7 @@ PDI_FN int pdi_positivity_exceeded(pd_reactive *r, double dt)
     for (int k = 0; k < r->components.count && !r->short_of; k++) {
         if (!(owed[k] > PDI_POSITIVITY_SLACK)) continue;
         int64_t at = k * (int64_t)r->grid->total + worst[k];
-        double lacks = -dt * r->weight[k] * r->work[at], before = pdi_max(-r->carry[at], 0.0), now = lacks - before;
+        double lacks = -dt * r->weight[k] * r->work[at], before = pd_max(-r->carry[at], 0.0), now = lacks - before;
         double least = PDI_POSITIVITY_SLACK / owed[k] * lacks; /* what is next to nothing */
         if (before > least && !(now > least)) continue;     /* transport owed it before */
         if (!(dt * pdi_positivity_sink(r, k, worst[k]) > 0.5 * now)) continue;
@@ -97,7 +97,7 @@ PDI_FN int32_t pdi_positivity_fewest(const pd_etch *s, double *ions)
         for (int n = 0; n < s->reactive->components.solutes; n++)
             if (s->reactive->components.charge[n]) sum += c[n];
         if (sum < *ions) least = s->node[p];
-        *ions = pdi_min(*ions, sum);
+        *ions = pd_min(*ions, sum);
     }
     return least;
 }
@@ -110,7 +110,7 @@ PDI_FN int pdi_positivity_drained(const pd_reactive *r, double soonest, int *sol
             int64_t at = n * (int64_t)r->grid->total + i;
             if (r->grid->kind[i] != PD_FLUID || !(r->source[at] < 0.0)) continue;
             if (!(r->c[at] < -soonest * r->source[at])) continue;
-            soonest = pdi_max(r->c[at], 0.0) / -r->source[at];
+            soonest = pd_max(r->c[at], 0.0) / -r->source[at];
             *solute = n;
             *node = i;
             found = 1;

@@ -63,8 +63,8 @@ double pd_reactive_neutrality(const pd_reactive *r)
             charge += r->components.charge[n] * c[n];
             size += abs(r->components.charge[n]) * c[n];
         }
-        worst = pdi_max(worst, fabs(charge));
-        most = pdi_max(most, size);
+        worst = pd_max(worst, fabs(charge));
+        most = pd_max(most, size);
     }
     return most > 0.0 ? worst / most : 0.0;
 }
@@ -75,7 +75,7 @@ double pd_reactive_saturation(const pd_reactive *r, int index, int32_t node)
     pd_reactive_get(r, r->c, node, c);
     for (int s = 0; s < r->minerals.count; s++)
         if (index < 0 || s == index) /* NaN gives way */
-            most = pdi_max(most, pdi_mineral_compute_ln_omega(&r->components, &r->minerals, s, c) / log(10.0));
+            most = pd_max(most, pdi_mineral_compute_ln_omega(&r->components, &r->minerals, s, c) / log(10.0));
     return most;
 }
 
@@ -190,9 +190,9 @@ PDI_FN void pdi_reactive_guess(pd_reactive *r)
 PDI_FN void pdi_reactive_trace(const pd_reactive *r, double *size)
 {
     double most = 0.0;
-    for (int k = 0; k < r->components.count; k++) most = pdi_max(most, size[k]);
+    for (int k = 0; k < r->components.count; k++) most = pd_max(most, size[k]);
     for (int k = 0; k < r->components.count; k++)
-        if (size[k] > 0.0) size[k] = pdi_max(size[k], PDI_REACTIVE_TRACE * most);
+        if (size[k] > 0.0) size[k] = pd_max(size[k], PDI_REACTIVE_TRACE * most);
 }
 
 PDI_FN void pdi_reactive_pass(pd_reactive *r, double dt)
@@ -228,7 +228,7 @@ PDI_FN void pdi_reactive_pass(pd_reactive *r, double dt)
             if (r->pass) bond *= pdi_bond_diffusivity_harmonic_mean(r->pass[i], r->pass[j]);
             for (int n = 0; n < s->solutes; n++) {
                 double here = r->c[n * total + i], there = grid->kind[j] == PD_OUTLET ? here : r->c[n * total + j];
-                double leave = 0.5 * flux * (here + there) - pdi_max(fabs(0.5 * flux), r->ratio[n] * bond) *
+                double leave = 0.5 * flux * (here + there) - pd_max(fabs(0.5 * flux), r->ratio[n] * bond) *
                                                              (there - here);
                 if (r->migration.on && grid->kind[j] == PD_INLET)
                     leave = pdi_migrate_leave(r->ratio[n] * bond, flux,
@@ -422,8 +422,8 @@ static pd_status pdi_reactive_diffusivities(pd_ctx *ctx, const pd_species *speci
             return pd_fail(ctx, PD_ERR_ARGUMENT, "reactive", "%s has D = %g m2/s, expected a finite value of at least "
                             "0", species[i].name, d);
         of[n] = d;
-        if (d > 0.0) least = pdi_min(least, d);
-        most = pdi_max(most, d);
+        if (d > 0.0) least = pd_min(least, d);
+        most = pd_max(most, d);
         if (strcmp(species[i].name, "H+") == 0) r->proton = n;
     }
     r->diffusion.desc.diffusivity = most > 0.0 ? (least < most ? sqrt(least * most) : most) : 0.0;

@@ -24,7 +24,7 @@ static double pdi_reclaim_there(const pd_reactive *r, const double *gain, int32_
     pdi_components_compute_totals(of, c, sum);
     for (int k = 0; k < of->count; k++) {
         double there = PDI_RECLAIM_SHARE * (sum[k] + r->carry[(int64_t)k * r->grid->total + i]) + comes[k];
-        if (gain[k] > 0.0 && pdi_reclaim_bounded(of, k)) most = pdi_min(most, pdi_max(there, 0.0) / gain[k]);
+        if (gain[k] > 0.0 && pdi_reclaim_bounded(of, k)) most = pd_min(most, pd_max(there, 0.0) / gain[k]);
     }
     return most;
 }
@@ -48,7 +48,7 @@ PDI_FN double pdi_reclaim_take(pd_reactive *r, const double *shed, double amount
             pdi_compensated_sum_add(&sum, pdi_reclaim_held(r, gain, i) * pd_grid_circumference(r->grid, i));
     held = pdi_compensated_sum_total(&sum);
     if (!(held > 0.0)) return 0.0;
-    double share = pdi_min(amount / held, 1.0), taken = share < 1.0 ? amount : held;
+    double share = pd_min(amount / held, 1.0), taken = share < 1.0 ? amount : held;
     for (int32_t i = 0; i < (int32_t)total; i++) {
         if (r->grid->kind[i] != PD_FLUID) continue;
         double of_node = share * pdi_reclaim_held(r, gain, i);
@@ -69,8 +69,8 @@ PDI_FN void pdi_reclaim_due(const pd_reactive *r, const double *shed, double dt,
         due[i] = owed[i];
         if (!(owed[i] < 0.0) || r->grid->kind[i] != PD_FLUID) continue;
         if (r->surface) pdi_etch_gain(r->surface, i, comes);
-        for (int k = 0; k < r->components.count; k++) comes[k] = dt * pdi_max(comes[k], 0.0);
-        due[i] = pdi_max(owed[i], -pdi_reclaim_there(r, gain, i, comes));
+        for (int k = 0; k < r->components.count; k++) comes[k] = dt * pd_max(comes[k], 0.0);
+        due[i] = pd_max(owed[i], -pdi_reclaim_there(r, gain, i, comes));
     }
 }
 

@@ -109,7 +109,7 @@ static double pdi_tangent_absorb(const pd_reactive *r, int32_t i, int m)
     const float *row = r->by + (int64_t)i * r->slots + pdi_tangent_place(r) + m * s->count;
     double share = 1.0;
     for (int k = 0; k < s->count; k++) share -= (double)row[k] * r->minerals.total_content[m][k];
-    return share < PDI_TANGENT_MOST ? (1.0 / pdi_max(share, PDI_TANGENT_LEAST) - 1.0) / r->dt : 0.0;
+    return share < PDI_TANGENT_MOST ? (1.0 / pd_max(share, PDI_TANGENT_LEAST) - 1.0) / r->dt : 0.0;
 }
 
 static pd_status pdi_tangent_migration(pd_ctx *ctx, pd_reactive *r)
@@ -207,7 +207,7 @@ PDI_FN pd_status pdi_tangent_derive(pd_ctx *ctx, pd_reactive *r)
                 row[k] = (float)sum;
                 rate -= (double)row[k] * s->kinetic[n].total_change[k];
             }
-            r->filter[n].absorb[i] = pdi_max(rate, 0.0);
+            r->filter[n].absorb[i] = pd_max(rate, 0.0);
         }
         for (int n = s->kinetics; n < r->filters; n++)
             r->filter[n].absorb[i] = pdi_tangent_absorb(r, i, r->filter[n].mineral);
@@ -590,8 +590,8 @@ static int pdi_tangent_by_nodes(const pd_reactive *r)
     double rate = 0.0, ratio = 0.0;
     if (!r->components.kinetics || !r->minerals.count || r->migration.on) return 0;
     for (int32_t i = 0; i < (int32_t)r->grid->total; i++)
-        if (r->grid->kind[i] == PD_FLUID) rate = pdi_max(rate, r->rates[i]);
-    for (int n = 0; n < r->components.solutes; n++) ratio = pdi_max(ratio, r->ratio[n]);
+        if (r->grid->kind[i] == PD_FLUID) rate = pd_max(rate, r->rates[i]);
+    for (int n = 0; n < r->components.solutes; n++) ratio = pd_max(ratio, r->ratio[n]);
     return ratio * rate * r->dt <= PDI_TANGENT_EXCHANGE;
 }
 

@@ -53,7 +53,7 @@ PDI_FN void pdi_terms_read(const pdi_terms *w, const double *c, double psi, doub
 {
     const pd_reactive *r = w->s->reactive;
     *ph = *phi = NAN;
-    if (r->proton >= 0) *ph = 3.0 - (log(pdi_max(c[r->proton], DBL_MIN)) + w->davies) / log(10.0);
+    if (r->proton >= 0) *ph = 3.0 - (log(pd_max(c[r->proton], DBL_MIN)) + w->davies) / log(10.0);
     if (r->migration.on) *phi = psi * r->migration.volt - w->level;
 }
 
@@ -66,7 +66,7 @@ PDI_FN double pdi_terms_number(const pdi_terms *w, const double *c, double psi)
 
 PDI_FN double pdi_terms_law(const pdi_terms *w, const double *c, double psi)
 {
-    return pdi_max(pdi_terms_number(w, c, psi), 0.0);
+    return pd_max(pdi_terms_number(w, c, psi), 0.0);
 }
 
 PDI_FN double pdi_terms_curve(const pdi_terms *w, const double *c, double psi)
@@ -74,7 +74,7 @@ PDI_FN double pdi_terms_curve(const pdi_terms *w, const double *c, double psi)
     const pd_reactive *r = w->s->reactive;
     const pd_etch_electrodes *of = &w->s->desc.electrodes;
     double ph = NAN;
-    if (r->proton >= 0) ph = 3.0 - (log(pdi_max(c[r->proton], DBL_MIN)) + w->davies) / log(10.0);
+    if (r->proton >= 0) ph = 3.0 - (log(pd_max(c[r->proton], DBL_MIN)) + w->davies) / log(10.0);
     double drop = w->level - psi * r->migration.volt;
     return of->curve(of->user, w->electrode, w->share, c, ph, drop, w->s->time) / PD_FARADAY;
 }

@@ -6,7 +6,7 @@
 #define PD_CHECKPOINT_H
 #include "physics/model.h"
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* Store or load the state of a model, between two steps or right after its build: the time loop then continues with the
  * same bits for any number of threads. PD_ERR_ARGUMENT: another scene (the message names the difference). After a
  * failure the model may only be freed. */

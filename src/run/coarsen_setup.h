@@ -14,7 +14,7 @@ typedef struct pd_coarsened_setup {
     double monitor_weight[PD_SETUP_MONITORS]; /* [-] weight of each monitor in the outputs of its section */
 } pd_coarsened_setup;
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* Coarsen a setup by a factor of 2 or more. PD_ERR_GEOMETRY: the coarser lattice cannot resolve the scene: the box is
  * no multiple of its cells, the face of a box lies off its planes, fluid, solid or wall is thinner than a cell or lost,
  * a plane has no place. PD_ERR_SIZE: too many planes. */

@@ -38,7 +38,7 @@ typedef struct pd_measured_error {
     double max_difference_time; /* [s] time of the largest difference */
 } pd_measured_error;
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* model and monitors are borrowed, and built. PD_ERR_ARGUMENT: a figure that the run does not watch, or of another
  * dimension than the points. */
 PDI_FN pd_status pdi_compare_measured_build(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors,

@@ -21,7 +21,7 @@ typedef struct pd_field_views {
     double *field[PD_FIELD_COUNT]; /* [components][cells] [unit of the field] */
 } pd_field_views;
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* Compute a field as it is now into views->field and describe it in view; the values stay in place until it is
  * requested again. PD_ERR_ARGUMENT: no such field, or the scene has none. */
 PDI_FN pd_status pdi_field_view_get(pd_ctx *ctx, pd_model *model, pd_field_views *views, const char *name,

@@ -296,7 +296,7 @@ static pd_status pdi_fit_solve_on_grid(pdi_fit *f, const double *start)
     for (int k = 0; k < d.parameters; k++) {
         d.low[k] = f->fit->parameter[k].low;
         d.high[k] = f->fit->parameter[k].high;
-        d.start[k] = pdi_min(pdi_max(start[k], d.low[k]), d.high[k]);
+        d.start[k] = pd_min(pd_max(start[k], d.low[k]), d.high[k]);
     }
     d.known_deviation = f->fit->has_spread;
     d.noise = f->noise;

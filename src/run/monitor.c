@@ -219,8 +219,8 @@ static void pdi_monitor_compute_extremes(const pd_model *model, const pd_setup_m
         if (model->grid.kind[i] != PD_FLUID || pd_model_is_undefined(model, PD_FIELD_C, i)) continue;
         pd_grid_position(&model->grid, i, x);
         if (!pd_grid_is_between(&model->grid, desc->lo, desc->hi, x)) continue;
-        r->min_concentration = pdi_min(r->min_concentration, model->transport.c[i]);
-        r->max_concentration = pdi_max(r->max_concentration, model->transport.c[i]);
+        r->min_concentration = pd_min(r->min_concentration, model->transport.c[i]);
+        r->max_concentration = pd_max(r->max_concentration, model->transport.c[i]);
     }
 }
 
@@ -258,14 +258,14 @@ static void pdi_monitor_compute_solid_extremes(const pd_solid_coupling *s, pd_mo
         double square = 0.0;
         if (!(s->stiffness_factor[i] > 0.0)) continue;
         for (int d = 0; d < PD_DIM; d++) square += at[(int64_t)i * PD_DIM + d] * at[(int64_t)i * PD_DIM + d];
-        u = pdi_max(u, sqrt(square));
-        mises = pdi_max(mises, s->mises[i]);
-        pressure = pdi_max(pressure, s->pressure[i]);
-        if (s->solid.plastic_strain) slip = pdi_max(slip, s->plastic_strain[i]);
+        u = pd_max(u, sqrt(square));
+        mises = pd_max(mises, s->mises[i]);
+        pressure = pd_max(pressure, s->pressure[i]);
+        if (s->solid.plastic_strain) slip = pd_max(slip, s->plastic_strain[i]);
     }
     pdi_monitor_add_output(m, "u_max", "m", u);
     if (s->overlap.bins)
-        pdi_monitor_add_output(m, "overlap", "m", pdi_max(s->overlap.crack_overlap, s->overlap.component_overlap));
+        pdi_monitor_add_output(m, "overlap", "m", pd_max(s->overlap.crack_overlap, s->overlap.component_overlap));
     if (!s->solid.stress) return;
     pdi_monitor_add_output(m, "mises_max", "Pa", mises);
     pdi_monitor_add_output(m, "sigma_h_max", "Pa", pressure > -HUGE_VAL ? pressure : 0.0);

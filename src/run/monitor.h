@@ -43,7 +43,7 @@ typedef struct pd_monitors {
     pd_monitor monitor[PD_SETUP_MONITORS]; /* setup->monitors of them */
 } pd_monitors;
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* Build all monitors of the setup; model is borrowed. PD_ERR_GEOMETRY: a probe in the wall, a box around a body that
  * comes too close to other walls. */
 PDI_FN pd_status pdi_monitors_build(pd_ctx *ctx, pd_model *model, pd_monitors *monitors);

@@ -93,7 +93,7 @@ static void pdi_monitor_report_print_warnings(const pd_model *model, const pd_mo
         pdi_monitor_report_print_charge_error(m, &e, print, user);
     }
     double h = model->grid.h[0], layer = HUGE_VAL;
-    for (int d = 1; d < PD_DIM; d++) h = pdi_min(h, model->grid.h[d]);
+    for (int d = 1; d < PD_DIM; d++) h = pd_min(h, model->grid.h[d]);
     for (int f = 0; f < m->count; f++)
         if (!strcmp(m->output[f].key, "layer")) layer = fabs(m->output[f].value);
     if (!(layer < PDI_MONITOR_REPORT_MIN_LAYER_CELLS * h)) return;
@@ -132,7 +132,7 @@ static void pdi_monitor_report_print_ionic_strength(const pd_model *model, pd_pr
         double c[PD_SPECIES_MAX];
         if (model->grid.kind[i] != PD_FLUID) continue;
         pd_reactive_get(r, r->c, i, c);
-        most = pdi_max(most, 1e-3 * pd_components_compute_ionic_strength(s, c));
+        most = pd_max(most, 1e-3 * pd_components_compute_ionic_strength(s, c));
     }
     if (!(most > PDI_MONITOR_REPORT_MAX_IONIC_STRENGTH)) return;
     snprintf(text, sizeof text,

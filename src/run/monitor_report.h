@@ -5,7 +5,7 @@
 #define PD_MONITOR_REPORT_H
 #include "run/monitor.h"
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* Print a line "result case=... monitor=..." with the last outputs of each monitor, and notes where they are doubtful.
  */
 PDI_FN void pdi_monitor_report_print(const pd_monitors *monitors, pd_print_fn print, void *user);

@@ -34,7 +34,7 @@ typedef struct pd_output {
     int curve[2];             /* 1: volume_loss.png, .svg stands in the list of the folder */
 } pd_output;
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* Create the tables and prepare pictures. model and folder, which is open, are borrowed. PD_ERR_FILE. */
 PDI_FN pd_status pdi_output_open(pd_ctx *ctx, pd_model *model, pd_output_folder *folder, pd_output *out);
 /* Store the lengths of the files and the loss curve in a checkpoint. */

@@ -82,7 +82,7 @@ static int32_t pdi_pictures_get_node(const pd_output_pictures *im, int64_t cell)
     int row = (int)(cell / im->nx), i[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) {
         double slice = floor((m->setup->slice_at - m->grid.lo[d]) / m->grid.h[d] + PD_SHAPE_TOLERANCE);
-        i[d] = (int)pdi_max(0.0, pdi_min(slice, m->grid.n[d] - 1.0));
+        i[d] = (int)pd_max(0.0, pd_min(slice, m->grid.n[d] - 1.0));
     }
     i[im->up] = row < im->mirrored_rows ? im->mirrored_rows - 1 - row : row - im->mirrored_rows;
     i[im->right] = (int)(cell % im->nx); /* 1D: one row */
@@ -194,7 +194,7 @@ static int pdi_pictures_compare_doubles(const void *a, const void *b)
 /* Value at fractional rank `at` of sorted [count], linear between two: a percentile. */
 static double pdi_pictures_interpolate_sorted(const double *sorted, int64_t count, double at)
 {
-    int64_t below = (int64_t)pdi_min(floor(at), (double)count - 1.0), above = below + 1 < count ? below + 1 : below;
+    int64_t below = (int64_t)pd_min(floor(at), (double)count - 1.0), above = below + 1 < count ? below + 1 : below;
     return sorted[below] + (at - (double)below) * (sorted[above] - sorted[below]);
 }
 
@@ -246,11 +246,11 @@ static pd_status pdi_pictures_update_range(pd_ctx *ctx, pd_output_pictures *im, 
     if (pdi_pictures_is_deformed(im, field))
         PD_TRY(pdi_deformed_plot_extend_range(ctx, warp, view->extent_min, view->extent_max));
     for (int64_t k = 0; pdi_pictures_has_flow_overlay(im, field) && k < im->cells; k++)
-        view->max_speed = pdi_max(view->max_speed, pdi_canvas_hypot(im->velocity[k], im->velocity[im->cells + k]));
+        view->max_speed = pd_max(view->max_speed, pdi_canvas_hypot(im->velocity[k], im->velocity[im->cells + k]));
     if (pdi_pictures_is_range_fixed(im->model->setup, pdi_pictures_get_colour_field(im, field))) return PD_OK;
     pdi_pictures_find_range(im, field, &lo, &hi);
-    view->min = pdi_min(view->min, lo);
-    view->max = pdi_max(view->max, hi);
+    view->min = pd_min(view->min, lo);
+    view->max = pd_max(view->max, hi);
     return PD_OK;
 }
 

@@ -45,7 +45,7 @@ typedef struct pd_output_pictures {
     int64_t frame_file_bytes; /* [byte] of it when the checkpoint was made */
 } pd_output_pictures;
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* model and folder are borrowed. */
 PDI_FN pd_status pdi_pictures_build(pd_ctx *ctx, const pd_model *model, pd_output_folder *folder,
                                     pd_output_pictures *images);

@@ -92,7 +92,7 @@ static void pdi_richardson_compute_error(const pd_setup *setup, pd_richardson_ou
     e->is_formal_order =
         !(order >= PDI_RICHARDSON_MIN_ORDER) || !(order <= PDI_RICHARDSON_MAX_ORDER) || !(step > noise);
     e->order = e->is_formal_order ? theory : order;
-    if (e->is_formal_order) step = pdi_max(step, fabs(far_step) / pow(2.0, theory)); /* that of numbers */
+    if (e->is_formal_order) step = pd_max(step, fabs(far_step) / pow(2.0, theory)); /* that of numbers */
     e->error = step / ((pow(2.0, e->order) - 1.0) * fabs(value));
     if (step <= 0.0) e->error = 0.0; /* the figure may be 0, too */
 }
@@ -112,7 +112,7 @@ static void pdi_richardson_mark_minor(pd_richardson *e)
         double most = 0.0;
         for (int j = 0; j < e->count; j++)
             if (pdi_richardson_is_same_kind(&a->figure, &e->list[j].figure))
-                most = pdi_max(most, fabs(e->list[j].figure.value));
+                most = pd_max(most, fabs(e->list[j].figure.value));
         a->is_minor = !(fabs(a->figure.value) >= PDI_RICHARDSON_MINOR * most) || !(fabs(a->figure.value) > 0.0) ||
                       !(a->error >= 0.0);
         if (!a->is_minor && (e->worst_output < 0 || a->error > e->list[e->worst_output].error)) e->worst_output = k;
@@ -256,7 +256,7 @@ void pd_richardson_suggest_spacing(const pd_richardson *e, double accuracy, doub
     int common = 0;
     for (int k = 0; k < e->count; k++) {
         const pd_richardson_output *a = &e->list[k];
-        if (!a->is_minor && a->error > accuracy) finer = pdi_max(finer, pow(a->error / accuracy, 1.0 / a->order));
+        if (!a->is_minor && a->error > accuracy) finer = pd_max(finer, pow(a->error / accuracy, 1.0 / a->order));
     }
     for (int d = 0; d < PD_DIM; d++) {
         h[d] = u->h[d];

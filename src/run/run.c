@@ -88,7 +88,7 @@ static void pdi_run_print_progress(pdi_run *r)
 static void pdi_run_print_stall(pdi_run *r, const char *doing, int64_t count, double waited)
 {
     char line[480];
-    r->stall_time = 2.0 * pdi_max(waited, r->stall_time);
+    r->stall_time = 2.0 * pd_max(waited, r->stall_time);
     pdi_stall_note_format(&r->model.time_loop, waited, doing, count, line, sizeof line);
     r->desc->print(r->desc->print_user, PD_PRINT_NOTE, line);
 }
@@ -451,7 +451,7 @@ static void pdi_run_set_result(const pdi_run *r, pd_run_result *result)
     result->flux_error = r->observables.flux_error;
     result->layer_flux_error = r->observables.layer_flux_error;
     result->peclet = pd_step_diagnostics_compute_peclet(m, &slowest);
-    result->residual = pdi_max(effort.momentum, effort.continuity);
+    result->residual = pd_max(effort.momentum, effort.continuity);
     result->evaluations = effort.flow_evaluations;
     result->is_steady = r->setup->steady_transport;
     result->steady_change = effort.steady_change;

@@ -87,7 +87,7 @@ PD_API pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *d
 /* "result case=... dim=2 h=5e-06 m=3 volume_loss=..." into text[size]; the caller appends its times. */
 PD_API void pd_run_format_result(const pd_run_result *result, char *text, size_t size);
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* Put file and line of the scene before the message of a setup that cannot be built. */
 PDI_FN void pdi_run_prefix_message(pd_ctx *ctx, const pd_setup *setup, int line);
 #endif

@@ -22,7 +22,7 @@ typedef struct pd_scalar_outputs {
 
 #define pd_scalar_outputs_free PD_NAME(pd_scalar_outputs_free)
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* Append all scalar outputs to a zero-initialised list; the monitors hold those of the last step. all: 0: of probes
  * only smooth fields (flow, C, pH, solutes), NaN in the metal; 1: all fields of probes, 0 in the metal for fields of
  * the fluid. */

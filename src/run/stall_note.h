@@ -5,7 +5,7 @@
 #define PD_STALL_NOTE_H
 #include "couple/time_loop.h"
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* Write "no step for 10.0 s, at t = 3 s: species in time tries a step of 2 ms from t = 3 s, attempt 7; the error of the
  * one before was 12 of what is allowed (GMRES 40)" into line[size]. waited [s]; doing, count: as the poll function gets
  * them. */

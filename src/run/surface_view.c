@@ -31,7 +31,7 @@ static double pdi_surface_view_get_metal_fraction(const void *user, const int *i
     int32_t node = pd_grid_node(&m->grid, i);
     if (m->grid.kind[node] != PD_SOLID) return 0.0;
     if (!m->setup->has_dissolve) return 1.0;
-    return pdi_max(1e-9, m->transport.c[node] / m->setup->metal[m->metal ? m->metal[node] : 0].solid_c);
+    return pd_max(1e-9, m->transport.c[node] / m->setup->metal[m->metal ? m->metal[node] : 0].solid_c);
 }
 
 /* Value of the colour field at a surface face: of the metal cell `in`, or of the fluid cell `out` beside it; NaN: none.

@@ -4,7 +4,7 @@
 #include "io/renderer.h"
 #include "physics/model.h"
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 #include "io/surface_plot.h"
 
 /* 1: the scene requests pictures of the surface. */

@@ -7,7 +7,7 @@
 #include "scene/text.h"
 #include "setup/setup.h"
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* Build setup->fingerprint from the text of a scene that has been read. */
 PDI_FN pd_status pdi_fingerprint_build(pd_ctx *ctx, const pd_text *text, pd_setup *setup);
 /* Append one line, given without newline, to setup->fingerprint. */

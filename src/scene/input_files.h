@@ -5,7 +5,7 @@
 #include "scene/text.h"
 #include "setup/setup.h"
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* Path of the input file under `key` into path[PD_PATH_SIZE]: absolute, or relative to `folder`, the folder of the
  * scene with a '/' at its end. PD_ERR_PARSE: no such key; PD_ERR_ARGUMENT: too long. */
 PDI_FN pd_status pdi_input_files_get_path(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *folder,

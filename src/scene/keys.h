@@ -10,7 +10,7 @@
 /* The table of all sections, in the order of the guide; *count: their number. */
 PD_API const pd_key_section *pd_key_sections(int *count);
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* Find the section of this name in the table. NULL: there is none. */
 PDI_FN const pd_key_section *pdi_keys_find_section(const char *name);
 /* Find it there or among the physics that the program brings along. NULL: there is none. */

@@ -3,7 +3,7 @@
 #define PD_OVERRIDE_H
 #include "scene/text.h"
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* Apply one command-line argument `key=value`, `section.key=value` or `section.label.key=value` to the text. A bare key
  * must be in exactly one section; a labelled section must exist; `section.key` may be new, and a misspelt one is then
  * reported by pdi_text_check_unused. PD_ERR_PARSE. */

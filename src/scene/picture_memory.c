@@ -12,8 +12,8 @@
 /* Pixels along an axis for a field of `cells`, about `wanted`; cells are merged beyond `largest`. */
 static double pdi_picture_memory_count_pixels(double cells, double wanted, double largest)
 {
-    double each = pdi_max(1.0, floor(wanted / cells + 0.5));
-    return cells > largest ? cells / ceil(cells / largest) : pdi_max(cells * each, 120.0);
+    double each = pd_max(1.0, floor(wanted / cells + 0.5));
+    return cells > largest ? cells / ceil(cells / largest) : pd_max(cells * each, 120.0);
 }
 
 /* [byte] Memory of the rendered metal surface in 3D, its mesh taken as large as the surface of the box. */
@@ -32,7 +32,7 @@ static double pdi_picture_memory_estimate_surface_view(const pd_setup *setup)
                            setup->drawing.width ? setup->drawing.width : PD_FIELD_PLOT_WIDTH, &s);
     double pixels = (double)s.width * s.height, image = 6.0 * (s.width + 140.0) * (s.height + 110.0);
     double sorted = setup->drawing.percentile > 0.0 && setup->drawing.percentile < 1.0 ? 8.0 * pixels : 0.0;
-    return 7.0 * pixels + sorted + pdi_max(20.0 * pixels + 330.0 * faces, image + PDI_PICTURE_MEMORY_DEFLATE_BYTES);
+    return 7.0 * pixels + sorted + pd_max(20.0 * pixels + 330.0 * faces, image + PDI_PICTURE_MEMORY_DEFLATE_BYTES);
 }
 
 PDI_FN double pdi_picture_memory_estimate(const pd_setup *u)
@@ -45,12 +45,12 @@ PDI_FN double pdi_picture_memory_estimate(const pd_setup *u)
         plots = plots || (m->kind == PD_MONITOR_LINE && m->images) || (m->kind == PD_MONITOR_TRANSFER && m->axis >= 0);
     }
     if (plots) largest = PDI_PICTURE_MEMORY_PLOT_BYTES;
-    largest = pdi_max(largest, pdi_picture_memory_estimate_surface_view(u));
+    largest = pd_max(largest, pdi_picture_memory_estimate_surface_view(u));
     if (PD_DIM == 1 || !u->images) return largest;
     double lx = u->hi[right] - u->lo[right], ly = u->hi[up] - u->lo[up];
     if (u->axisymmetric && !(u->lo[up] > 0.0)) ly *= 2.0; /* both halves are drawn */
     double wanted = u->drawing.width ? u->drawing.width : PD_FIELD_PLOT_WIDTH, cells = lx / u->h[right] * ly / u->h[up];
-    double scale = pdi_min(wanted / lx, PD_FIELD_PLOT_MAX_ASPECT * wanted / ly);
+    double scale = pd_min(wanted / lx, PD_FIELD_PLOT_MAX_ASPECT * wanted / ly);
     double width = pdi_picture_memory_count_pixels(lx / u->h[right], scale * lx, 1.4 * wanted) + 230.0;
     double height = pdi_picture_memory_count_pixels(ly / u->h[up], scale * ly, 1.4 * wanted) + 140.0;
     double all = 6.0 * width * height + PDI_PICTURE_MEMORY_DEFLATE_BYTES;
@@ -58,21 +58,21 @@ PDI_FN double pdi_picture_memory_estimate(const pd_setup *u)
         double pixels = scale * lx * scale * ly;
         width = scale * lx + 230.0;
         height = scale * ly + 140.0;
-        all = pdi_max(3.0 * width * height + 9.0 * pixels, 6.0 * width * height + PDI_PICTURE_MEMORY_DEFLATE_BYTES);
+        all = pd_max(3.0 * width * height + 9.0 * pixels, 6.0 * width * height + PDI_PICTURE_MEMORY_DEFLATE_BYTES);
         all += 17.0 * cells;
     }
     for (int k = 0; k < PD_FIELD_COUNT; k++) {
         lines = lines || u->drawing.contours[k];
         flows = flows || u->drawing.streamlines[k] || u->drawing.vectors[k];
-        across = pdi_max(across, u->drawing.streamlines[k]);
+        across = pd_max(across, u->drawing.streamlines[k]);
     }
-    if (flows) all = pdi_max(all, 4.0 * width * height) + 16.0 * cells;
+    if (flows) all = pd_max(all, 4.0 * width * height) + 16.0 * cells;
     /* points of streamlines, 12 of 80 bytes over the distance between lines */
-    all = pdi_max(all, 4.0 * width * height + 1000.0 * width * height * pow(across / wanted, 2.0));
+    all = pd_max(all, 4.0 * width * height + 1000.0 * width * height * pow(across / wanted, 2.0));
     /* cover of a pixel, place on the bar of a cell */
-    if (lines) all = pdi_max(all, 4.0 * width * height + 8.0 * cells);
+    if (lines) all = pd_max(all, 4.0 * width * height + 8.0 * cells);
     if (u->drawing.percentile > 0.0 && u->drawing.percentile < 1.0) all += 8.0 * cells;
-    return pdi_max(largest, all) + 9.0 * cells;
+    return pd_max(largest, all) + 9.0 * cells;
 }
 
 #undef PDI_PICTURE_MEMORY_PLOT_BYTES

@@ -4,7 +4,7 @@
 #define PD_PICTURE_MEMORY_H
 #include "setup/setup.h"
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* [byte] Memory of the largest picture; they are drawn one by one. A callback of pd_setup. */
 PDI_FN double pdi_picture_memory_estimate(const pd_setup *setup);
 #endif

@@ -4,7 +4,7 @@
 #define PD_READ_CHEMISTRY_H
 #include "scene/reader.h"
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* Read the sections of chemistry into the setup: species, reactions, minerals. Solids that are no minerals are left
  * out. PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line. */
 PDI_FN pd_status pdi_read_chemistry_read(pdi_reader *reader);

@@ -6,7 +6,7 @@
 #define PD_READ_CONSTANTS_H
 #include "scene/text.h"
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 #define PDI_READ_CONSTANTS_MAX 32  /* of a scene */
 #define PDI_READ_CONSTANTS_EXTRA 8 /* for those that the caller appends */
 

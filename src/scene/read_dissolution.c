@@ -341,7 +341,7 @@ PDI_FN pd_status pdi_read_dissolution_horizons(pdi_reader *s, int grid)
     int own = u->has_dissolve && pdi_text_has_key(s->ctx, s->text, metal, "m");
     u->fluid_m = u->has_corrode ? PDI_READ_DISSOLUTION_ISOTROPIC_M : 1.0;
     if (given) PD_TRY(pdi_reader_get_bounded(s, grid, "m", "", NULL, 1.0, 6.0, 0, &u->fluid_m));
-    u->metal_m = u->has_corrode ? u->fluid_m : pdi_max(PDI_READ_DISSOLUTION_ISOTROPIC_M, u->fluid_m);
+    u->metal_m = u->has_corrode ? u->fluid_m : pd_max(PDI_READ_DISSOLUTION_ISOTROPIC_M, u->fluid_m);
     if (!own) return PD_OK;
     PD_TRY(pdi_reader_get_bounded(s, metal, "m", "", NULL, 1.0, 6.0, 0, &u->metal_m));
     if (u->has_corrode && !given) u->fluid_m = u->metal_m;

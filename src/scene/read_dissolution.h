@@ -8,7 +8,7 @@
 #define PD_READ_DISSOLUTION_H
 #include "scene/reader.h"
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* 1: the scene has a section of that name, with or without the label of a metal. */
 PDI_FN int pdi_read_dissolution_has_section(pdi_reader *reader, const char *name);
 /* Read Cs, charge and Csat. Declare Cs, Csat and the material data rho_m, M_m, z_m of the first metal as named

@@ -24,7 +24,7 @@ PD_API pd_status pd_electrolyte_read(pd_ctx *ctx, const char *path, const char *
  * included files are relative to the folder of `path`. */
 PD_API pd_status pd_electrolyte_parse(pd_ctx *ctx, const char *path, const char *text, const char *const *overrides,
                                       int count, pd_electrolyte *electrolyte);
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* 1: the text has a section of chemistry. */
 PDI_FN int pdi_read_electrolyte_has_sections(pd_ctx *ctx, pd_text *text);
 /* Read the electrolyte from a text whose constants are declared and whose files are included. Declares the temperature

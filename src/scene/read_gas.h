@@ -3,7 +3,7 @@
 #define PD_READ_GAS_H
 #include "setup/setup.h"
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* Read the section [gas] (Euler equations), if setup->has_gas, after the sides. PD_ERR_ARGUMENT, PD_ERR_PARSE with
  * file:line. */
 PDI_FN pd_status pdi_read_gas_read(pd_ctx *ctx, pd_text *text, pd_setup *setup);

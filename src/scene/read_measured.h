@@ -13,7 +13,7 @@
 #include "scene/text.h"
 #include "setup/setup.h"
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* Read all [measured NAME] sections, after the end time of the run is known, into setup->record. folder: of the scene.
  * Whether the run has the figure is checked when the model is built. PD_ERR_PARSE, PD_ERR_ARGUMENT with the lines of
  * the scene and of the data file. */

@@ -4,7 +4,7 @@
 #define PD_READ_MECHANICS_H
 #include "scene/reader.h"
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* Read the section [solid] and the loads of sides, after shapes, sides and metals. PD_ERR_PARSE, PD_ERR_ARGUMENT with
  * file:line. */
 PDI_FN pd_status pdi_read_mechanics_read(pdi_reader *reader);

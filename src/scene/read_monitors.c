@@ -155,7 +155,7 @@ static pd_status pdi_read_monitors_line(pdi_read_monitors_state *w, pd_setup_mon
         return pdi_text_fail_key(w->ctx, w->text, w->section, "spacing",
                                  "found %.6g m, which makes more than %d points", spacing,
                                  PDI_READ_MONITORS_MAX_POINTS);
-    m->points = (int)pdi_max(ceil(length / spacing * (1.0 - 1e-12)), 1.0) + 1;
+    m->points = (int)pd_max(ceil(length / spacing * (1.0 - 1e-12)), 1.0) + 1;
     return PD_OK;
 }
 

@@ -240,7 +240,7 @@ static void pdi_read_param_file_compute_front_sums(const pdi_read_param_file_val
                 count += 1.0;
                 if (i <= 0) continue;
                 opened += i;
-                sum += i * pdi_min(1.0, delta + 0.5 - r) / square;
+                sum += i * pd_min(1.0, delta + 0.5 - r) / square;
             }
     *exposure = opened / count;
     *bonds = constant * sum / (f->dx_file * f->dx_file);

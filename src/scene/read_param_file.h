@@ -17,7 +17,7 @@
 #include "scene/text.h"
 #include "setup/setup.h"
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* Fill the setup from a flat text. Overrides are applied here, because k_corr refers to dx as it stands in the file. A
  * key without effect on this solver adds a note. PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line. */
 PDI_FN pd_status pdi_read_param_file_read(pd_ctx *ctx, pd_text *text, const char *const *overrides, int count,

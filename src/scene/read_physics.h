@@ -3,7 +3,7 @@
 #define PD_READ_PHYSICS_H
 #include "scene/reader.h"
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* Read the sections of all physics that are registered with the context, and the values that sides hold. After species
  * and states of surfaces, before rate laws. PD_ERR_ARGUMENT, PD_ERR_PARSE with file:line. */
 PDI_FN pd_status pdi_read_physics_read(pdi_reader *s);

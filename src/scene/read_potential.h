@@ -4,7 +4,7 @@
 #define PD_READ_POTENTIAL_H
 #include "scene/reader.h"
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* 1: the scene has a section [potential] or [electrode NAME]. */
 PDI_FN int pdi_read_potential_has_sections(pdi_reader *reader);
 /* Read all of it, after shapes, sides, species and metals. PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line. */

@@ -4,7 +4,7 @@
 #define PD_READ_PRECRACKS_H
 #include "scene/reader.h"
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* Read all [cut NAME] sections, after [solid]. PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line. */
 PDI_FN pd_status pdi_read_precracks_read(pdi_reader *reader);
 #endif

@@ -178,7 +178,7 @@ static pd_status pdi_read_shapes_raw(pdi_read_shapes_state *s, pd_shape *shape)
         voxels *= number[d];
     }
     /* a longer file need not be read to its end to see that it is too long */
-    double most = pdi_min(2.0 * voxels + 4096.0, (double)PDI_READ_SHAPES_RAW_LIMIT);
+    double most = pd_min(2.0 * voxels + 4096.0, (double)PDI_READ_SHAPES_RAW_LIMIT);
     if (pdi_file_read_all(s->ctx, path, (size_t)most, &bytes, &size) < 0)
         return pdi_input_files_fail(s->ctx, s->text, s->section, "raw");
     pd_status status;

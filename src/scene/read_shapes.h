@@ -5,7 +5,7 @@
 #include "scene/text.h"
 #include "setup/setup.h"
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* Read all [shape ...] sections: geometry, solids, walls, materials and grains. folder: relative paths of masks and
  * surfaces start there. PD_ERR_PARSE, PD_ERR_ARGUMENT, PD_ERR_FILE with file:line. */
 PDI_FN pd_status pdi_read_shapes_read(pd_ctx *ctx, pd_text *text, const char *folder, pd_setup *setup);

@@ -7,7 +7,7 @@
 #define PD_READ_SURFACE_STATES_H
 #include "scene/reader.h"
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* Read names, units, initial values and bounds of all surface states, after the species. PD_ERR_PARSE, PD_ERR_ARGUMENT
  * with file:line. */
 PDI_FN pd_status pdi_read_surface_states_read(pdi_reader *reader);

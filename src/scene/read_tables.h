@@ -11,7 +11,7 @@
 #include "scene/text.h"
 #include "setup/setup.h"
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* State of the reader: the section in work and the CSV file that it names. */
 typedef struct pdi_read_tables_state {
     pd_ctx *ctx;

@@ -46,7 +46,7 @@ PDI_FN pd_status pdi_reader_read_initial(pdi_reader *s, int section)
 
 PDI_FN int pdi_reader_is_equal(double a, double b)
 {
-    return fabs(a - b) <= PDI_READER_EQUAL_TOL * pdi_max(fabs(a), fabs(b));
+    return fabs(a - b) <= PDI_READER_EQUAL_TOL * pd_max(fabs(a), fabs(b));
 }
 
 #undef PDI_READER_EQUAL_TOL

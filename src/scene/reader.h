@@ -5,7 +5,7 @@
 #include "setup/setup.h"
 #include "scene/read_constants.h"
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 /* Upper bound of all numbers, in SI: anything larger is a mistake. */
 #define PDI_READER_MAX_NUMBER 1e30
 

@@ -562,7 +562,7 @@ static pd_status pdi_scene_read_run(pdi_reader *s)
     PD_TRY(pdi_reader_get_bounded(s, section, "rtol", "", u->has_dissolve ? "4e-3" : "1e-3", 0.0, 0.1, 1, &u->rtol));
     /* Measured on a dissolving disc of radius 12 h, law 1 - C/Csat, after 4 h of recession: the volume loss is off by
      * 3e-3 when a step takes at most 0.1 of a node, by 1e-3 with 0.025. */
-    u->max_node_fraction = pdi_min(1.0, 25.0 * u->rtol);
+    u->max_node_fraction = pd_min(1.0, 25.0 * u->rtol);
     if (!pdi_text_has_key(s->ctx, s->text, section, "fraction")) return PD_OK;
     return pdi_reader_get_bounded(s, section, "fraction", "", NULL, 0.0, 1.0, 1, &u->max_node_fraction);
 }

@@ -85,7 +85,7 @@ typedef struct pd_word_list {
     char word[PD_TEXT_WORDS][PD_TEXT_WORD];
 } pd_word_list;
 
-#ifdef PDI_INTERNAL
+#ifdef PDI_APP_INTERNAL
 #define PDI_TEXT_LIST_SIZE 240 /* [byte] of a list of names in a message */
 
 /* Character set of a word: identifier; label, also with digits first, + and -; chemical formula, also with ( ) ^ : */

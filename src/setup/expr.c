@@ -785,8 +785,8 @@ void pd_expr_get_table_range(const pd_expr *expr, int var, double *range)
         if ((expr->code[k] & 255) != PDI_EXPR_TABLE || expr->code[k - 1] != (PDI_EXPR_VAR | var << 8)) continue;
         const pd_monotone_cubic *curve = expr->tables[expr->code[k] >> 8].curve;
         if (curve->nan_outside) continue;
-        range[0] = pdi_max(range[0], curve->x[0]);
-        range[1] = pdi_min(range[1], curve->x[curve->count - 1]);
+        range[0] = pd_max(range[0], curve->x[0]);
+        range[1] = pd_min(range[1], curve->x[curve->count - 1]);
     }
 }
 

@@ -26,7 +26,7 @@ static pdi_interval pdi_interval_all_reals(void) { return pdi_interval_make(-HUG
 /* Smallest interval that contains both. */
 static pdi_interval pdi_interval_hull(pdi_interval a, pdi_interval b)
 {
-    return pdi_interval_make(pdi_min(a.low, b.low), pdi_max(a.high, b.high));
+    return pdi_interval_make(pd_min(a.low, b.low), pd_max(a.high, b.high));
 }
 
 /* 1: the interval contains the value. */
@@ -43,8 +43,8 @@ static pdi_interval pdi_interval_apply_corners(int op, const pdi_interval *a)
         value = pdi_expr_apply_op(op, operand);
         if (op == PDI_EXPR_MUL && !(fabs(operand[0]) > 0.0 && fabs(operand[1]) > 0.0)) value = 0.0; /* of any number */
         if (isnan(value)) return pdi_interval_all_reals();
-        low = pdi_min(low, value);
-        high = pdi_max(high, value);
+        low = pd_min(low, value);
+        high = pd_max(high, value);
     }
     return pdi_interval_make(low, high);
 }
@@ -66,8 +66,8 @@ static pdi_interval pdi_interval_apply_sine(int op, pdi_interval a, double crest
 {
     double low = pdi_expr_apply_op(op, &a.low), high = pdi_expr_apply_op(op, &a.high), least, most;
     if (!(a.high - a.low < 2.0 * PD_PI)) return pdi_interval_make(-1.0, 1.0);
-    least = pdi_interval_contains_periodic(a, crest + PD_PI, 2.0 * PD_PI) ? -1.0 : pdi_min(low, high);
-    most = pdi_interval_contains_periodic(a, crest, 2.0 * PD_PI) ? 1.0 : pdi_max(low, high);
+    least = pdi_interval_contains_periodic(a, crest + PD_PI, 2.0 * PD_PI) ? -1.0 : pd_min(low, high);
+    most = pdi_interval_contains_periodic(a, crest, 2.0 * PD_PI) ? 1.0 : pd_max(low, high);
     return pdi_interval_make(least, most);
 }
 
@@ -75,8 +75,8 @@ static pdi_interval pdi_interval_apply_sine(int op, pdi_interval a, double crest
 static pdi_interval pdi_interval_apply_even(int op, pdi_interval a)
 {
     double zero = 0.0, low = pdi_expr_apply_op(op, &a.low), high = pdi_expr_apply_op(op, &a.high);
-    double least = pdi_interval_contains(a, 0.0) ? pdi_expr_apply_op(op, &zero) : pdi_min(low, high);
-    return pdi_interval_make(least, pdi_max(low, high));
+    double least = pdi_interval_contains(a, 0.0) ? pdi_expr_apply_op(op, &zero) : pd_min(low, high);
+    return pdi_interval_make(least, pd_max(low, high));
 }
 
 /* Interval of pow(a[0], a[1]); bounded for a positive base, or a constant exponent of at least 0. */
@@ -88,7 +88,7 @@ static pdi_interval pdi_interval_apply_power(const pdi_interval *a)
     zero[1] = n;
     if (n > floor(n)) return a[0].low < 0.0 ? pdi_interval_all_reals() : pdi_interval_apply_corners(PDI_EXPR_OP_pow, a);
     pdi_interval found = pdi_interval_apply_corners(PDI_EXPR_OP_pow, a); /* odd powers rise; even ones have a valley */
-    if (pdi_interval_contains(a[0], 0.0)) found.low = pdi_min(found.low, pdi_expr_apply_op(PDI_EXPR_OP_pow, zero));
+    if (pdi_interval_contains(a[0], 0.0)) found.low = pd_min(found.low, pdi_expr_apply_op(PDI_EXPR_OP_pow, zero));
     return found;
 }
 
@@ -120,7 +120,7 @@ static pdi_interval pdi_interval_apply_if(const pdi_interval *a)
 static pdi_interval pdi_interval_apply_table(const pd_monotone_cubic *curve, pdi_interval a)
 {
     double low = pdi_monotone_cubic_evaluate(curve, a.low), high = pdi_monotone_cubic_evaluate(curve, a.high);
-    pdi_interval found = pdi_interval_make(pdi_min(low, high), pdi_max(low, high));
+    pdi_interval found = pdi_interval_make(pd_min(low, high), pd_max(low, high));
     if (isnan(low) || isnan(high)) return pdi_interval_all_reals();
     for (int k = 0; k < curve->count; k++)
         if (pdi_interval_contains(a, curve->x[k]))
@@ -181,8 +181,8 @@ static pdi_interval pdi_interval_eval_function(const pd_expr *expr, const double
         at[index] = k < 2 ? (k ? b : a) : 0.5 * (a + b);
         double value = expr->fn(expr->user, at);
         if (isnan(value)) return pdi_interval_all_reals();
-        low = pdi_min(low, value);
-        high = pdi_max(high, value);
+        low = pd_min(low, value);
+        high = pd_max(high, value);
     }
     return pdi_interval_make(low, high);
 }

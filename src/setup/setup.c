@@ -243,7 +243,7 @@ PDI_FN int pdi_setup_has_surface_area(const pd_setup *setup)
 
 int pd_setup_count_ghost_layers(const pd_setup *setup)
 {
-    return (int)ceil((pdi_setup_has_surface_area(setup) ? pdi_max(setup->fluid_m, setup->metal_m) : setup->fluid_m) +
+    return (int)ceil((pdi_setup_has_surface_area(setup) ? pd_max(setup->fluid_m, setup->metal_m) : setup->fluid_m) +
                      0.5) -
            1;
 }

@@ -575,6 +575,12 @@ PD_API double pd_setup_compute_rate_at_zero(const pd_setup_metal *metal);
 PD_API int pd_setup_count_cells(const pd_setup *setup, int axis);
 /* Number of ghost layers of the lattice: largest n with |n| < m + 1/2 of any horizon in use. */
 PD_API int pd_setup_count_ghost_layers(const pd_setup *setup);
+/* 1: the rate law of the metal depends on pH, species, surface states, or on E with migrating ions. */
+static inline int pd_setup_has_species_rate(const pd_setup_metal *metal)
+{
+    return metal->rate.variables_used >> PD_SETUP_RATE_PH != 0 ||
+           (metal->has_potential && (metal->rate.variables_used >> PD_SETUP_RATE_POTENTIAL & 1u) != 0);
+}
 /* Number of metals that the species solver distinguishes: all of them when several have such a rate law, else 1. */
 static inline int pd_setup_count_species_rate_metals(const pd_setup *setup)
 {
@@ -609,12 +615,6 @@ PD_API const pd_expr_symbol *pd_setup_get_stress_symbols(void);
 static inline int pd_setup_has_ion_electrodes(const pd_setup *setup)
 {
     return setup->has_migration && setup->has_potential;
-}
-/* 1: the rate law of the metal depends on pH, species, surface states, or on E with migrating ions. */
-static inline int pd_setup_has_species_rate(const pd_setup_metal *metal)
-{
-    return metal->rate.variables_used >> PD_SETUP_RATE_PH != 0 ||
-           (metal->has_potential && (metal->rate.variables_used >> PD_SETUP_RATE_POTENTIAL & 1u) != 0);
 }
 /* 1: an expression in x, y, z, t depends on t. */
 static inline int pd_setup_is_time_dependent(const pd_expr *expr)

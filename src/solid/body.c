@@ -55,7 +55,7 @@ PDI_FN void pdi_body_list_families(pdi_array_visitor *owner, void *object)
     PDI_ARRAY(owner, body, point_table, body->table_entries, "1");
     PDI_ARRAY(owner, body, stencil_shift, body->shifts, "1");
     PDI_ARRAY(owner, body, table_index, body->lattice ? body->count : 0, "1");
-    PDI_ARRAY(owner, body, bond_image, pdi_body_is_periodic(body) ? body->bonds : 0, "1");
+    PDI_ARRAY(owner, body, bond_image, pd_body_is_periodic(body) ? body->bonds : 0, "1");
 }
 
 /* Bytes of the broken-bond bits of all families. */
@@ -103,18 +103,18 @@ static void pdi_body_init_cell_grid(const pd_body *body, pdi_body_cell_list *c)
     for (int d = 0; d < PD_DIM; d++) {
         double lo = HUGE_VAL, hi = -HUGE_VAL;
         for (int32_t i = 0; i < body->count; i++) {
-            lo = pdi_min(lo, body->position[(int64_t)i * PD_DIM + d]);
-            hi = pdi_max(hi, body->position[(int64_t)i * PD_DIM + d]);
+            lo = pd_min(lo, body->position[(int64_t)i * PD_DIM + d]);
+            hi = pd_max(hi, body->position[(int64_t)i * PD_DIM + d]);
         }
         c->lo[d] = lo;
         size[d] = hi - lo;
     }
     for (double cells = HUGE_VAL, wide = reach; cells > (double)body->count; wide *= 1.5) {
         cells = 1.0;
-        for (int d = 0; d < PD_DIM; d++) cells *= pdi_max(floor(size[d] / wide), 1.0);
+        for (int d = 0; d < PD_DIM; d++) cells *= pd_max(floor(size[d] / wide), 1.0);
         for (int d = 0; d < PD_DIM && cells <= (double)body->count; d++) {
-            c->n[d] = (int32_t)pdi_max(floor(size[d] / wide), 1.0);
-            c->width[d] = pdi_max(size[d] / c->n[d], reach);
+            c->n[d] = (int32_t)pd_max(floor(size[d] / wide), 1.0);
+            c->width[d] = pd_max(size[d] / c->n[d], reach);
         }
     }
     c->count = 1;
@@ -214,7 +214,7 @@ static int pdi_body_compare_ranks(const void *a, const void *b)
 /* Largest image number that bonds may lead to, on either side; 0 without a period. */
 static int pdi_body_max_image(const pd_body *body)
 {
-    return pdi_body_is_periodic(body) ? (int)(pdi_body_max_bond_length(body) / body->period[PD_DIM - 1]) + 1 : 0;
+    return pd_body_is_periodic(body) ? (int)(pdi_body_max_bond_length(body) / body->period[PD_DIM - 1]) + 1 : 0;
 }
 
 /* Stores the family of point i: sorted by image number, then by position. */
@@ -305,8 +305,8 @@ static int pdi_body_init_lattice_box(pd_body *body, pdi_body_lattice_axes *a)
     for (int d = 0; d < PD_DIM; d++) {
         double hi = a->lo[d] = body->position[d];
         for (int64_t i = d; i < (int64_t)body->count * PD_DIM; i += PD_DIM) {
-            a->lo[d] = pdi_min(a->lo[d], body->position[i]);
-            hi = pdi_max(hi, body->position[i]);
+            a->lo[d] = pd_min(a->lo[d], body->position[i]);
+            hi = pd_max(hi, body->position[i]);
         }
         n[d] = floor((hi - a->lo[d]) / body->spacing + 0.5) + 1.0;
         most *= 2.0 * steps + 1.0;
@@ -345,8 +345,8 @@ static int pdi_body_try_coordinates(const pd_body *body, const pdi_body_lattice_
             span[1] = -1.0;
             for (int32_t k = a->begin[d]; k + s < a->begin[d + 1]; k++) {
                 if (!(a->x[k] < HUGE_VAL) || !(a->x[k + s] < HUGE_VAL)) continue;
-                span[0] = pdi_min(span[0], a->x[k + s] - a->x[k]);
-                span[1] = pdi_max(span[1], a->x[k + s] - a->x[k]);
+                span[0] = pd_min(span[0], a->x[k + s] - a->x[k]);
+                span[1] = pd_max(span[1], a->x[k + s] - a->x[k]);
             }
         }
     return 1;
@@ -425,7 +425,7 @@ static pd_status pdi_body_build_lattice_families(pd_ctx *ctx, pd_body *body)
 {
     pdi_body_lattice_axes axes;
     memset(&axes, 0, sizeof axes);
-    if (!(body->spacing > 0.0) || pdi_body_is_periodic(body) || !pdi_body_init_lattice_box(body, &axes)) return PD_OK;
+    if (!(body->spacing > 0.0) || pd_body_is_periodic(body) || !pdi_body_init_lattice_box(body, &axes)) return PD_OK;
     pd_status status = pdi_array_registry_build(ctx, pdi_body_list_lattice_axes, &axes);
     int32_t kinds = 0;
     if (status == PD_OK && pdi_body_try_coordinates(body, &axes)) kinds = pdi_body_find_stencil(body, &axes, NULL);
@@ -528,7 +528,7 @@ static pd_status pdi_body_remove_lost_bonds(pd_ctx *ctx, pd_body *body, const ui
         for (int64_t k = body->first_bond[i]; k < body->first_bond[i + 1]; k++) {
             if (lost[k]) continue;
             body->point_table[left] = body->point_table[k];
-            if (pdi_body_is_periodic(body)) body->bond_image[left] = body->bond_image[k];
+            if (pd_body_is_periodic(body)) body->bond_image[left] = body->bond_image[k];
             left++;
         }
         longest = left - begin > longest ? left - begin : longest;
@@ -537,7 +537,7 @@ static pd_status pdi_body_remove_lost_bonds(pd_ctx *ctx, pd_body *body, const ui
     body->table_entries = body->lattice_entries = left;
     PD_TRY(PD_GROW(ctx, "body", body->shifts, longest, body->stencil_shift));
     body->shifts = body->stencil_bonds = (int32_t)longest;
-    return pdi_body_is_periodic(body) ? PD_GROW(ctx, "body", bonds, left, body->bond_image) : PD_OK;
+    return pd_body_is_periodic(body) ? PD_GROW(ctx, "body", bonds, left, body->bond_image) : PD_OK;
 }
 
 /* As pdi_body_mark_leaving_bonds, with the visibility criterion by the faces of the surface. *count: how many. */
@@ -716,11 +716,11 @@ static pd_status pdi_body_check_period(pd_ctx *ctx, const pd_body_desc *desc)
 {
     double lo = HUGE_VAL, hi = -HUGE_VAL, least = PDI_BODY_MIN_PERIOD * (desc->horizon + desc->spacing);
     double length = desc->period[PD_DIM - 1], most = 0.0;
-    for (int d = 0; d < PD_DIM; d++) most = pdi_max(most, fabs(desc->period[d]));
+    for (int d = 0; d < PD_DIM; d++) most = pd_max(most, fabs(desc->period[d]));
     if (!(most > 0.0)) return PD_OK;
     for (int64_t i = 0; i < desc->count; i++) {
-        lo = pdi_min(lo, desc->position[i * PD_DIM + PD_DIM - 1]);
-        hi = pdi_max(hi, desc->position[i * PD_DIM + PD_DIM - 1]);
+        lo = pd_min(lo, desc->position[i * PD_DIM + PD_DIM - 1]);
+        hi = pd_max(hi, desc->position[i * PD_DIM + PD_DIM - 1]);
     }
     int apart = hi - lo < length * (1.0 - PDI_BODY_ROUNDING);
     if (apart && length >= least && most < 1e100) return PD_OK;

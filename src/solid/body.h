@@ -124,6 +124,8 @@ static inline int pd_body_bond_is_broken(const pd_bond_iterator *f)
 {
     return f->broken[f->number >> 3] >> (f->number & 7) & 1;
 }
+/* 1: the body is periodic. */
+static inline int pd_body_is_periodic(const pd_body *body) { return body->period[PD_DIM - 1] > 0.0; }
 /* Iterator that stands before the first bond of point i. Use: for (pd_bond_iterator f = pd_body_bonds_begin(body, i);
  * pd_body_bonds_next(&f);) ... f.to ... */
 static inline pd_bond_iterator pd_body_bonds_begin(const pd_body *body, int32_t i)
@@ -135,7 +137,7 @@ static inline pd_bond_iterator pd_body_bonds_begin(const pd_body *body, int32_t 
     f.shift = body->lattice && body->table_index[i] >= body->lattice_entries ? body->stencil_shift + body->stencil_bonds
                                                                              : body->stencil_shift;
     f.broken = body->broken + ((f.first + 7 * (int64_t)i) >> 3); /* each family begins in a byte of its own */
-    f.image = pdi_body_is_periodic(body) ? body->bond_image + f.first : NULL;
+    f.image = pd_body_is_periodic(body) ? body->bond_image + f.first : NULL;
     f.number = f.stencil_position = f.neighbour = -1;
     return f;
 }
@@ -158,8 +160,6 @@ PDI_FN void pdi_body_list_points(pdi_array_visitor *owner, void *body);
 /* Describes the arrays of families: member, shift, place and periodic images. */
 PDI_FN void pdi_body_list_families(pdi_array_visitor *owner, void *body);
 
-/* 1: the body is periodic. */
-static inline int pdi_body_is_periodic(const pd_body *body) { return body->period[PD_DIM - 1] > 0.0; }
 /* Number of the current bond among all bonds of the body: index of arrays [bonds]. */
 static inline int64_t pdi_body_bond_number(const pd_bond_iterator *f) { return f->first + f->number; }
 

@@ -75,7 +75,7 @@ static double pdi_bond_failure_equivalent_stress(const pd_bond_failure *c, int32
     double third = s[0] * (s[4] * s[8] - s[5] * s[5]) - s[1] * (s[1] * s[8] - s[5] * s[2]) +
                    s[2] * (s[1] * s[5] - s[4] * s[2]);
     double size = mises / 3.0, turn = 0.5 * third / (size * size * size); /* = cos(3 angle) */
-    return mean + 2.0 * size * cos(acos(pdi_max(-1.0, pdi_min(1.0, turn))) / 3.0);
+    return mean + 2.0 * size * cos(acos(pd_max(-1.0, pd_min(1.0, turn))) / 3.0);
 }
 
 /* Reference vector xi and relative displacement eta of the current bond of point i [m]. */
@@ -142,9 +142,9 @@ static double pdi_bond_failure_find_max(const pd_ctx *ctx, pd_bond_failure *c, c
     for (int32_t i = 0; i < body->count; i++) {
         c->max_measure[i] = 0.0;
         for (pd_bond_iterator f = pd_body_bonds_begin(body, i); pd_body_bonds_next(&f);)
-            if (f.neighbour >= i) c->max_measure[i] = pdi_max(c->max_measure[i], measure(c, u, i, &f));
+            if (f.neighbour >= i) c->max_measure[i] = pd_max(c->max_measure[i], measure(c, u, i, &f));
     }
-    for (int32_t i = 0; i < body->count; i++) most = pdi_max(most, c->max_measure[i]);
+    for (int32_t i = 0; i < body->count; i++) most = pd_max(most, c->max_measure[i]);
     return most;
 }
 
@@ -153,7 +153,7 @@ static double pdi_bond_failure_find_max(const pd_ctx *ctx, pd_bond_failure *c, c
 /* Measure from which bonds break, by the largest one and `eager` (see pd_bond_failure_break). */
 static double pdi_bond_failure_breaking_threshold(const pd_bond_failure *c, double max_measure, double eager)
 {
-    return pdi_max(c->critical, (max_measure - eager * (max_measure - c->critical)) * (1.0 - PDI_BOND_FAILURE_TIE));
+    return pd_max(c->critical, (max_measure - eager * (max_measure - c->critical)) * (1.0 - PDI_BOND_FAILURE_TIE));
 }
 
 /* Displacement gradient h of the unbroken bonds of point i. Returns 0: singular shape tensor. */
@@ -199,7 +199,7 @@ static double pdi_bond_failure_lost_stretch(const pd_bond_failure *c, const doub
             eta[p] = 0.0;
             for (int q = 0; q < PD_DIM; q++) eta[p] += h[p * PD_DIM + q] * xi[q];
         }
-        most = pdi_max(most, pdi_body_compute_stretch(xi, eta, y, &r, &length));
+        most = pd_max(most, pdi_body_compute_stretch(xi, eta, y, &r, &length));
     }
     return most;
 }
@@ -215,7 +215,7 @@ static int64_t pdi_bond_failure_break_blind_points(const pd_ctx *ctx, pd_bond_fa
     (void)nt;
     PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) c->max_measure[i] = pdi_bond_failure_lost_stretch(c, u, i);
-    for (int32_t i = 0; i < body->count; i++) most = pdi_max(most, c->max_measure[i]);
+    for (int32_t i = 0; i < body->count; i++) most = pd_max(most, c->max_measure[i]);
     if (!(most > c->critical)) return 0;
     double from = pdi_bond_failure_breaking_threshold(c, most, eager);
     for (int32_t i = 0; i < body->count; i++) {

@@ -339,7 +339,7 @@ static int64_t pdi_bond_force_compute_batch(pd_bond_force *s, const pdi_bond_for
 {
     int32_t i = s->band.first[k], count = s->band.first[k + 1] - i, n = 0;
     int whole = pdi_point_batch_pad_count(count);
-    double top = pdi_min(state->critical * (2.0 + state->critical), PDI_BOND_STRETCH_SERIES_LIMIT);
+    double top = pd_min(state->critical * (2.0 + state->critical), PDI_BOND_STRETCH_SERIES_LIMIT);
     int64_t broken = 0;
     pdi_bond_force_sums sums;
     pdi_bond_force_clear_sums(whole, &sums);

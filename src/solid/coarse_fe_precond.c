@@ -281,11 +281,11 @@ static pd_status pdi_coarse_fe_precond_build_inner(pd_ctx *ctx, pd_coarse_fe_pre
     for (int d = 0; d < PD_DIM; d++) {
         double lo = HUGE_VAL, hi = -HUGE_VAL;
         for (int32_t i = 0; i < body->count; i++) {
-            lo = pdi_min(lo, body->position[(int64_t)i * PD_DIM + d]);
-            hi = pdi_max(hi, body->position[(int64_t)i * PD_DIM + d]);
+            lo = pd_min(lo, body->position[(int64_t)i * PD_DIM + d]);
+            hi = pd_max(hi, body->position[(int64_t)i * PD_DIM + d]);
         }
         s->lo[d] = lo - 0.5 * body->spacing;
-        s->width = pdi_max(s->width, (hi - lo) / PDI_COARSE_FE_PRECOND_MAX_BOXES);
+        s->width = pd_max(s->width, (hi - lo) / PDI_COARSE_FE_PRECOND_MAX_BOXES);
     }
     PD_TRY(pdi_array_registry_build(ctx, pdi_coarse_fe_precond_list_points, s));
     PD_TRY(pdi_coarse_fe_precond_build_elements(ctx, s));
@@ -314,7 +314,7 @@ PDI_FN double pdi_coarse_fe_precond_estimate_bytes(int32_t count, double wide)
         pd_coarse_fe_level *level = &s.level[k];
         level->elements = (int32_t)parts + 1;
         level->nodes = (int32_t)pow(pow(parts, 1.0 / PD_DIM) + 1.0, PD_DIM) + 1;
-        level->blocks = (int32_t)pdi_min(pow(3.0, PD_DIM) * (double)level->nodes, (double)INT32_MAX);
+        level->blocks = (int32_t)pd_min(pow(3.0, PD_DIM) * (double)level->nodes, (double)INT32_MAX);
         bytes += (double)(pdi_array_registry_count_bytes(pdi_coarse_fe_precond_list_level_elements, level) +
                           pdi_array_registry_count_bytes(pdi_coarse_fe_precond_list_level_nodes, level) +
                           pdi_array_registry_count_bytes(pdi_coarse_fe_precond_list_level_blocks, level));

@@ -152,7 +152,7 @@ static void pdi_constitutive_law_eigen_decompose(double *b, double *axis)
         double off = 0.0, trace = 0.0;
         for (int p = 0; p < PD_DIM; p++) {
             trace += b[p * PD_DIM + p];
-            for (int q = p + 1; q < PD_DIM; q++) off = pdi_max(off, fabs(b[p * PD_DIM + q]));
+            for (int q = p + 1; q < PD_DIM; q++) off = pd_max(off, fabs(b[p * PD_DIM + q]));
         }
         if (!(off > PDI_CONSTITUTIVE_LAW_OFF_DIAGONAL * trace)) return;
         for (int p = 0; p < PD_DIM; p++)

@@ -668,7 +668,7 @@ static pd_status pdi_correspondence_ops_store(pd_ctx *ctx, void *self, pd_archiv
 static double pdi_correspondence_ops_stable_step(const void *self, double density)
 {
     const pd_correspondence *e = (const pd_correspondence *)self;
-    double most = 0.0, modulus = 2.0 * e->mu + pdi_max(PD_DIM * e->lambda, 0.0);
+    double most = 0.0, modulus = 2.0 * e->mu + pd_max(PD_DIM * e->lambda, 0.0);
     for (int32_t i = 0; i < e->body->count; i++) {
         double sum = 0.0, xi[PD_DIM], own = pdi_correspondence_trace(e->shape + (int64_t)i * PDI_CORRESPONDENCE_TENSOR);
         for (pd_bond_iterator f = pd_body_bonds_begin(e->body, i); pd_body_bonds_next(&f);) {
@@ -679,7 +679,7 @@ static double pdi_correspondence_ops_stable_step(const void *self, double densit
                    (pdi_correspondence_stiffness_factor(e, i) * (over / e->weight_sum[i] + own) +
                     pdi_correspondence_stiffness_factor(e, f.neighbour) * (over / e->weight_sum[f.neighbour] + other));
         }
-        most = pdi_max(most, sum * modulus);
+        most = pd_max(most, sum * modulus);
     }
     return most > 0.0 ? sqrt(2.0 * density / most) : HUGE_VAL;
 }

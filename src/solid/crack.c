@@ -240,7 +240,7 @@ static pd_status pdi_crack_find_farthest(const pd_body *body, const uint8_t *amo
     int32_t found = 0;
     for (int32_t i = 0; i < body->count; i++)
         if ((!among || among[i]) && pdi_crack_is_damaged(body, i, share))
-            farthest = pdi_max(farthest, pdi_vec_dot(body->position + (int64_t)i * PD_DIM, unit));
+            farthest = pd_max(farthest, pdi_vec_dot(body->position + (int64_t)i * PD_DIM, unit));
     for (int32_t i = 0; i < body->count; i++) {
         const double *x = body->position + (int64_t)i * PD_DIM;
         if (pdi_vec_dot(x, unit) < farthest - PDI_CRACK_ROUNDING * body->horizon) continue;
@@ -272,7 +272,7 @@ static double pdi_crack_segment_distance(const double *from, const double *to, c
         off[d] = x[d] - from[d];
     }
     double length = pdi_vec_dot(edge, edge), share = length > 0.0 ? pdi_vec_dot(off, edge) / length : 0.0;
-    share = pdi_min(pdi_max(share, 0.0), 1.0);
+    share = pd_min(pd_max(share, 0.0), 1.0);
     for (int d = 0; d < PD_DIM; d++) off[d] -= share * edge[d];
     return pdi_vec_dot(off, off);
 }

@@ -79,7 +79,7 @@ static pd_status pdi_dynamic_relaxation_iterate(pdi_dynamic_relaxation *r, doubl
         if (status < 0) return status;
         result->residual = norm;
         if (status == PD_OK && quotient <= PDI_DYNAMIC_RELAXATION_SAFE_QUOTIENT) {
-            if (quotient > 0.0) r->damping = pdi_min(2.0 * sqrt(quotient), PDI_DYNAMIC_RELAXATION_MAX_DAMPING);
+            if (quotient > 0.0) r->damping = pd_min(2.0 * sqrt(quotient), PDI_DYNAMIC_RELAXATION_MAX_DAMPING);
             if (!(pdi_par_max_abs(q->ctx, q->n, u) < PDI_DYNAMIC_RELAXATION_DIVERGED * q->solid->body->horizon))
                 return PD_ERR_DIVERGED;
             continue;

@@ -284,7 +284,7 @@ static double pdi_equilibrium_estimate_rounding(pdi_equilibrium *q, const double
     double length = body->spacing > 0.0 ? body->spacing : body->horizon, sum = 0.0;
     double least = q->solid->gradient_based ? length * DBL_EPSILON / PDI_EQUILIBRIUM_DIGITS : 0.0;
     for (int64_t k = 0; k < q->n; k++) {
-        double size = pdi_max(fabs(u[k]), least);
+        double size = pd_max(fabs(u[k]), least);
         q->step[k] = pdi_rng_u64(1, 0, (uint64_t)k) & 1 ? size : -size;
     }
     pdi_equilibrium_apply_tangent(q, q->step, q->residual);
@@ -384,7 +384,7 @@ static pd_status pdi_equilibrium_line_search(pdi_equilibrium *q, double *u, doub
             memcpy(u, q->trial_u, (size_t)q->n * sizeof *u);
             return PD_OK;
         }
-        part *= status == PD_OK ? pdi_max(0.1, gain / (gain - more)) : 0.5;
+        part *= status == PD_OK ? pd_max(0.1, gain / (gain - more)) : 0.5;
     }
     return PD_RETRY;
 }
@@ -417,7 +417,7 @@ static pd_status pdi_equilibrium_solve_newton(pdi_equilibrium *q, double *u, dou
 {
     double left = 0.1;
     while (norm > target && result->steps < PDI_EQUILIBRIUM_MAX_NEWTON) {
-        double forcing = pdi_max(pdi_krylov_forcing(left), 0.5 * target / norm), was = norm;
+        double forcing = pd_max(pdi_krylov_forcing(left), 0.5 * target / norm), was = norm;
         pdi_equilibrium_compute_blocks(q);
         pdi_equilibrium_update_coarse(q);
         pd_status status = pdi_equilibrium_solve_linear(q, forcing * norm, result);
@@ -452,7 +452,7 @@ static pd_status pdi_equilibrium_check_scale(pdi_equilibrium *q, const double *u
     double size = pdi_equilibrium_compute_scale(q);
     *again = *norm > rtol * size;
     if (!*again) return PD_OK;
-    size = pdi_max(size, pdi_max(q->rounding, pdi_equilibrium_estimate_rounding(q, u)) / rtol);
+    size = pd_max(size, pd_max(q->rounding, pdi_equilibrium_estimate_rounding(q, u)) / rtol);
     PD_TRY(pdi_equilibrium_compute_residual(q, u, norm));
     *again = size<q->scale && * norm> rtol * size;
     if (*again) q->scale = size;
@@ -473,7 +473,7 @@ PDI_FN pd_status pdi_equilibrium_begin(pdi_equilibrium *q, const double *u, doub
     if (status < 0) return status;
     pdi_equilibrium_compute_blocks(q);
     q->rounding = pdi_equilibrium_estimate_rounding(q, u);
-    q->scale = pdi_max(pdi_equilibrium_estimate_scale(q, u), q->rounding / pdi_equilibrium_get_rtol(q));
+    q->scale = pd_max(pdi_equilibrium_estimate_scale(q, u), q->rounding / pdi_equilibrium_get_rtol(q));
     *target = q->scale * pdi_equilibrium_get_rtol(q);
     return pdi_equilibrium_compute_residual(q, u, norm);
 }

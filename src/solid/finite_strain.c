@@ -659,14 +659,14 @@ static double pdi_finite_strain_max_eigenvalue(const pd_finite_strain *f, int32_
             for (int k = 0; k < PDI_TENSOR; k++)
                 across[k] -= bond.weight / f->weight_sum[i] * bond.xi[k / PD_DIM] * bond.xi[k % PD_DIM] * bond.inv_r2;
     pdi_tensor_multiply(across, shape, power);
-    for (int d = 0; d < PD_DIM; d++) size = pdi_max(size, shape[d * (PD_DIM + 1)]);
+    for (int d = 0; d < PD_DIM; d++) size = pd_max(size, shape[d * (PD_DIM + 1)]);
     for (int k = 0; k < PDI_TENSOR; k++) power[k] /= size;
     for (int round = 0; round < 3; round++) {
         pdi_tensor_multiply(power, power, square);
         memcpy(power, square, sizeof power);
     }
     for (int d = 0; d < PD_DIM; d++) trace += power[d * (PD_DIM + 1)];
-    return size * pow(pdi_max(trace, 0.0), 0.125);
+    return size * pow(pd_max(trace, 0.0), 0.125);
 }
 
 /* pd_material_interface.limit: a bond stores no more energy than a spring of stiffness M w V_i V_j (1/(w_i r^2) + k_i),
@@ -675,7 +675,7 @@ static double pdi_finite_strain_ops_stable_step(const void *self, double density
 {
     const pd_finite_strain *f = (const pd_finite_strain *)self;
     const pd_body *body = f->body;
-    double modulus = pdi_max(2.0 * f->mu, PD_DIM * f->lambda + 2.0 * f->mu), stiffest = 0.0;
+    double modulus = pd_max(2.0 * f->mu, PD_DIM * f->lambda + 2.0 * f->mu), stiffest = 0.0;
     for (int32_t i = 0; i < body->count; i++) f->work[i] = modulus * pdi_finite_strain_max_eigenvalue(f, i);
     for (int32_t i = 0; i < body->count; i++) {
         pdi_finite_strain_bond bond;
@@ -686,11 +686,11 @@ static double pdi_finite_strain_ops_stable_step(const void *self, double density
                 int32_t k = end ? b.neighbour : i;
                 double size = pdi_finite_strain_bond_gradients(f)
                                   ? f->work[k] + modulus * bond.inv_r2 / f->weight_sum[k]
-                                  : pdi_max(f->work[k], f->penalty_stiffness);
+                                  : pd_max(f->work[k], f->penalty_stiffness);
                 sum += bond.weight * pdi_finite_strain_stiffness_factor(f, k) * size;
             }
         }
-        stiffest = pdi_max(stiffest, sum);
+        stiffest = pd_max(stiffest, sum);
     }
     return sqrt(2.0 * density / stiffest);
 }

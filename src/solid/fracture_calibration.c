@@ -150,7 +150,7 @@ static pd_status pdi_fracture_calibration_break_bonds(pd_ctx *ctx, pdi_fracture_
     pd_first_failure first;
     PD_TRY(pdi_fracture_calibration_solve_equilibrium(ctx, t));
     pd_bond_failure_find_first(ctx, &t->criterion, t->unit_solution, &first);
-    t->factor = pdi_max(t->factor, first.factor * (1.0 + PDI_FRACTURE_CALIBRATION_MARGIN));
+    t->factor = pd_max(t->factor, first.factor * (1.0 + PDI_FRACTURE_CALIBRATION_MARGIN));
     for (int64_t k = 0; k < (int64_t)t->count * PD_DIM; k++) t->loaded[k] = t->factor * t->unit_solution[k];
     if (pd_bond_failure_break(ctx, &t->criterion, t->loaded, PDI_FRACTURE_CALIBRATION_EAGER)) return PD_OK;
     return pd_fail(ctx, PD_ERR_STATE, "toughness", "a crack in a strip of the lattice does not run");

@@ -56,7 +56,7 @@ PDI_FN double pdi_microelastic_stable_step(const pd_microelastic *m, double dens
 {
     pdi_microelastic_sums s;
     pdi_microelastic_sum_family(m, 0, NULL, &s);
-    return sqrt(2.0 * density / (m->modulus * pdi_max(s.inverse, m->stiffness_bound)));
+    return sqrt(2.0 * density / (m->modulus * pd_max(s.inverse, m->stiffness_bound)));
 }
 
 /* The same as a callback of the anisotropy. */
@@ -178,7 +178,7 @@ static double pdi_microelastic_stiffness_bound(const pd_microelastic *m, int32_t
     for (int a = 0; a < PD_DIM; a++) {
         double sum = 0.0;
         for (int c = 0; c < PD_DIM; c++) sum += fabs(stiff[a * PD_DIM + c]);
-        most = pdi_max(most, sum);
+        most = pd_max(most, sum);
     }
     return most;
 }
@@ -219,7 +219,7 @@ static pd_status pdi_microelastic_build_inner(pd_ctx *ctx, pd_body *body, const 
 {
     memset(m, 0, sizeof *m);
     if (!(desc->young > 0.0) || !(desc->young < 1e100) || !(desc->fracture >= 0.0) || !(desc->fracture < 1e100) ||
-        !(body->spacing > 0.0) || pdi_body_is_periodic(body))
+        !(body->spacing > 0.0) || pd_body_is_periodic(body))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "microelastic", "E = %g Pa, %g J/m2 of a crack, a spacing of %g m and a "
                         "period of %g m: expected positive and finite values, and no period", desc->young,
                         desc->fracture, body->spacing, body->period[PD_DIM - 1]);
@@ -385,7 +385,7 @@ static void pdi_microelastic_ops_blocks(const pd_ctx *ctx, void *self, double *b
         for (pd_bond_iterator f = pd_body_bonds_begin(body, i); pd_body_bonds_next(&f);) {
             double volume = body->volume[i] * body->volume[f.neighbour];
             if (!pdi_microelastic_bond_stiffness(m, m->last_u, i, &f, n, &along, &across)) continue;
-            across = pdi_max(across, PDI_MICROELASTIC_MIN_TRANSVERSE * along);
+            across = pd_max(across, PDI_MICROELASTIC_MIN_TRANSVERSE * along);
             for (int p = 0; p < PD_DIM * PD_DIM; p++) {
                 int row = p / PD_DIM, column = p % PD_DIM;
                 a[p] += volume * ((row == column ? across : 0.0) + (along - across) * (n[row] * n[column]));

@@ -142,7 +142,7 @@ static void pdi_ordinary_state_compute_position_law(const pd_ordinary_state *o, 
             double twice = pdi_mandel_dot(n + p * PDI_SYM_COMPONENTS, n + q * PDI_SYM_COMPONENTS);
             *law++ = (o->lambda * row[p] * row[q] + 2.0 * o->mu * twice - o->alpha[i] * size * own) / (size * size);
         }
-    o->energy_bound[i] = pdi_max(o->alpha[i], pdi_ordinary_state_max_eigenvalue(PDI_SYM_COMPONENTS, carried) / size);
+    o->energy_bound[i] = pd_max(o->alpha[i], pdi_ordinary_state_max_eigenvalue(PDI_SYM_COMPONENTS, carried) / size);
 }
 
 /* Law L, alpha and energy bound of family i. Returns 1; 0: no law, as bonds do not determine all strains; -1: a strain
@@ -164,7 +164,7 @@ static int pdi_ordinary_state_compute_law(const pd_ordinary_state *o, int32_t i)
     double bulk = o->lambda + 2.0 * o->mu / PD_DIM, l = PD_DIM * PD_DIM * bulk / (whole * whole) - o->alpha[i] / whole;
     for (int p = 0; p < PDI_SYM_COMPONENTS; p++)
         for (int q = 0; q <= p; q++) *law++ = p < PD_DIM && q < PD_DIM ? l : 0.0;
-    o->energy_bound[i] = o->alpha[i] + pdi_max(l, 0.0) * size;
+    o->energy_bound[i] = o->alpha[i] + pd_max(l, 0.0) * size;
     return o->alpha[i] + l * size > 0.0 ? 1 : -1;
 }
 
@@ -324,7 +324,7 @@ static void pdi_ordinary_state_compute_block(const pd_ordinary_state *o, int32_t
         double back = bond.w * body->volume[i] * pdi_mandel_dot(carried, bond.dyad) / (bond.r * bond.r);
         double along = bond.weight * (back + o->alpha[i] + o->alpha[j]), turn = 0.0;
         if (!o->desc.linear)
-            turn = pdi_max(0.0, bond.weight * pdi_ordinary_state_bond_force(o, &bond, i, j, o->state, bond.extension) /
+            turn = pd_max(0.0, bond.weight * pdi_ordinary_state_bond_force(o, &bond, i, j, o->state, bond.extension) /
                                     bond.length);
         for (int p = 0; p < PD_DIM; p++) {
             for (int k = 0; k < PDI_SYM_COMPONENTS; k++) own[p][k] += bond.weight * bond.dyad[k] * bond.y[p] / bond.r;
@@ -508,7 +508,7 @@ static void pdi_ordinary_state_compute_frequency_bound(const pd_ctx *ctx, pd_ord
     PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < o->body->count; i++) o->last_u[i] = pdi_ordinary_state_frequency_bound(o, i);
     o->frequency_bound = 0.0;
-    for (int32_t i = 0; i < o->body->count; i++) o->frequency_bound = pdi_max(o->frequency_bound, o->last_u[i]);
+    for (int32_t i = 0; i < o->body->count; i++) o->frequency_bound = pd_max(o->frequency_bound, o->last_u[i]);
 }
 
 /* Laws of all families. Returns the first point that has none; -1: all have one. */

@@ -26,8 +26,8 @@ static void pdi_point_batch_init_positions(const pd_point_batch *band)
 {
     const pd_body *body = band->body;
     double far = body->horizon;
-    for (int64_t k = 0; k < (int64_t)body->count * PD_DIM; k++) far = pdi_max(far, fabs(body->position[k]));
-    if (pdi_body_is_periodic(body)) far += body->period[PD_DIM - 1] + 2.0 * body->horizon; /* of images, too */
+    for (int64_t k = 0; k < (int64_t)body->count * PD_DIM; k++) far = pd_max(far, fabs(body->position[k]));
+    if (pd_body_is_periodic(body)) far += body->period[PD_DIM - 1] + 2.0 * body->horizon; /* of images, too */
     for (int64_t k = 0; k < PD_POINT_BATCH_MAX + band->stride * PD_DIM; k++) band->field[k] = 3.0 * far;
     for (int32_t i = 0; i < body->count; i++) {
         pdi_point_batch_get_field(band, PDI_POINT_BATCH_VOLUME)[i] = body->volume[i];

@@ -123,8 +123,8 @@ static int pdi_precrack_compute_bounds(pdi_precrack_plane *p)
         for (int k = 0; k < p->cut->corners; k++) {
             double x = p->cut->corner[(int64_t)k * PD_DIM + d];
             if (!(fabs(x) < 1e100)) return 0;
-            p->lo[d] = pdi_min(p->lo[d], x);
-            p->hi[d] = pdi_max(p->hi[d], x);
+            p->lo[d] = pd_min(p->lo[d], x);
+            p->hi[d] = pd_max(p->hi[d], x);
         }
         square += (p->hi[d] - p->lo[d]) * (p->hi[d] - p->lo[d]);
     }
@@ -173,8 +173,8 @@ static pd_status pdi_precrack_check(pd_ctx *ctx, const pd_precrack *cut, int ind
     if (!pdi_precrack_compute_normal(p))
         return pdi_precrack_reject(ctx, index, cut,
                                    PD_DIM == 2 ? "a segment without length" : "a polygon without area");
-    for (int d = 0; d < PD_DIM; d++) extent = pdi_max(extent, pdi_max(fabs(p->lo[d]), fabs(p->hi[d])));
-    p->tolerance = pdi_max(tolerance, PDI_PRECRACK_DIGITS * extent);
+    for (int d = 0; d < PD_DIM; d++) extent = pd_max(extent, pd_max(fabs(p->lo[d]), fabs(p->hi[d])));
+    p->tolerance = pd_max(tolerance, PDI_PRECRACK_DIGITS * extent);
     if (PD_DIM == 2 && !(p->size > p->tolerance))
         return pdi_precrack_reject(ctx, index, cut, "a segment without length");
     for (int k = 0; PD_DIM == 3 && k < cut->corners; k++) {
@@ -194,7 +194,7 @@ static pd_status pdi_precrack_build_planes(pd_ctx *ctx, const pd_body *body, con
                                            pdi_precrack_plane *planes)
 {
     double far = 0.0, reach = pdi_precrack_max_bond_length(body);
-    for (int64_t k = 0; k < (int64_t)body->count * PD_DIM; k++) far = pdi_max(far, fabs(body->position[k]));
+    for (int64_t k = 0; k < (int64_t)body->count * PD_DIM; k++) far = pd_max(far, fabs(body->position[k]));
     for (int c = 0; c < count; c++) {
         PD_TRY(pdi_precrack_check(ctx, &cuts[c], c, PDI_PRECRACK_ROUNDING * body->horizon, far, &planes[c]));
         for (int d = 0; d < PD_DIM; d++) {
@@ -236,7 +236,7 @@ static int64_t pdi_precrack_break_family(pd_body *body, const pdi_precrack_plane
 static int64_t pdi_precrack_break_reverse(pd_body *body)
 {
     int64_t found = 0;
-    for (int32_t i = 0; i < body->count && pdi_body_is_periodic(body); i++)
+    for (int32_t i = 0; i < body->count && pd_body_is_periodic(body); i++)
         for (pd_bond_iterator f = pd_body_bonds_begin(body, i); pd_body_bonds_next(&f);) {
             if (!pd_body_bond_is_broken(&f)) continue;
             pd_bond_iterator back = pd_body_bonds_begin(body, f.neighbour);

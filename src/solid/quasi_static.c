@@ -175,7 +175,7 @@ static double pdi_quasi_static_rotation_rate(const pd_body *body, int32_t i, con
             length += xi[d] * xi[d];
             way += eta * eta;
         }
-        most = pdi_max(most, way / length);
+        most = pd_max(most, way / length);
     }
     return sqrt(most);
 }
@@ -193,7 +193,7 @@ static int32_t pdi_quasi_static_detach_mechanism(pd_quasi_static *q, const doubl
     const pd_body *body = q->solid.body;
     double most = 0.0;
     int32_t count = 0, rests = 0;
-    for (int32_t i = 0; i < body->count; i++) most = pdi_max(most, pdi_quasi_static_rotation_rate(body, i, mechanism));
+    for (int32_t i = 0; i < body->count; i++) most = pd_max(most, pdi_quasi_static_rotation_rate(body, i, mechanism));
     for (int32_t i = 0; i < body->count && most > 0.0; i++)
         rests +=
             q->detached[i] || (pdi_body_count_intact(body, i) && !pdi_quasi_static_is_rotating(q, i, mechanism, most));
@@ -281,7 +281,7 @@ static pd_status pdi_quasi_static_update_material(pd_ctx *ctx, pd_quasi_static *
 static int pdi_quasi_static_differs(const pd_ctx *ctx, const pd_quasi_static *q, const double *a, const double *b)
 {
     double near = q->desc.rtol > 0.0 ? q->desc.rtol : PD_EQUILIBRIUM_RTOL;
-    near *= pdi_max(pdi_par_max_abs(ctx, q->n, a), pdi_par_max_abs(ctx, q->n, b));
+    near *= pd_max(pdi_par_max_abs(ctx, q->n, a), pdi_par_max_abs(ctx, q->n, b));
     for (int64_t k = 0; k < q->n; k++)
         if (fabs(a[k] - b[k]) > near) return 1;
     return 0;

@@ -91,7 +91,7 @@ PDI_FN void pdi_rigid_modes_compute(const pd_body *body, const uint8_t *held, co
     memcpy(r->origin, body->position + (int64_t)piece[0] * PD_DIM, sizeof r->origin);
     for (int32_t n = 0; n < count; n++)
         for (int d = 0; d < PD_DIM; d++)
-            r->size = pdi_max(r->size, fabs(body->position[(int64_t)piece[n] * PD_DIM + d] - r->origin[d]));
+            r->size = pd_max(r->size, fabs(body->position[(int64_t)piece[n] * PD_DIM + d] - r->origin[d]));
     double all = pdi_rigid_modes_assemble_gram(r, held, squares);
     pdi_rigid_modes_compute_null_space(r, squares, PDI_RIGID_MODES_ROUNDING * all);
 }
@@ -108,7 +108,7 @@ PDI_FN double pdi_rigid_modes_relative_work(const pd_rigid_modes *r, const uint8
             for (int f = 0; f < r->motions; f++) work[f] += force * left[f][d];
         }
     }
-    for (int f = 0; f < r->motions; f++) most = pdi_max(most, fabs(work[f]));
+    for (int f = 0; f < r->motions; f++) most = pd_max(most, fabs(work[f]));
     return size > 0.0 ? most / size : 0.0;
 }
 

@@ -129,13 +129,13 @@ pd_status pd_sequentially_linear_next_event(pd_ctx *ctx, pd_sequentially_linear 
         }
         /* points whose families cannot feel what tears them come off before */
         parted = pdi_sequentially_linear_break_bonds(
-            ctx, s, 1.0 - PDI_SEQUENTIALLY_LINEAR_TIE / pdi_min(s->criterion.critical, 1.0));
+            ctx, s, 1.0 - PDI_SEQUENTIALLY_LINEAR_TIE / pd_min(s->criterion.critical, 1.0));
         if (parted) continue;
         pdi_sequentially_linear_release_energy(s, energy);
         pdi_sequentially_linear_move_to(s, s->first.factor, energy);
     }
     int64_t broken = pdi_sequentially_linear_break_bonds(
-        ctx, s, 1.0 + PDI_SEQUENTIALLY_LINEAR_TIE / pdi_min(s->criterion.critical, 1.0));
+        ctx, s, 1.0 + PDI_SEQUENTIALLY_LINEAR_TIE / pd_min(s->criterion.critical, 1.0));
     if (!broken)
         return pd_fail(ctx, PD_ERR_INTERNAL, "sequential", "no bond breaks at the factor %g at which one does",
                         s->factor);

@@ -159,7 +159,7 @@ static void pdi_surface_correction_newton_step(const pdi_surface_correction *o, 
     pdi_surface_correction_compute_residual(o, share, i, gap, fresh ? matrix : NULL);
     if (fresh) pdi_surface_correction_factorise(matrix, factor);
     pdi_surface_correction_substitute(factor, gap);
-    for (int k = 0; k < all; k++) most = pdi_max(most, fabs(gap[k]));
+    for (int k = 0; k < all; k++) most = pd_max(most, fabs(gap[k]));
     double part = most > PDI_SURFACE_CORRECTION_MAX_STEP ? PDI_SURFACE_CORRECTION_MAX_STEP / most : 1.0;
     for (int k = 0; k < all; k++) change[k] = part * gap[k] + PDI_SURFACE_CORRECTION_MOMENTUM * change[k];
 }
@@ -208,7 +208,7 @@ static int32_t pdi_surface_correction_find_incomplete(const pd_ctx *ctx, const p
     for (int32_t i = 0; i < body->real_count; i++) {
         double gap[PD_SURFACE_CORRECTION_MOMENTS], most = 0.0;
         pdi_surface_correction_compute_residual(o, share, i, gap, NULL);
-        for (int k = 0; k < PD_SURFACE_CORRECTION_MOMENTS; k++) most = pdi_max(most, fabs(gap[k]));
+        for (int k = 0; k < PD_SURFACE_CORRECTION_MOMENTS; k++) most = pd_max(most, fabs(gap[k]));
         cut[i] = most > PDI_SURFACE_CORRECTION_COMPLETE;
     }
     for (int32_t i = 0; i < body->real_count; i++)

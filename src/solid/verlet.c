@@ -132,7 +132,7 @@ static double pdi_verlet_half_step(const pd_ctx *ctx, pd_verlet *d, double dt, i
 static pd_status pdi_verlet_process_limit(pd_ctx *ctx, void *self, pd_step *s)
 {
     const pd_verlet *d = (const pd_verlet *)self;
-    s->dt = pdi_min(s->dt, d->max_step);
+    s->dt = pd_min(s->dt, d->max_step);
     PD_TRY(pdi_physics_limit_max_step(ctx, self, s));
     s->dt = pdi_physics_equal_steps(s->latest_end - s->time, s->dt);
     return PD_OK;

@@ -38,8 +38,8 @@ static double pdi_visibility_find_bins(const pdi_visibility *v, const double *x,
     for (int d = 0; d < PD_DIM; d++) {
         double low = x[d], high = x[d];
         for (int k = 1; k < count; k++) {
-            low = pdi_min(low, x[k * PD_DIM + d]);
-            high = pdi_max(high, x[k * PD_DIM + d]);
+            low = pd_min(low, x[k * PD_DIM + d]);
+            high = pd_max(high, x[k * PD_DIM + d]);
         }
         /* Rounding takes no bin away. */
         double first = floor((low - v->lo[d]) / v->width - PDI_VISIBILITY_ROUNDING);
@@ -124,8 +124,8 @@ PDI_FN pd_status pdi_visibility_build(pd_ctx *ctx, double bond_length, pdi_visib
         if (!(fabs(v->face[k]) < 1e100))
             return pd_fail(ctx, PD_ERR_ARGUMENT, "body", "face %.0f of the surface has a corner at %g m, expected a "
                             "finite place", (double)(k / PDI_VISIBILITY_FACE), v->face[k]);
-        v->lo[k % PD_DIM] = pdi_min(v->lo[k % PD_DIM], v->face[k]);
-        hi[k % PD_DIM] = pdi_max(hi[k % PD_DIM], v->face[k]);
+        v->lo[k % PD_DIM] = pd_min(v->lo[k % PD_DIM], v->face[k]);
+        hi[k % PD_DIM] = pd_max(hi[k % PD_DIM], v->face[k]);
     }
     if (v->faces) pdi_visibility_init_bins(v, hi, bond_length);
     PD_TRY(pdi_array_registry_build(ctx, pdi_visibility_list, v));

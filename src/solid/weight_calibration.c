@@ -42,8 +42,8 @@ PDI_FN double pdi_weight_calibration_compute_anisotropy(double (*crack)(const vo
         if (PD_DIM > 1) n[1] = tan(0.5 * turn);
         if (PD_DIM > 2) n[2] = n[1] * (k % 4) / 3.0;
         double energy = crack(self, n);
-        least = pdi_min(least, energy);
-        most = pdi_max(most, energy);
+        least = pd_min(least, energy);
+        most = pd_max(most, energy);
     }
     return most > 0.0 ? most / least : 1.0;
 }
@@ -62,7 +62,7 @@ static void pdi_weight_calibration_sum_family(const pdi_weight_calibration *o, d
         double first = xi[0] * xi[0], second = PD_DIM > 1 ? xi[PD_DIM - 1] * xi[PD_DIM - 1] : 0.0;
         if (!(weight > 0.0)) continue;
         weight *= base + a * pdi_weight_calibration_cubic_harmonic(xi, square);
-        s->min_weight = pdi_min(s->min_weight, weight);
+        s->min_weight = pd_min(s->min_weight, weight);
         weight = (double)(float)weight * volume; /* as bonds store it */
         s->weighted_volume += weight * square;
         s->axis += weight * first * first / square;

@@ -150,7 +150,7 @@ static void pdi_coarsen_sum_strengths(const pdi_coarsen_options *options, const 
         {
             level->parent[c] = PDI_COARSEN_ROOT;
             s->sum[link.axis] +=
-                pdi_min((double)link.a, (double)link.reverse) + 0.5 * fabs((double)link.a - (double)link.reverse);
+                pd_min((double)link.a, (double)link.reverse) + 0.5 * fabs((double)link.a - (double)link.reverse);
             s->count[link.axis] += 1.0;
         }
     }
@@ -202,7 +202,7 @@ PDI_FN int pdi_coarsen_choose_axes(const pd_ctx *ctx, const pdi_coarsen_options 
             count[d] += part[q].count[d];
         }
     for (int d = 0; d < PD_DIM; d++)
-        if (count[d] > 0.0) strongest = pdi_max(strongest, sum[d] / count[d]);
+        if (count[d] > 0.0) strongest = pd_max(strongest, sum[d] / count[d]);
     int any = 0;
     for (int d = 0; d < PD_DIM; d++) {
         level->halve[d] = count[d] > 0.0 && sum[d] / count[d] >= PDI_COARSEN_STRONG_COUPLING * strongest;

@@ -52,7 +52,7 @@ static double pdi_compact_operator_face_diffusion(const pd_grid *grid, const pdi
         if (v->numerical_diffusivity) diffusivity += speed * v->numerical_diffusivity[a * PD_DIM + d];
         if (a == d) diffusivity -= 0.5 * speed * grid->h[d];
     }
-    return pdi_max(diffusivity, 0.0);
+    return pd_max(diffusivity, 0.0);
 }
 
 /* Distance, in spacings, from a node to the wall behind its lower or upper face along axis d. The friction on a curved
@@ -99,12 +99,12 @@ static void pdi_compact_operator_assemble_cell(pd_compact_operator *c, int64_t c
             int dirichlet = kind == PD_INLET ? faces->inlet : kind == PD_OUTLET ? faces->outlet : faces->wall;
             if (dirichlet) wall += diffusivity * inverse / pdi_compact_operator_wall_distance(faces, node, kind, d, up);
             if (!u || kind != PD_OUTLET) continue;
-            mass += face * pdi_max((up ? 1.0 : -1.0) * u[node] / grid->h[d], 0.0);
-            outflow += face * pdi_max((up ? 1.0 : -1.0) * u[node] / grid->h[d], 0.0);
+            mass += face * pd_max((up ? 1.0 : -1.0) * u[node] / grid->h[d], 0.0);
+            outflow += face * pd_max((up ? 1.0 : -1.0) * u[node] / grid->h[d], 0.0);
         }
     }
     /* interpolated face velocities are not divergence-free: a net inflow must not accumulate */
-    if (v->numerical_diffusivity) mass += pdi_max(-outflow, 0.0);
+    if (v->numerical_diffusivity) mass += pd_max(-outflow, 0.0);
     c->dirichlet[cell] = (float)wall;
     c->mass[cell] = (float)mass;
 }
@@ -146,8 +146,8 @@ PDI_FN int pdi_compact_operator_is_stretched(const double *h)
 {
     double smallest = h[0], largest = h[0];
     for (int d = 1; d < PD_DIM; d++) {
-        smallest = pdi_min(smallest, h[d]);
-        largest = pdi_max(largest, h[d]);
+        smallest = pd_min(smallest, h[d]);
+        largest = pd_max(largest, h[d]);
     }
     return largest > PDI_COMPACT_OPERATOR_MAX_ASPECT * smallest;
 }
@@ -156,8 +156,8 @@ PDI_FN int pdi_compact_operator_needs_double(const int *n, const double *h)
 {
     double length = 0.0, spacing = HUGE_VAL;
     for (int d = 0; d < PD_DIM; d++) {
-        length = pdi_max(length, n[d] * h[d]);
-        spacing = pdi_min(spacing, h[d]);
+        length = pd_max(length, n[d] * h[d]);
+        spacing = pd_min(spacing, h[d]);
     }
     return FLT_EPSILON * length * length > spacing * spacing;
 }
@@ -191,5 +191,5 @@ PDI_FN double pdi_compact_operator_inverse_excess(const pd_stencil *s)
 {
     double compact = 0.0;
     for (int d = 0; d < PD_DIM; d++) compact += 2.0 / (s->h[d] * s->h[d]);
-    return pdi_max(1.0 / s->lap_sum - 1.0 / compact, 0.0);
+    return pd_max(1.0 / s->lap_sum - 1.0 / compact, 0.0);
 }

@@ -25,7 +25,7 @@ PDI_FN void pdi_hessenberg_rotate(int j, double *h, double *cs, double *sn, doub
 PDI_FN void pdi_hessenberg_back_substitute(int count, const double *hess, const double *g, double *y)
 {
     double largest = 0.0;
-    for (int j = 0; j < count; j++) largest = pdi_max(largest, fabs(hess[pdi_hessenberg_column_offset(j) + j]));
+    for (int j = 0; j < count; j++) largest = pd_max(largest, fabs(hess[pdi_hessenberg_column_offset(j) + j]));
     for (int i = count - 1; i >= 0; i--) {
         double sum = g[i];
         for (int j = i + 1; j < count; j++) sum -= hess[pdi_hessenberg_column_offset(j) + i] * y[j];

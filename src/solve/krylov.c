@@ -755,7 +755,7 @@ static pd_status pdi_krylov_begin(pdi_krylov_state *run, double *norm)
     run->b_norm = sqrt(pdi_krylov_dot(run, run->b, run->b));
     if (!pdi_krylov_is_finite(run->b_norm))
         return pd_fail(run->ctx, PD_ERR_ARGUMENT, pdi_krylov_name(run), "the right-hand side is not finite");
-    run->target = pdi_max(pdi_max(d->rtol * run->b_norm, d->atol), pdi_krylov_min_norm());
+    run->target = pd_max(pd_max(d->rtol * run->b_norm, d->atol), pdi_krylov_min_norm());
     *norm = run->b_norm;
     if (d->zero_guess) {
         pdi_par_zero(run->ctx, d->n, run->x);

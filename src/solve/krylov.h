@@ -123,12 +123,12 @@ PD_API pd_status pd_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn app
  * norms (Eisenstat and Walker 1996, choice 2). */
 static inline double pdi_krylov_forcing(double left)
 {
-    return pdi_min(PDI_KRYLOV_FORCING_MAX, pdi_max(PDI_KRYLOV_FORCING_MIN, 0.9 * left * left));
+    return pd_min(PDI_KRYLOV_FORCING_MAX, pd_max(PDI_KRYLOV_FORCING_MIN, 0.9 * left * left));
 }
 /* Forcing term 0.9 left, for strongly nonlinear equations where the square is too optimistic (after their choice 1). */
 static inline double pdi_krylov_forcing_linear(double left)
 {
-    return pdi_min(PDI_KRYLOV_FORCING_MAX, pdi_max(PDI_KRYLOV_FORCING_MIN, 0.9 * left));
+    return pd_min(PDI_KRYLOV_FORCING_MAX, pd_max(PDI_KRYLOV_FORCING_MIN, 0.9 * left));
 }
 /* pd_krylov_build without the vectors of pdi_krylov_list, which an arena lends for each solve. */
 PDI_FN pd_status pdi_krylov_build_unallocated(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov);

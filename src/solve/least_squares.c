@@ -94,7 +94,7 @@ static pd_status pdi_least_squares_estimate_noise(pdi_least_squares *s)
             for (int i = 0; i < s->m; i++) f[p * s->m + i] = f[(p + 1) * s->m + i] - f[p * s->m + i];
     }
     for (int i = 0; i < s->m; i++) square += gamma * f[i] * f[i];
-    s->result->noise = pdi_max(sqrt(square / s->m), DBL_EPSILON * sqrt(s->sum / s->m));
+    s->result->noise = pd_max(sqrt(square / s->m), DBL_EPSILON * sqrt(s->sum / s->m));
     return PD_OK;
 }
 
@@ -166,8 +166,8 @@ static pd_status pdi_least_squares_compute_jacobian(pdi_least_squares *s)
         if (s->result->ineffective)
             return pd_fail(s->ctx, PD_ERR_ARGUMENT, "squares", "parameter %d has no effect on the points: they change"
                             " by %.3g between its bounds, and by %.3g without it", k + 1, size, noise);
-        s->step[k] = pdi_min(PDI_LEAST_SQUARES_MAX_INCREMENT,
-                             pdi_max(PDI_LEAST_SQUARES_MIN_INCREMENT, cbrt(3.0 * noise / size)));
+        s->step[k] = pd_min(PDI_LEAST_SQUARES_MAX_INCREMENT,
+                             pd_max(PDI_LEAST_SQUARES_MIN_INCREMENT, cbrt(3.0 * noise / size)));
     }
     memcpy(s->jacobian_at, s->q, sizeof s->jacobian_at);
     if (pdi_least_squares_factor_normal(s, 0.0, a)) return PD_OK;
@@ -184,7 +184,7 @@ static int pdi_least_squares_compute_step(const pdi_least_squares *s, double *q)
                    ? 0.0
                    : -pdi_least_squares_dot(s, pdi_least_squares_jacobian_column(s, k), s->r);
     pdi_vec_cholesky_solve(s->n, PDI_LEAST_SQUARES_N, a[0], x);
-    for (int k = 0; k < s->n; k++) q[k] = pdi_min(1.0, pdi_max(0.0, s->q[k] + x[k]));
+    for (int k = 0; k < s->n; k++) q[k] = pd_min(1.0, pd_max(0.0, s->q[k] + x[k]));
     return 1;
 }
 
@@ -258,7 +258,7 @@ static pd_status pdi_least_squares_iterate_once(pdi_least_squares *s, int *done)
 {
     double q[PDI_LEAST_SQUARES_N], sum;
     if (!pdi_least_squares_compute_step(s, q)) {
-        s->damping = pdi_max(10.0 * s->damping, 1e-8);
+        s->damping = pd_max(10.0 * s->damping, 1e-8);
         *done = s->damping > 1e10 ? -1 : 0;
         return PD_OK;
     }
@@ -273,7 +273,7 @@ static pd_status pdi_least_squares_iterate_once(pdi_least_squares *s, int *done)
     if (!lower && !pdi_least_squares_is_jacobian_valid(s)) return pdi_least_squares_compute_jacobian(s);
     if (!lower) {
         *done = small ? -1 : 0; /* a strongly damped step that still increases the sum */
-        s->damping = pdi_max(10.0 * s->damping, 1e-3);
+        s->damping = pd_max(10.0 * s->damping, 1e-3);
         return PD_OK;
     }
     pdi_least_squares_broyden_update(s, q);

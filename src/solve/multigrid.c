@@ -277,7 +277,7 @@ static double pdi_multigrid_net_outflow(const pd_multigrid *mg, int32_t c, const
 /* A wall or a mass in scaled units, at most PDI_MULTIGRID_MAX_MASS. */
 static float pdi_multigrid_scale_mass(const pd_multigrid *mg, float given)
 {
-    return (float)pdi_min(mg->scale * (double)given, PDI_MULTIGRID_MAX_MASS);
+    return (float)pd_min(mg->scale * (double)given, PDI_MULTIGRID_MAX_MASS);
 }
 
 /* Compute the diagonals of level 0 from its faces, walls and masses. During setup x holds the wall and b the mass of
@@ -540,7 +540,7 @@ static void pdi_multigrid_part_max(pdi_par_team team, const pd_multigrid *mg, co
          q++) {
         double largest = 0.0;
         for (int32_t r = pdi_smoother_part_begin(rows, q); r < pdi_smoother_part_begin(rows, q + 1); r++)
-            largest = pdi_max(largest, pdi_multigrid_row_max(mg, r, rhs));
+            largest = pd_max(largest, pdi_multigrid_row_max(mg, r, rhs));
         part[q] = largest;
     }
 }
@@ -600,7 +600,7 @@ static void pdi_multigrid_cycle_thread(pdi_par_team team, const pd_multigrid *mg
     while (top < mg->levels - 1 && (int64_t)mg->level[top].cells * PDI_SMOOTHER_WORK >= PDI_MULTIGRID_MIN_WORK) top++;
     pdi_multigrid_part_max(team, mg, rhs, part);
     pdi_par_barrier(team);
-    for (int q = 0; q < PDI_SMOOTHER_PARTS; q++) largest = pdi_max(largest, part[q]);
+    for (int q = 0; q < PDI_SMOOTHER_PARTS; q++) largest = pd_max(largest, part[q]);
     double in = pdi_multigrid_power_of_two(largest), out = mg->scale / in;
     if ((mg->desc.host || mg->is_host || mg->desc.caller_fields) && !team.rank) pdi_multigrid_zero_pads(mg, fine->x, 0);
     for (int32_t r = first; r < behind; r++) {

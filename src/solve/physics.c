@@ -17,7 +17,7 @@ PDI_FN pd_status pdi_physics_limit_max_step(pd_ctx *ctx, void *self, pd_step *s)
 {
     (void)ctx;
     (void)self;
-    if (s->max_step > 0.0) s->dt = pdi_min(s->dt, s->max_step);
+    if (s->max_step > 0.0) s->dt = pd_min(s->dt, s->max_step);
     return PD_OK;
 }
 
@@ -71,9 +71,9 @@ PDI_FN pd_status pdi_physics_step(pd_ctx *ctx, const pd_physics *p, pd_step *s)
         pdi_physics_publish_attempt(p, s);
         if (s->rejected) PD_TRY(pd_check_cancel(ctx, p->name, p->steps ? *p->steps : 0));
         if (s->time_limit)
-            s->dt = pdi_min(s->dt, s->time_limit(s->time_limit_user, s->time, s->time + s->dt) - s->time);
+            s->dt = pd_min(s->dt, s->time_limit(s->time_limit_user, s->time, s->time + s->dt) - s->time);
         if (p->time_limit)
-            s->dt = pdi_min(s->dt, p->time_limit(p->time_limit_user, s->time, s->time + s->dt, 0) - s->time);
+            s->dt = pd_min(s->dt, p->time_limit(p->time_limit_user, s->time, s->time + s->dt, 0) - s->time);
         if (pdi_is_step_underflow(s->time, left, s->dt) || s->rejected == PDI_PHYSICS_MAX_ATTEMPTS)
             return pdi_physics_fail_underflow(ctx, p, s);
         if (s->dt < left) s->end = s->time + s->dt;
@@ -88,7 +88,7 @@ PDI_FN pd_status pdi_physics_step(pd_ctx *ctx, const pd_physics *p, pd_step *s)
             seen = p->time_limit(p->time_limit_user, s->time, s->end, 1);
         if (status != PD_RETRY && !(seen < s->end)) break;
         PD_TRY(p->reject(ctx, p->self, s));
-        s->dt = pdi_min(s->dt, seen - s->time);
+        s->dt = pd_min(s->dt, seen - s->time);
     }
     if (status >= 0 && p->accept) PD_TRY(p->accept(ctx, p->self, s));
     if (status >= 0 && s->progress) s->progress->accepted_steps++;

@@ -6,7 +6,7 @@
 
 PDI_FN double pdi_sdirk_limit_step(double planned, double max_step, double left, int *last)
 {
-    double dt = max_step > 0.0 ? pdi_min(planned, max_step) : planned;
+    double dt = max_step > 0.0 ? pd_min(planned, max_step) : planned;
     *last = dt >= left * (1.0 - 1e-9);
     if (*last) return left;
     return dt > 0.5 * left ? 0.5 * left : dt;
@@ -14,13 +14,13 @@ PDI_FN double pdi_sdirk_limit_step(double planned, double max_step, double left,
 
 PDI_FN double pdi_sdirk_step_factor(double error_ratio, double max_growth)
 {
-    return pdi_min(max_growth, PDI_SDIRK_SAFETY / sqrt(pdi_max(error_ratio, 1e-6)));
+    return pd_min(max_growth, PDI_SDIRK_SAFETY / sqrt(pd_max(error_ratio, 1e-6)));
 }
 
 PDI_FN double pdi_sdirk_update_plan(double planned, double dt, double factor)
 {
     double next = dt * factor;
-    return factor < 1.0 ? pdi_min(planned, next) : pdi_max(planned, next);
+    return factor < 1.0 ? pd_min(planned, next) : pd_max(planned, next);
 }
 
 #undef PDI_SDIRK_SAFETY

@@ -32,7 +32,7 @@ typedef struct pdi_stiff_ode_state {
 /* Component y clipped to its bounds. */
 static double pdi_stiff_ode_clip(const pd_stiff_ode *s, int k, double y)
 {
-    return pdi_min(pdi_max(y, s->low[k]), s->high[k]);
+    return pd_min(pd_max(y, s->low[k]), s->high[k]);
 }
 
 /* Evaluate the rates at y clipped to its bounds; 0 for components fixed at a bound. Notes rates that are not finite. */
@@ -67,7 +67,7 @@ static void pdi_stiff_ode_compute_jacobian(pdi_stiff_ode_state *w, double t, con
     memcpy(x, y, sizeof x);
     pdi_stiff_ode_compute_rates(w, t, x, at);
     for (int j = 0; j < s->count; j++) {
-        double stride = PDI_STIFF_ODE_INCREMENT * pdi_max(fabs(y[j]), s->typical[j]);
+        double stride = PDI_STIFF_ODE_INCREMENT * pd_max(fabs(y[j]), s->typical[j]);
         if (!(stride > 0.0)) stride = PDI_STIFF_ODE_INCREMENT;
         x[j] = y[j] + stride > s->high[j] ? y[j] - stride : y[j] + stride;
         pdi_stiff_ode_compute_rates(w, t, x, moved);
@@ -149,10 +149,10 @@ static double pdi_stiff_ode_step(pdi_stiff_ode_state *w, double t, double h, con
     }
     for (int k = 0; k < s->count; k++) {
         double off = fabs(table[last][last][k] - table[last][last - 1][k]);
-        double size = pdi_max(pdi_max(fabs(y[k]), fabs(table[last][last][k])), s->typical[k]);
+        double size = pd_max(pd_max(fabs(y[k]), fabs(table[last][last][k])), s->typical[k]);
         end[k] = table[last][last][k];
         if (!(off < 1e100)) return HUGE_VAL;
-        if (off > 0.0) worst = pdi_max(worst, off / (size * s->tolerance));
+        if (off > 0.0) worst = pd_max(worst, off / (size * s->tolerance));
     }
     return worst;
 }
@@ -164,10 +164,10 @@ static double pdi_stiff_ode_bound_fraction(const pd_stiff_ode *s, const double *
     double share = 1.0;
     for (int k = 0; k < s->count; k++) {
         double bound = pdi_stiff_ode_clip(s, k, end[k]), out = fabs(end[k] - bound);
-        double near_ = s->tolerance * pdi_max(pdi_max(fabs(bound), fabs(y[k])), s->typical[k]);
+        double near_ = s->tolerance * pd_max(pd_max(fabs(bound), fabs(y[k])), s->typical[k]);
         if (!(out > 0.0)) continue;
         if (out <= near_ || fabs(bound - y[k]) <= near_) end[k] = bound;
-        else share = pdi_min(share, pdi_max((bound - y[k]) / (end[k] - y[k]), PDI_STIFF_ODE_SHRINK));
+        else share = pd_min(share, pd_max((bound - y[k]) / (end[k] - y[k]), PDI_STIFF_ODE_SHRINK));
     }
     return share;
 }
@@ -186,7 +186,7 @@ static int pdi_stiff_ode_has_left_bound(const pdi_stiff_ode_state *w, double t, 
     pdi_stiff_ode_compute_rates(&loose, t + h, end, rate);
     for (int k = 0; k < s->count; k++) {
         double out = end[k] >= s->high[k] ? rate[k] : -rate[k];
-        if (w->fixed[k] && -out * h > s->tolerance * pdi_max(fabs(end[k]), s->typical[k])) return 1;
+        if (w->fixed[k] && -out * h > s->tolerance * pd_max(fabs(end[k]), s->typical[k])) return 1;
     }
     return 0;
 }
@@ -200,10 +200,10 @@ static double pdi_stiff_ode_estimate_first_step(pdi_stiff_ode_state *w, double t
     pdi_stiff_ode_mark_fixed(w, t, y);
     pdi_stiff_ode_compute_rates(w, t, y, rate);
     for (int k = 0; k < s->count; k++) {
-        double size = pdi_max(fabs(y[k]), s->typical[k]);
+        double size = pd_max(fabs(y[k]), s->typical[k]);
         if (fabs(rate[k]) * h > size && size > 0.0) h = size / fabs(rate[k]);
     }
-    return pdi_max(h, PDI_STIFF_ODE_MIN_FIRST_STEP * whole);
+    return pd_max(h, PDI_STIFF_ODE_MIN_FIRST_STEP * whole);
 }
 
 PDI_FN pd_stiff_ode_status pdi_stiff_ode_solve(const pd_stiff_ode *s, double from, double to, double *y, int *which)
@@ -224,8 +224,8 @@ PDI_FN pd_stiff_ode_status pdi_stiff_ode_solve(const pd_stiff_ode *s, double fro
         double error = pdi_stiff_ode_step(&w, t, h, y, end),
                share = error <= 1.0 ? pdi_stiff_ode_bound_fraction(s, y, end) : 1.0;
         if (error <= 1.0 && share >= 1.0 && pdi_stiff_ode_has_left_bound(&w, t, h, end)) share = 0.5;
-        double factor = PDI_STIFF_ODE_SAFETY * pow(pdi_max(error, 1e-10), -1.0 / PDI_STIFF_ODE_COLUMNS);
-        factor = pdi_min(pdi_max(factor, PDI_STIFF_ODE_SHRINK), PDI_STIFF_ODE_GROWTH);
+        double factor = PDI_STIFF_ODE_SAFETY * pow(pd_max(error, 1e-10), -1.0 / PDI_STIFF_ODE_COLUMNS);
+        factor = pd_min(pd_max(factor, PDI_STIFF_ODE_SHRINK), PDI_STIFF_ODE_GROWTH);
         if (w.bad_rate >= 0 && h <= 2.0 * PDI_STIFF_ODE_MIN_STEP * (to - from)) break;
         if (w.bad_rate >= 0) {
             w.bad_rate = -1;
@@ -236,7 +236,7 @@ PDI_FN pd_stiff_ode_status pdi_stiff_ode_solve(const pd_stiff_ode *s, double fro
             memcpy(y, end, (size_t)s->count * sizeof *y);
             t = last ? to : t + h;
         }
-        h *= error <= 1.0 && share < 1.0 ? share : error <= 1.0 ? pdi_max(factor, 1.0) : pdi_min(factor, 0.5);
+        h *= error <= 1.0 && share < 1.0 ? share : error <= 1.0 ? pd_max(factor, 1.0) : pd_min(factor, 0.5);
     }
     if (w.bad_rate >= 0) {
         *which = w.bad_rate;

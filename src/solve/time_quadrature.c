@@ -49,20 +49,20 @@ PDI_FN pdi_time_quadrature_verdict pdi_time_quadrature_check(const pdi_time_quad
     double half = 0.5 * (from + to), least = 0.0, most = 0.0;
     double first = q->value(q->user, from), last = q->value(q->user, to * (1.0 - PDI_TIME_QUADRATURE_LEFT_LIMIT));
     double centre = q->value(q->user, half), simpson = (first + 4.0 * centre + last) / 6.0;
-    double low = pdi_min(pdi_min(first, last), centre), high = pdi_max(pdi_max(first, last), centre);
+    double low = pd_min(pd_min(first, last), centre), high = pd_max(pd_max(first, last), centre);
     double gauss = pdi_time_quadrature_gauss_mean(q, from, to);
     *mean = middle ? centre : gauss;
     if (!(fabs(first) + fabs(centre) + fabs(last) + fabs(gauss) < HUGE_VAL))
         return PDI_TIME_QUADRATURE_ACCURATE; /* an error at the evaluation of that value is reported elsewhere */
     if (q->bounds) q->bounds(q->user, from, to, &least, &most);
-    double room = q->rtol * (PDI_TIME_QUADRATURE_RTOL_FACTOR * q->weight * pdi_min(fabs(simpson), fabs(*mean)) +
+    double room = q->rtol * (PDI_TIME_QUADRATURE_RTOL_FACTOR * q->weight * pd_min(fabs(simpson), fabs(*mean)) +
                              PDI_TIME_QUADRATURE_ATOL_FACTOR * q->amount);
-    double error = pdi_max(fabs(simpson - *mean), most - least - PDI_TIME_QUADRATURE_OVERESTIMATE * (high - low));
+    double error = pd_max(fabs(simpson - *mean), most - least - PDI_TIME_QUADRATURE_OVERESTIMATE * (high - low));
     if (q->weight * error <= room &&
         (q->weight * (most - least) <= room || pdi_time_quadrature_is_smooth(q, from, to, most - least))) {
         double halves =
             0.5 * (pdi_time_quadrature_gauss_mean(q, from, half) + pdi_time_quadrature_gauss_mean(q, half, to));
-        if (q->weight * pdi_max(fabs(halves - *mean), fabs(halves - gauss)) <= room)
+        if (q->weight * pd_max(fabs(halves - *mean), fabs(halves - gauss)) <= room)
             return PDI_TIME_QUADRATURE_ACCURATE;
     }
     if (part < PDI_TIME_QUADRATURE_MIN_INTERVAL ||

@@ -21,7 +21,7 @@ static double pdi_conductance_entry(const pd_bonds *bonds, int32_t i, int k)
         int step = bonds->stencil->offset[k * PD_DIM + d], upper = step > 0;
         double inside = upper ? grid->n[d] - at[d] - 0.5 : at[d] + 0.5; /* cells to the side */
         if (pd_grid_is_inlet_or_outlet(grid->side[2 * d + upper]))
-            fraction = pdi_min(fraction, step ? inside / abs(step) : 1.0);
+            fraction = pd_min(fraction, step ? inside / abs(step) : 1.0);
     }
     return fraction;
 }

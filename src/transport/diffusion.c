@@ -360,7 +360,7 @@ static void pdi_diffusion_hold(pd_diffusion *d, int32_t r, uint8_t *held)
         }
         double c = pdi_diffusion_meet(d, r, k, x, &t, &value);
         if (!(c >= 0.0)) d->wall_part[place] = 1;
-        if (c < 0.0) d->held_least = pdi_min(d->held_least, c); /* for the caller to refuse */
+        if (c < 0.0) d->held_least = pd_min(d->held_least, c); /* for the caller to refuse */
         if (!(c >= 0.0)) continue;
         held[k] = 1;
         for (int a = 0; a < PD_DIM && d->wall_grad; a++) {
@@ -372,8 +372,8 @@ static void pdi_diffusion_hold(pd_diffusion *d, int32_t r, uint8_t *held)
         d->wall_rate[i] += value;
         d->wall_source[place] += value * c;
         d->wall_rest[place] += value * (c - d->wall_value[place]);
-        d->held_least = pdi_min(d->held_least, c);
-        d->held_most = pdi_max(d->held_most, c);
+        d->held_least = pd_min(d->held_least, c);
+        d->held_most = pd_max(d->held_most, c);
     }
 }
 
@@ -535,7 +535,7 @@ static pd_status pdi_diffusion_make(pd_ctx *ctx, const pd_bonds *bonds, const pd
         pdi_diffusion_offset(d, k, xi);
         for (int a = 0; a < PD_DIM; a++) {
             d->unit[k * PD_DIM + a] = xi[a] / pdi_vec_norm(xi);
-            if (fabs(xi[a]) < 1.5 && fabs(xi[a]) > 0.5) d->flattest = pdi_max(d->flattest, pdi_vec_dot(xi, xi));
+            if (fabs(xi[a]) < 1.5 && fabs(xi[a]) > 0.5) d->flattest = pd_max(d->flattest, pdi_vec_dot(xi, xi));
         }
     }
     if (desc->field)
@@ -579,7 +579,7 @@ PDI_FN float pdi_diffusion_more(const pd_diffusion *d, int32_t i, int k)
     for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) along[t] *= pdi_diffusion_twice(t);
     double twice = pdi_diffusion_quadratic(d->tensor, near, along) + pdi_diffusion_quadratic(d->tensor, far, along);
     if (d->metals) twice += pdi_diffusion_beside(d, near, e, along) + pdi_diffusion_beside(d, far, e, along);
-    double more = pdi_max(0.5 * twice, PDI_DIFFUSION_LEAST - 1.0);
+    double more = pd_max(0.5 * twice, PDI_DIFFUSION_LEAST - 1.0);
     return (float)(more < PDI_DIFFUSION_MOST - 1.0 ? more : PDI_DIFFUSION_MOST - 1.0);
 }
 

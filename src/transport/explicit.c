@@ -12,7 +12,7 @@ PDI_FN double pdi_explicit_rate(const pd_transport *t, int32_t i)
         double flux, bond, upwind;
         if (!pdi_flux_open(&t->flux, i, k)) continue;
         pdi_flux_bond(&t->flux, i, k, &flux, &bond, &upwind);
-        if (t->grid->kind[i + t->bonds->paths.shift[k]] == PD_OUTLET) rate += pdi_max(flux, 0.0);
+        if (t->grid->kind[i + t->bonds->paths.shift[k]] == PD_OUTLET) rate += pd_max(flux, 0.0);
         else rate += bond + room * upwind - 0.5 * flux;
     }
     return rate;
@@ -23,7 +23,7 @@ double pd_transport_limit(pd_ctx *ctx, const pd_transport *t)
     double fastest = 0.0;
     (void)ctx;
     for (int32_t i = 0; i < t->grid->total; i++)
-        if (t->grid->kind[i] == PD_FLUID) fastest = pdi_max(fastest, pdi_explicit_rate(t, i));
+        if (t->grid->kind[i] == PD_FLUID) fastest = pd_max(fastest, pdi_explicit_rate(t, i));
     return fastest > 0.0 ? 1.0 / fastest : HUGE_VAL;
 }
 
@@ -76,8 +76,8 @@ static void pdi_explicit_bounds(pd_transport *t, pdi_bounds *b)
     t->seen[0] = seen.low;
     t->seen[1] = seen.high;
     pdi_transport_bounds(t, t->old, 0.0, b);
-    b->low = pdi_min(b->low, seen.low);
-    b->high = pdi_max(b->high, seen.high);
+    b->low = pd_min(b->low, seen.low);
+    b->high = pd_max(b->high, seen.high);
 }
 
 /* Antidiffusive fluxes of sixth order, as far as they keep the bounds of all explicit steps so far. */

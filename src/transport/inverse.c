@@ -37,7 +37,7 @@ PDI_COLD_END
 static double pdi_inverse_own(const pd_inverse *v, int32_t i)
 {
     const double *hold = v->flux->diffusion->wall_rate;
-    return v->rate + pdi_max(v->flux->absorb[i] + (hold ? hold[i] : 0.0), 0.0);
+    return v->rate + pd_max(v->flux->absorb[i] + (hold ? hold[i] : 0.0), 0.0);
 }
 
 /* S of eq. 5.15 at node i; *direct: tau S [s]. */

@@ -25,7 +25,7 @@ static double pdi_settle_slowest(const pd_transport *t)
     double slowest = HUGE_VAL;
     for (int32_t i = 0; i < t->grid->total; i++) {
         double rate = t->grid->kind[i] == PD_FLUID ? pdi_explicit_rate(t, i) : 0.0;
-        if (rate > 0.0) slowest = pdi_min(slowest, rate);
+        if (rate > 0.0) slowest = pd_min(slowest, rate);
     }
     return slowest < HUGE_VAL ? 1.0 / slowest : HUGE_VAL;
 }
@@ -69,9 +69,9 @@ static double pdi_settle_rounding(const pd_transport *t)
     conduct *= t->rest ? rounding * rounding : rounding;
     for (int32_t i = 0; i < t->grid->total; i++) {
         double part = conduct * (t->diffusion.field ? t->diffusion.field[i] : t->desc.diffusivity);
-        if (t->grid->kind[i] == PD_INLET) size = pdi_max(size, fabs(t->c[i]));
+        if (t->grid->kind[i] == PD_INLET) size = pd_max(size, fabs(t->c[i]));
         if (t->grid->kind[i] != PD_FLUID) continue;
-        size = pdi_max(size, fabs(t->c[i]));
+        size = pd_max(size, fabs(t->c[i]));
         for (int d = 0; d < PD_DIM && t->flow; d++)
             part += rounding * carry[d] * fabs(t->flow->u[(int64_t)d * t->grid->total + i]);
         pdi_compensated_sum_add(&sum, part * pd_grid_circumference(t->grid, i));
@@ -91,10 +91,10 @@ static double pdi_settle_defect(pd_ctx *ctx, pd_transport *t)
         double around = t->grid->kind[i] == PD_FLUID ? pd_grid_circumference(t->grid, i) : 0.0;
         if (!(around > 0.0)) continue;
         pdi_compensated_sum_add(&lack, around * fabs(t->work[i]));
-        pdi_compensated_sum_add(&made, around * pdi_max(fabs(t->source[i]), t->absorb[i] * fabs(t->c[i])));
+        pdi_compensated_sum_add(&made, around * pd_max(fabs(t->source[i]), t->absorb[i] * fabs(t->c[i])));
     }
     double missing = volume * pdi_compensated_sum_total(&lack), rounding = pdi_settle_rounding(t);
-    double passes = pdi_max(pdi_max(fabs(t->inflow), fabs(t->outflow)), volume * pdi_compensated_sum_total(&made));
+    double passes = pd_max(pd_max(fabs(t->inflow), fabs(t->outflow)), volume * pdi_compensated_sum_total(&made));
     if (missing <= rounding && PDI_SETTLE_DEFECT * passes <= rounding) return 0.0;
     return passes > 0.0 ? missing / passes : HUGE_VAL;
 }
@@ -108,8 +108,8 @@ static double pdi_settle_add(pd_transport *t, const double *delta)
         if (t->grid->kind[i] != PD_FLUID) continue;
         double more = delta[i] + (t->rest ? t->rest[i] : 0.0), c = t->c[i], sum = c + more, part = sum - c;
         t->c[i] = sum;
-        moved = pdi_max(moved, fabs(delta[i]));
-        size = pdi_max(size, fabs(sum));
+        moved = pd_max(moved, fabs(delta[i]));
+        size = pd_max(size, fabs(sum));
         if (t->rest) t->rest[i] = (c - (sum - part)) + (more - part);
     }
     return size > 0.0 ? moved / size : 0.0;
@@ -147,8 +147,8 @@ static pd_status pdi_settle_find(pd_ctx *ctx, pd_transport *t, pd_transport_resu
         pdi_par_zero(ctx, t->grid->total, t->carry);
         for (int32_t i = 0; i < t->grid->total; i++) {
             if (t->grid->kind[i] != PD_FLUID) continue;
-            moved = pdi_max(moved, fabs(t->c[i] - t->old[i]));
-            size = pdi_max(size, fabs(t->c[i]));
+            moved = pd_max(moved, fabs(t->c[i] - t->old[i]));
+            size = pd_max(size, fabs(t->c[i]));
         }
         result->change = size > 0.0 ? moved / size : 0.0;
         /* corrections leave the limiter as it is */

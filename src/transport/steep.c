@@ -244,7 +244,7 @@ static void pdi_steep_limit_share(const pdi_steep *s)
     PDI_FOR_NOWAIT
     for (int32_t i = 0; i < grid->total; i++) {
         double in = s->dt * s->gain[i], out = s->dt * s->loss[i];
-        double room = pdi_max(s->bounds.high - s->plain[i], 0.0), left = pdi_max(s->plain[i] - s->bounds.low, 0.0);
+        double room = pd_max(s->bounds.high - s->plain[i], 0.0), left = pd_max(s->plain[i] - s->bounds.low, 0.0);
         int fluid = grid->kind[i] == PD_FLUID;
         s->gain[i] = fluid && in > room ? room / in : 1.0;
         s->loss[i] = fluid && out > left ? left / out : 1.0;

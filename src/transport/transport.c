@@ -194,7 +194,7 @@ static int pdi_transport_measure(pd_transport *t)
     pdi_bounds of = {0.0, 0.0};
     pdi_bounds_take_all(t->grid, PD_FLUID, t->c, &of);
     pdi_bounds_take_inlets(&t->bonds->ghosts, t->c, &of);
-    t->size = pdi_max(had, pdi_min(pdi_max(of.high, -of.low), t->most));
+    t->size = pd_max(had, pd_min(pd_max(of.high, -of.low), t->most));
     return t->size > had;
 }
 
@@ -265,19 +265,19 @@ static pd_status pdi_transport_correct(pd_ctx *ctx, pd_transport *t, int known, 
 PDI_FN void pdi_transport_bounds(const pd_transport *t, const double *start, double slack, pdi_bounds *b)
 {
     b->low = t->passed[0];
-    b->high = pdi_max(t->passed[1], 0.0);
+    b->high = pd_max(t->passed[1], 0.0);
     pdi_bounds source = {0.0, 0.0}, absorb = {0.0, 0.0};
     pdi_bounds_take_all(t->grid, PD_FLUID, start, b);
     pdi_bounds_take_inlets(&t->bonds->ghosts, t->c, b);
     pdi_bounds_take_all(t->grid, PD_FLUID, t->source, &source);
     pdi_bounds_take_all(t->grid, PD_FLUID, t->absorb, &absorb);
     if (source.low < 0.0) b->low = -HUGE_VAL;
-    if (absorb.high > 0.0) b->low = pdi_min(b->low, 0.0);
-    if (source.high > 0.0) b->high = pdi_max(b->high, t->ceiling);
+    if (absorb.high > 0.0) b->low = pd_min(b->low, 0.0);
+    if (source.high > 0.0) b->high = pd_max(b->high, t->ceiling);
     for (int32_t k = 0; k < t->pinned_count; k++) pdi_bounds_take(t->c[t->pinned[k]], b);
     if (t->diffusion.wall_rate) {
-        b->low = pdi_min(b->low, t->diffusion.held_least);
-        b->high = pdi_max(b->high, t->diffusion.held_most);
+        b->low = pd_min(b->low, t->diffusion.held_least);
+        b->high = pd_max(b->high, t->diffusion.held_most);
     }
     pdi_bounds_widen(t->grid, t->c, slack, b);
 }
@@ -299,9 +299,9 @@ PDI_FN int pdi_transport_start(pd_transport *t)
     pdi_bounds bounds;
     memset(t->upwinded, 0, (size_t)t->grid->total);
     t->upwinding = t->sweeping = 0;
-    t->size = t->diffusion.wall_rate ? pdi_max(t->diffusion.held_most, 0.0) : 0.0;
+    t->size = t->diffusion.wall_rate ? pd_max(t->diffusion.held_most, 0.0) : 0.0;
     pdi_transport_bounds(t, t->old, 0.0, &bounds);
-    t->most = pdi_max(fabs(bounds.low), fabs(bounds.high));
+    t->most = pd_max(fabs(bounds.low), fabs(bounds.high));
     pdi_transport_measure(t);
     return pdi_transport_limits(t);
 }
@@ -504,11 +504,11 @@ PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, in
     PD_TRY(pdi_transport_first(ctx, t, dt));
     PD_TRY(pdi_inverse_setup(ctx, &t->inverse, 1.0 / dt, t->pinned, t->pinned_count));
     pdi_transport_pin(t, t->work);
-    double first = sqrt(pdi_par_dot(ctx, total, t->work, t->work)), size = pdi_max(pdi_transport_given(ctx, t), first);
+    double first = sqrt(pdi_par_dot(ctx, total, t->work, t->work)), size = pd_max(pdi_transport_given(ctx, t), first);
     double atol = t->desc.tolerance * size;
     /* the limiter turns what is left of linear systems into other fluxes */
     double loose = t->flow ? PDI_KRYLOV_FORCING_MIN : pdi_krylov_forcing(t->first > 0.0 ? first / t->first : 1.0);
-    if (t->rough) atol = pdi_max(atol, first * loose);
+    if (t->rough) atol = pd_max(atol, first * loose);
     t->first = first;
     pd_status status = size > 0.0 ? pdi_transport_iterate(ctx, t, atol, bounded, result) : PD_OK;
     if (status < 0) return status;
@@ -563,8 +563,8 @@ static void pdi_transport_pass(pd_transport *t)
     t->passed[0] = of.low;
     t->passed[1] = of.high;
     if (!t->diffusion.wall_rate) return;
-    t->passed[0] = pdi_min(t->passed[0], t->diffusion.held_least);
-    t->passed[1] = pdi_max(t->passed[1], t->diffusion.held_most);
+    t->passed[0] = pd_min(t->passed[0], t->diffusion.held_least);
+    t->passed[1] = pd_max(t->passed[1], t->diffusion.held_most);
 }
 
 static pd_status pdi_transport_inlets(pd_ctx *ctx, pd_transport *t)
@@ -574,7 +574,7 @@ static pd_status pdi_transport_inlets(pd_ctx *ctx, pd_transport *t)
         if (t->grid->kind[i] != PD_INLET) continue;
         pd_grid_position(t->grid, i, x);
         pdi_grid_fold_position_images(t->grid, x);
-        for (int d = 0; d < PD_DIM; d++) x[d] = pdi_min(pdi_max(x[d], t->grid->lo[d]), t->grid->hi[d]);
+        for (int d = 0; d < PD_DIM; d++) x[d] = pd_min(pd_max(x[d], t->grid->lo[d]), t->grid->hi[d]);
         t->c[i] = t->desc.entering ? t->desc.entering(t->desc.user, x) : t->desc.inlet;
         if (!(t->c[i] >= 0.0) || !(t->c[i] < 1e100))
             return pd_fail(ctx, PD_ERR_ARGUMENT, "transport",

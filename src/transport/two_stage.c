@@ -96,7 +96,7 @@ static pd_status pdi_two_stage_damp(pd_ctx *ctx, pd_two_stage *a, double *worst,
         t->work[i] = t->grid->kind[i] == PD_FLUID ? (a->slope[i] - (t->c[i] - t->old[i])) / t->dt : 0.0;
     pd_status status = pdi_transport_refine(ctx, t, PDI_TWO_STAGE_DAMPED, result);
     a->krylov += result->krylov - before;
-    if (status == PD_OK) *worst = pdi_min(*worst, pdi_par_max_abs(ctx, t->grid->total, t->work + t->grid->total));
+    if (status == PD_OK) *worst = pd_min(*worst, pdi_par_max_abs(ctx, t->grid->total, t->work + t->grid->total));
     return status < 0 ? status : PD_OK;
 }
 
@@ -108,8 +108,8 @@ static pd_status pdi_two_stage_error(pd_ctx *ctx, pd_two_stage *a, double *large
     double worst = 0.0, size = *largest;
     for (int32_t i = 0; i < t->grid->total; i++) {
         if (t->grid->kind[i] != PD_FLUID) continue;
-        worst = pdi_max(worst, fabs(a->slope[i] - (t->c[i] - t->old[i])));
-        size = pdi_max(size, pdi_max(fabs(t->c[i]), fabs(a->start[i])));
+        worst = pd_max(worst, fabs(a->slope[i] - (t->c[i] - t->old[i])));
+        size = pd_max(size, pd_max(fabs(t->c[i]), fabs(a->start[i])));
     }
     *largest = size;
     size += 2.0 * t->dt * pdi_krylov_min_norm() / a->desc.rtol;
@@ -245,7 +245,7 @@ static pd_status pdi_two_stage_reject(pd_ctx *ctx, void *self, pd_step *s)
     a->time = s->time;
     a->out = a->passed[0];
     a->in = a->passed[1];
-    a->dt = s->dt * pdi_max(PDI_TWO_STAGE_SHRINK, pdi_sdirk_step_factor(s->error, PDI_TWO_STAGE_GROWTH));
+    a->dt = s->dt * pd_max(PDI_TWO_STAGE_SHRINK, pdi_sdirk_step_factor(s->error, PDI_TWO_STAGE_GROWTH));
     s->dt = pdi_sdirk_limit_step(a->dt, a->desc.largest, s->latest_end - s->time, &last);
     return PD_OK;
 }

@@ -205,14 +205,14 @@ TEST(a_notch_parts_up_to_its_end)
                         at[e] = -1.0;
                         if (fabs(xi[last]) > 0.0) at[e] = (floor_at + e * wide - x[last]) / xi[last];
                     }
-                    first = pdi_max(0.0, pdi_min(at[0], at[1]));
-                    then = pdi_min(1.0, pdi_max(at[0], at[1]));
+                    first = pd_max(0.0, pd_min(at[0], at[1]));
+                    then = pd_min(1.0, pd_max(at[0], at[1]));
                     double low = HUGE_VAL; /* along x there */
                     if (fabs(xi[last]) > 0.0 && first < then)
-                        low = pdi_min(x[0] + first * xi[0], x[0] + then * xi[0]);
+                        low = pd_min(x[0] + first * xi[0], x[0] + then * xi[0]);
                     wrong[1] += (low < tip - 1e-6 * h) == pdi_node_visibility_is_visible(&c->grid, x, xi) &&
                                 !(fabs(low - tip) < 1e-6 * h);
-                    double far = pdi_max(x[0], x[0] + xi[0]), near = pdi_min(x[0], x[0] + xi[0]);
+                    double far = pd_max(x[0], x[0] + xi[0]), near = pd_min(x[0], x[0] + xi[0]);
                     int through = (x[last] < floor_at) != (x[last] + xi[last] < floor_at);
                     wrong[2] += through && far < tip - 2.0 * h && stays;
                     wrong[3] += near > tip + 2.0 * h && !stays;

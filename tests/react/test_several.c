@@ -393,7 +393,7 @@ static double bathed(double fraction)
         if (!k) left = solid_of(-1);
         for (int n = 0; n < r->components.solutes; n++)
             for (int32_t i = 0; i < model.grid.total; i++)
-                if (model.grid.kind[i] == PD_FLUID) least = pdi_min(least, r->c[(int64_t)n * model.grid.total + i]);
+                if (model.grid.kind[i] == PD_FLUID) least = pd_min(least, r->c[(int64_t)n * model.grid.total + i]);
     }
     CHECK(model.grid.solid_count == 0);
     CHECK(least >= 0.0);

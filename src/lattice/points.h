@@ -25,6 +25,30 @@ typedef struct pd_points {
     int64_t coincident_nodes; /* number of boundary nodes that coincide with another one */
 } pd_points;
 
+/* Type of a mesh cell. Corners are numbered as in VTK and Gmsh, which agree on all types but for the side from which
+ * the base of a wedge is seen. */
+typedef enum pd_points_cell_type {
+    PD_POINTS_CELL_NONE = 0,
+    PD_POINTS_CELL_LINE,
+    PD_POINTS_CELL_TRIANGLE,
+    PD_POINTS_CELL_QUAD,
+    PD_POINTS_CELL_TETRAHEDRON,
+    PD_POINTS_CELL_HEXAHEDRON,
+    PD_POINTS_CELL_WEDGE,
+    PD_POINTS_CELL_PYRAMID
+} pd_points_cell_type;
+
+/* Conversion of mesh cells to points. Zero it and set points, scale and extent. */
+typedef struct pd_points_converter {
+    pd_points *points;
+    double scale;    /* [-] factor from lengths of the file to metres */
+    double extent;   /* [m] extent of the mesh, before scaling */
+    double plane[3]; /* [m] coordinates of the first corner: those beyond PD_DIM must be the same in all cells */
+    int has_plane;   /* 1: level is set */
+    double orientation; /* [-] orientation of the cells so far, 1 or -1; 0: unknown. The reader clears it where another
+                         * surface begins */
+} pd_points_converter;
+
 #define pd_points_free PD_NAME(pd_points_free)
 #define pd_points_add PD_NAME(pd_points_add)
 #define pd_points_add_cell PD_NAME(pd_points_add_cell)
@@ -37,41 +61,16 @@ PD_API void pd_points_free(pd_ctx *ctx, pd_points *points);
 PD_API pd_status pd_points_add(pd_ctx *ctx, pd_points *points, const double *position, double volume, int32_t tag);
 /* Append a mesh cell with these corners[][3] as a point. *fault: why the cell is refused, NULL when it is not. mirrored
  * 1: a cell of negative volume is accepted. */
-PD_API pd_status pd_points_add_cell(pd_ctx *ctx, pdi_points_converter *cells, pdi_points_cell_type form,
+PD_API pd_status pd_points_add_cell(pd_ctx *ctx, pd_points_converter *cells, pd_points_cell_type form,
                                      const double *const *corner, int mirrored, int32_t tag, const char **fault);
 /* Number of corners of a cell type. */
-PD_API int pd_points_count_corners(pdi_points_cell_type form);
+PD_API int pd_points_count_corners(pd_points_cell_type form);
 /* Shrink the arrays to the number of points. */
 PD_API pd_status pd_points_shrink(pd_ctx *ctx, pd_points *points);
 
 #ifdef PDI_INTERNAL
 /* Allocate the corners of that many boundary faces. */
 PDI_FN pd_status pdi_points_reserve_faces(pd_ctx *ctx, pd_points *points, int64_t faces);
-
-/* Type of a mesh cell. Corners are numbered as in VTK and Gmsh, which agree on all types but for the side from which
- * the base of a wedge is seen. */
-typedef enum pdi_points_cell_type {
-    PDI_POINTS_CELL_NONE = 0,
-    PDI_POINTS_CELL_LINE,
-    PDI_POINTS_CELL_TRIANGLE,
-    PDI_POINTS_CELL_QUAD,
-    PDI_POINTS_CELL_TETRAHEDRON,
-    PDI_POINTS_CELL_HEXAHEDRON,
-    PDI_POINTS_CELL_WEDGE,
-    PDI_POINTS_CELL_PYRAMID
-} pdi_points_cell_type;
-
-/* Conversion of mesh cells to points. Zero it and set points, scale and extent. */
-typedef struct pdi_points_converter {
-    pd_points *points;
-    double scale;    /* [-] factor from lengths of the file to metres */
-    double extent;   /* [m] extent of the mesh, before scaling */
-    double plane[3]; /* [m] coordinates of the first corner: those beyond PD_DIM must be the same in all cells */
-    int has_plane;   /* 1: level is set */
-    double orientation; /* [-] orientation of the cells so far, 1 or -1; 0: unknown. The reader clears it where another
-                         * surface begins */
-} pdi_points_converter;
-
 #endif
 
 #endif

@@ -12,40 +12,38 @@
  */
 #ifndef PD_BOUNDARY_FACES_H
 #define PD_BOUNDARY_FACES_H
-#include "solid/points.h"
+#include "lattice/points.h"
+
+enum { PD_BOUNDARY_FACES_MAX_CORNERS = PD_DIM == 3 ? 4 : PD_DIM }; /* maximum corners of a face */
+
+/* A face of a cell. */
+typedef struct pd_boundary_faces_face {
+    int64_t node[4];     /* its nodes, ascending; INT64_MAX behind the last one */
+    double x[PD_BOUNDARY_FACES_MAX_CORNERS][PD_DIM]; /* [the file's unit] corners in turn */
+    int32_t cell;        /* index of the point of its cell */
+    int32_t piece;       /* number of the piece of the file */
+    int8_t corners;      /* number of corners */
+    int8_t orientation;  /* 1: the area vector by its corners points outward, -1: inward */
+} pd_boundary_faces_face;
+
+/* All faces of a mesh. Zero it at the start. */
+typedef struct pd_boundary_faces {
+    int64_t count, capacity;       /* number of faces, and capacity */
+    int32_t piece;                 /* piece of the file that the next faces belong to */
+    pd_boundary_faces_face *face; /* [room] */
+} pd_boundary_faces;
 
 #define pd_boundary_faces_add_cell PD_NAME(pd_boundary_faces_add_cell)
 #define pd_boundary_faces_finish PD_NAME(pd_boundary_faces_finish)
 #define pd_boundary_faces_free PD_NAME(pd_boundary_faces_free)
 
 /* Add the faces of a cell. node: ids of its corners; corner[][3]: their coordinates; cell: index of its point. */
-PD_API pd_status pd_boundary_faces_add_cell(pd_ctx *ctx, pdi_boundary_faces *skin, pdi_points_cell_type form,
+PD_API pd_status pd_boundary_faces_add_cell(pd_ctx *ctx, pd_boundary_faces *skin, pd_points_cell_type form,
                                              const int64_t *node, const double *const *corner, int32_t cell);
 /* Find the boundary faces and set surface, faces, seams and twins of the points; lengths times scale are in metres.
  * Sorts the faces. */
-PD_API pd_status pd_boundary_faces_finish(pd_ctx *ctx, pdi_boundary_faces *skin, double scale, pd_points *points);
+PD_API pd_status pd_boundary_faces_finish(pd_ctx *ctx, pd_boundary_faces *skin, double scale, pd_points *points);
 /* Free the faces. A zeroed object is allowed. */
-PD_API void pd_boundary_faces_free(pd_ctx *ctx, pdi_boundary_faces *skin);
-#ifdef PDI_INTERNAL
-enum { PDI_BOUNDARY_FACES_MAX_CORNERS = PD_DIM == 3 ? 4 : PD_DIM }; /* maximum corners of a face */
-
-/* A face of a cell. */
-typedef struct pdi_boundary_faces_face {
-    int64_t node[4];     /* its nodes, ascending; INT64_MAX behind the last one */
-    double x[PDI_BOUNDARY_FACES_MAX_CORNERS][PD_DIM]; /* [the file's unit] corners in turn */
-    int32_t cell;        /* index of the point of its cell */
-    int32_t piece;       /* number of the piece of the file */
-    int8_t corners;      /* number of corners */
-    int8_t orientation;  /* 1: the area vector by its corners points outward, -1: inward */
-} pdi_boundary_faces_face;
-
-/* All faces of a mesh. Zero it at the start. */
-typedef struct pdi_boundary_faces {
-    int64_t count, capacity;       /* number of faces, and capacity */
-    int32_t piece;                 /* piece of the file that the next faces belong to */
-    pdi_boundary_faces_face *face; /* [room] */
-} pdi_boundary_faces;
-
-#endif
+PD_API void pd_boundary_faces_free(pd_ctx *ctx, pd_boundary_faces *skin);
 
 #endif

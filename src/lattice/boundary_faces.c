@@ -1,5 +1,5 @@
 /* boundary_faces: see boundary_faces.h */
-#include "solid/boundary_faces.h"
+#include "lattice/boundary_faces.h"
 #include "core/vec.h"
 #include "lattice/vertex_merge.h"
 #include <math.h>
@@ -21,7 +21,7 @@ typedef struct pdi_boundary_faces_form {
 } pdi_boundary_faces_form;
 
 /* Faces of a cell type. */
-static const pdi_boundary_faces_form *pdi_boundary_faces_get_form(pdi_points_cell_type form)
+static const pdi_boundary_faces_form *pdi_boundary_faces_get_form(pd_points_cell_type form)
 {
     static const pdi_boundary_faces_form forms[8] = {
         {0, {{0}}},
@@ -73,9 +73,9 @@ static void pdi_boundary_faces_compute_centroid(int corners, const double *const
 }
 
 /* Double the capacity. */
-static pd_status pdi_boundary_faces_grow(pd_ctx *ctx, pdi_boundary_faces *s)
+static pd_status pdi_boundary_faces_grow(pd_ctx *ctx, pd_boundary_faces *s)
 {
-    pdi_boundary_faces_face *face;
+    pd_boundary_faces_face *face;
     int64_t room = 2 * s->capacity + 64;
     PD_TRY(PD_NEW(ctx, "skin", room, face));
     if (s->count) memcpy(face, s->face, (size_t)s->count * sizeof *face);
@@ -98,7 +98,7 @@ static void pdi_boundary_faces_sort_nodes(int64_t *node)
 
 /* Returns 1 when the area vector of a face points away from the centre of its cell, else -1: a cell may be inverted or
  * mirrored. */
-static int8_t pdi_boundary_faces_compute_orientation(pdi_points_cell_type form, const double *const *corner,
+static int8_t pdi_boundary_faces_compute_orientation(pd_points_cell_type form, const double *const *corner,
                                                      const double *const *x, int corners)
 {
     double along = 0.0, area[3] = {1.0, 0.0, 0.0};
@@ -114,7 +114,7 @@ static int8_t pdi_boundary_faces_compute_orientation(pdi_points_cell_type form, 
 }
 
 /* Outward area vector [the file's unit to the power PD_DIM - 1] and centroid [the file's unit] of a face. */
-static void pdi_boundary_faces_area_and_centroid(const pdi_boundary_faces_face *face, double *area, double *centroid)
+static void pdi_boundary_faces_area_and_centroid(const pd_boundary_faces_face *face, double *area, double *centroid)
 {
     const double *x[4];
     for (int k = 0; k < 4; k++) x[k] = face->x[k < face->corners ? k : 0];
@@ -124,7 +124,7 @@ static void pdi_boundary_faces_area_and_centroid(const pdi_boundary_faces_face *
     for (int d = 0; d < PD_DIM; d++) area[d] *= face->orientation;
 }
 
-pd_status pd_boundary_faces_add_cell(pd_ctx *ctx, pdi_boundary_faces *s, pdi_points_cell_type form,
+pd_status pd_boundary_faces_add_cell(pd_ctx *ctx, pd_boundary_faces *s, pd_points_cell_type form,
                                              const int64_t *node, const double *const *corner, int32_t cell)
 {
     const pdi_boundary_faces_form *f = pdi_boundary_faces_get_form(form);
@@ -132,7 +132,7 @@ pd_status pd_boundary_faces_add_cell(pd_ctx *ctx, pdi_boundary_faces *s, pdi_poi
         const double *x[4];
         int corners = 0;
         if (s->count == s->capacity) PD_TRY(pdi_boundary_faces_grow(ctx, s));
-        pdi_boundary_faces_face *face = &s->face[s->count++];
+        pd_boundary_faces_face *face = &s->face[s->count++];
         for (int c = 0; c < 4; c++) {
             face->node[c] = INT64_MAX;
             if (f->corner[k][c] < 0) continue;
@@ -152,7 +152,7 @@ pd_status pd_boundary_faces_add_cell(pd_ctx *ctx, pdi_boundary_faces *s, pdi_poi
 /* Order of faces by their nodes, then by cell, for qsort. */
 static int pdi_boundary_faces_compare_faces(const void *a, const void *b)
 {
-    const pdi_boundary_faces_face *p = (const pdi_boundary_faces_face *)a, *q = (const pdi_boundary_faces_face *)b;
+    const pd_boundary_faces_face *p = (const pd_boundary_faces_face *)a, *q = (const pd_boundary_faces_face *)b;
     for (int k = 0; k < 4; k++)
         if (p->node[k] != q->node[k]) return p->node[k] > q->node[k] ? 1 : -1;
     return (p->cell > q->cell) - (p->cell < q->cell);
@@ -174,7 +174,7 @@ static int pdi_boundary_faces_compare_node_cells(const void *a, const void *b)
 }
 
 /* List all pairs of nodes and cells, sorted and without duplicates; *count of them. */
-static void pdi_boundary_faces_list_node_cells(const pdi_boundary_faces *s, pdi_boundary_faces_node_cell *link,
+static void pdi_boundary_faces_list_node_cells(const pd_boundary_faces *s, pdi_boundary_faces_node_cell *link,
                                                int64_t *count)
 {
     int64_t n = 0, all = 0;
@@ -191,7 +191,7 @@ static void pdi_boundary_faces_list_node_cells(const pdi_boundary_faces *s, pdi_
 }
 
 /* Cells that share a node with a face, its own first, into cell[PDI_BOUNDARY_FACES_MAX_CELLS]. Returns their number. */
-static int pdi_boundary_faces_find_adjacent_cells(const pdi_boundary_faces_face *face,
+static int pdi_boundary_faces_find_adjacent_cells(const pd_boundary_faces_face *face,
                                                   const pdi_boundary_faces_node_cell *link, int64_t count,
                                                   int32_t *cell)
 {
@@ -270,7 +270,7 @@ static void pdi_boundary_faces_compute_weights(const double *normal, pdi_boundar
 }
 
 /* Distribute the area of a face to the points around it. size: factor from areas of the file to SI units. */
-static void pdi_boundary_faces_distribute_area(const pdi_boundary_faces_face *face,
+static void pdi_boundary_faces_distribute_area(const pd_boundary_faces_face *face,
                                                const pdi_boundary_faces_node_cell *link, int64_t link_count,
                                                double scale, double size, pd_points *points)
 {
@@ -289,7 +289,7 @@ static void pdi_boundary_faces_distribute_area(const pdi_boundary_faces_face *fa
         for (int d = 0; d < PD_DIM; d++) along[d] += cell_depth * normal[d];
         if (k == 0) depth = cell_depth;
         s.inverse_penalty[k] = cell_depth > depth ? depth / cell_depth * (depth / cell_depth) : 1.0;
-        longest = pdi_max(longest, pdi_vec_norm(along));
+        longest = pd_max(longest, pdi_vec_norm(along));
     }
     for (int k = 0; k < s.cells * PD_DIM && longest > 0.0; k++) s.offset[k] /= longest;
     if (s.cells) pdi_boundary_faces_compute_weights(normal, &s);
@@ -299,7 +299,7 @@ static void pdi_boundary_faces_distribute_area(const pdi_boundary_faces_face *fa
 }
 
 /* Move the faces that belong to one cell only to the front. Returns their number. */
-static int64_t pdi_boundary_faces_extract_unshared(pdi_boundary_faces *s)
+static int64_t pdi_boundary_faces_extract_unshared(pd_boundary_faces *s)
 {
     int64_t count = 0;
     if (s->count) qsort(s->face, (size_t)s->count, sizeof *s->face, pdi_boundary_faces_compare_faces);
@@ -346,7 +346,7 @@ static int64_t pdi_boundary_faces_count_distinct(int64_t *number, int64_t n)
 }
 
 /* Merged vertex of each corner of the first `count` faces, 4 a face: coincident corners have the same one. */
-static pd_status pdi_boundary_faces_merge_vertices(pd_ctx *ctx, const pdi_boundary_faces *s, int64_t count,
+static pd_status pdi_boundary_faces_merge_vertices(pd_ctx *ctx, const pd_boundary_faces *s, int64_t count,
                                                    double *corner, int32_t *vertex)
 {
     int32_t *root = NULL, joined = 0, n = (int32_t)(4 * count);
@@ -362,7 +362,7 @@ static pd_status pdi_boundary_faces_merge_vertices(pd_ctx *ctx, const pdi_bounda
 
 /* Find coincident faces in the sorted list: those of two pieces of the file are shared (no boundary), others are seams.
  * nodes[2][4 count]: nodes of the seams, and their merged vertices. Returns how many entries each has. */
-static int64_t pdi_boundary_faces_mark_coincident(const pdi_boundary_faces *s,
+static int64_t pdi_boundary_faces_mark_coincident(const pd_boundary_faces *s,
                                                   const pdi_boundary_faces_merged_face *place, int64_t count,
                                                   uint8_t *shared, int64_t *nodes, pd_points *points)
 {
@@ -372,7 +372,7 @@ static int64_t pdi_boundary_faces_mark_coincident(const pdi_boundary_faces *s,
         if (next == k + 1) continue;
         int parts = next == k + 2 && s->face[place[k].face].piece != s->face[place[k + 1].face].piece;
         for (int64_t m = k; m < next; m++) {
-            const pdi_boundary_faces_face *face = &s->face[place[m].face];
+            const pd_boundary_faces_face *face = &s->face[place[m].face];
             shared[place[m].face] = (uint8_t)parts;
             points->coincident_faces += !parts;
             for (int c = 0; c < face->corners && !parts; c++) {
@@ -385,7 +385,7 @@ static int64_t pdi_boundary_faces_mark_coincident(const pdi_boundary_faces *s,
 }
 
 /* Mark the faces that pieces of the file share among the first `count`, and count seams and coincident nodes. */
-static pd_status pdi_boundary_faces_match_pieces(pd_ctx *ctx, const pdi_boundary_faces *s, int64_t count,
+static pd_status pdi_boundary_faces_match_pieces(pd_ctx *ctx, const pd_boundary_faces *s, int64_t count,
                                                  uint8_t *shared, pd_points *points)
 {
     pdi_boundary_faces_merged_face *place = NULL;
@@ -423,7 +423,7 @@ static pd_status pdi_boundary_faces_match_pieces(pd_ctx *ctx, const pdi_boundary
 /* ---- boundary ---- */
 
 /* Store the boundary faces as simplices (points, segments, triangles). */
-static pd_status pdi_boundary_faces_store_simplices(pd_ctx *ctx, const pdi_boundary_faces *s, int64_t count,
+static pd_status pdi_boundary_faces_store_simplices(pd_ctx *ctx, const pd_boundary_faces *s, int64_t count,
                                                     const uint8_t *shared, double scale, pd_points *points)
 {
     int64_t faces = 0;
@@ -437,7 +437,7 @@ static pd_status pdi_boundary_faces_store_simplices(pd_ctx *ctx, const pdi_bound
     return PD_OK;
 }
 
-pd_status pd_boundary_faces_finish(pd_ctx *ctx, pdi_boundary_faces *s, double scale, pd_points *points)
+pd_status pd_boundary_faces_finish(pd_ctx *ctx, pd_boundary_faces *s, double scale, pd_points *points)
 {
     double size = 1.0;
     int64_t links = 0, rooms = 4 * s->count;
@@ -457,7 +457,7 @@ pd_status pd_boundary_faces_finish(pd_ctx *ctx, pdi_boundary_faces *s, double sc
     return status;
 }
 
-void pd_boundary_faces_free(pd_ctx *ctx, pdi_boundary_faces *s)
+void pd_boundary_faces_free(pd_ctx *ctx, pd_boundary_faces *s)
 {
     PD_DELETE(ctx, s->capacity, s->face);
     memset(s, 0, sizeof *s);

@@ -1,5 +1,5 @@
 /* points: see points.h */
-#include "solid/points.h"
+#include "lattice/points.h"
 #include <math.h>
 #include <string.h>
 
@@ -75,7 +75,7 @@ pd_status pd_points_shrink(pd_ctx *ctx, pd_points *p) { return pdi_points_resize
 
 /* ---- cells ---- */
 
-int pd_points_count_corners(pdi_points_cell_type form)
+int pd_points_count_corners(pd_points_cell_type form)
 {
     static const int corners[8] = {0, 2, 3, 4, 4, 8, 6, 5};
     return corners[form];
@@ -83,7 +83,7 @@ int pd_points_count_corners(pdi_points_cell_type form)
 
 /* Corner of the cell at corner k of the line, quad or hexahedron that it is a degenerate case of. Bit d of k: upper end
  * along axis d of the reference cube. */
-static int pdi_points_get_box_corner(pdi_points_cell_type form, int k)
+static int pdi_points_get_box_corner(pd_points_cell_type form, int k)
 {
     static const int8_t of[8][8] = {{0, 0, 0, 0, 0, 0, 0, 0}, {0, 1, 0, 0, 0, 0, 0, 0}, {0, 1, 2, 2, 0, 0, 0, 0},
                                     {0, 1, 3, 2, 0, 0, 0, 0}, {0, 1, 2, 2, 3, 3, 3, 3}, {0, 1, 3, 2, 4, 5, 7, 6},
@@ -124,14 +124,14 @@ static double pdi_points_compute_gauss_point(const double *x, int g, double *pos
 
 /* Signed volume of a cell by Gauss quadrature, and its centroid. 0: the Jacobian changes sign (folded), or no
  * volume. */
-static double pdi_points_integrate_cell(pdi_points_cell_type form, const double *const *corner, double *centre)
+static double pdi_points_integrate_cell(pd_points_cell_type form, const double *const *corner, double *centre)
 {
     double x[PDI_POINTS_BOX_CORNERS * PD_DIM], volume = 0.0, size = 0.0, first = 0.0, whole = 1.0;
     for (int d = 0; d < PD_DIM; d++) centre[d] = 0.0;
     for (int k = 0; k < PDI_POINTS_BOX_CORNERS; k++)
         for (int d = 0; d < PD_DIM; d++) { /* relative to the first corner, against cancellation */
             x[k * PD_DIM + d] = corner[pdi_points_get_box_corner(form, k)][d] - corner[0][d];
-            size = pdi_max(size, fabs(x[k * PD_DIM + d]));
+            size = pd_max(size, fabs(x[k * PD_DIM + d]));
         }
     for (int d = 0; d < PD_DIM; d++) whole *= size;
     for (int g = 0; g < PDI_POINTS_BOX_CORNERS; g++) {
@@ -146,7 +146,7 @@ static double pdi_points_integrate_cell(pdi_points_cell_type form, const double 
     return volume;
 }
 
-pd_status pd_points_add_cell(pd_ctx *ctx, pdi_points_converter *cells, pdi_points_cell_type form,
+pd_status pd_points_add_cell(pd_ctx *ctx, pd_points_converter *cells, pd_points_cell_type form,
                                      const double *const *corner, int mirrored, int32_t tag, const char **fault)
 {
     double centre[PD_DIM], scale = 1.0;
