@@ -33,6 +33,8 @@ DEV = -std=c99 -O2 -fPIC -ffp-contract=off $(WARN) -DPD_DEBUG -DPDI_SPLIT $(OMP)
 PLAIN = -std=c99 -O0 -fPIC -ffp-contract=off
 DEV_TEST = -std=c99 -O0 -ffp-contract=off $(WARN) -DPD_DEBUG $(OMP) $(EXTRA)
 
+AMALGAM := pdcorr_app.h pdcorr.h # the first includes the second
+
 # On Linux test programs load the objects of a dimension as one library from check/ beside them: each links in a moment,
 # and another source needs no other program. Elsewhere, and under sanitizers, they hold the objects.
 , = ,
@@ -121,7 +123,7 @@ gallery: all ## run the scenes of the gallery and of the tutorials and renew the
 	BUILD=$(BUILD) sh tools/gallery.sh
 
 .PHONY: declare
-declare: pdcorr.h ## write the declarations of the Python package; needs pycparser
+declare: $(AMALGAM) ## write the declarations of the Python package; needs pycparser
 	python3 drivers/python/declare.py
 
 run: $(BUILD)/pd2d ## run the scene of the measured magnesium wire into out/
@@ -197,7 +199,7 @@ test-hard: ## the hard cases with their long sweeps: tens of minutes
 
 tests: $(TESTS) $(HARD_TESTS) ## build the test programs without running them
 
-amalgam: $(BUILD)/amalgamate ## write pdcorr.h from src/, and the templates in it from examples/scenes/templates/
+amalgam: $(BUILD)/amalgamate ## write pdcorr.h and pdcorr_app.h from src/, and the templates in it from examples/scenes/templates/
 	sh tools/templates.sh
 	$(BUILD)/amalgamate src LICENSE pdcorr.h pdcorr_app.h
 
@@ -349,12 +351,13 @@ $(BUILD)/flags: FORCE
 define RULES_OF_DIM
 OBJECTS_$(1) := $$(if $$(WHOLE),$$(BUILD)/whole/pdcorr$(1)d.o,$$(SOURCES:src/%.c=$$(BUILD)/obj$(1)d/%.o))
 
+# Sources of pdcorr_app.h see of pdcorr.h what all programs see.
 $$(BUILD)/obj$(1)d/%.o: src/%.c $$(BUILD)/flags
 	@mkdir -p $$(@D)
-	$$(building) $$(CC) $$(DEV) -DPD_DIM=$(1) -Isrc -MMD -MP -c $$< -o $$@
+	$$(building) $$(CC) $$(DEV) $$(if $$(filter io/% scene/% run/%,$$*),-DPDI_PUBLIC_ONLY) -DPD_DIM=$(1) -Isrc -MMD -MP -c $$< -o $$@
 
 # All of the header at once, with the flags of the objects.
-$$(BUILD)/whole/pdcorr$(1)d.o: pdcorr.h $$(BUILD)/flags
+$$(BUILD)/whole/pdcorr$(1)d.o: $$(AMALGAM) $$(BUILD)/flags
 	@mkdir -p $$(@D)
 	$$(building) $$(CC) $$(DEV) -Wno-misleading-indentation -DPD_DIM=$(1) -DPDCORR_IMPLEMENTATION -x c -c $$< -o $$@
 
@@ -367,7 +370,7 @@ $$(BUILD)/metamorphic_$(1)d: $$(wildcard tests/metamorphic/*.[ch]) tests/lib/ran
 	$$(building) $$(CC) $$(DEV_TEST) -DPDI_SPLIT -DPD_DIM=$(1) -Isrc -Itests/lib $$(filter %.c,$$^) -o $$@ \
 	    $$(call with-objects,$(1))
 
-$$(BUILD)/check/pd$(1)d: drivers/scene.c $$(wildcard drivers/*.h) pdcorr.h $$(OBJECTS_$(1)) $$(BUILD)/flags
+$$(BUILD)/check/pd$(1)d: drivers/scene.c $$(wildcard drivers/*.h) $$(AMALGAM) $$(OBJECTS_$(1)) $$(BUILD)/flags
 	@mkdir -p $$(@D)
 	$$(building) $$(CC) $$(DEV_TEST) -DPD_DIM=$(1) -DPDCORR_LINKED -I. $$< $$(OBJECTS_$(1)) -o $$@ $$(LIBS)
 
@@ -381,23 +384,23 @@ $$(BUILD)/python/pdcorr/libpdcorr$(1)d.so: $$(BUILD)/lib/pdcorr$(1)d.o
 	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -shared $$< -o $$@ $$(LIBS)
 
 # Of the page for browsers; 8 MB of stack, as elsewhere.
-$$(BUILD)/web/pdcorr$(1)d.wasm: drivers/web/web.c pdcorr.h
+$$(BUILD)/web/pdcorr$(1)d.wasm: drivers/web/web.c $$(AMALGAM)
 	@mkdir -p $$(@D)
 	$$(building) clang $$(WEB_FLAGS) -DPD_DIM=$(1) -I. -c $$< -o $$@.o
 	@clang $$(WEB_LINK) $$@.o -o $$@ -lm -Wl,-z,stack-size=8388608,--strip-all && rm $$@.o
 	@if command -v wasm-opt > /dev/null; then wasm-opt $$(WASM_OPT) $$@ -o $$@.small && mv $$@.small $$@; fi
 
 # The library of all programs. PDI_SPLIT: the reports measure internal functions, too.
-$$(BUILD)/pdcorr$(1)d.o: pdcorr.h $$(BUILD)/flags
+$$(BUILD)/pdcorr$(1)d.o: $$(AMALGAM) $$(BUILD)/flags
 	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -DPD_DIM=$(1) -DPDCORR_IMPLEMENTATION -DPDI_SPLIT -x c -c $$< -o $$@
 
 # The library that is installed: its public functions alone have names outside of it.
-$$(BUILD)/lib/pdcorr$(1)d.o: pdcorr.h $$(BUILD)/flags
+$$(BUILD)/lib/pdcorr$(1)d.o: $$(AMALGAM) $$(BUILD)/flags
 	@mkdir -p $$(@D)
 	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -fPIC -DPD_DIM=$(1) -DPDCORR_IMPLEMENTATION -x c -c $$< -o $$@
 
 # The same without optimisation, in a moment: for scripts of tests that install it, link to it or compare with it.
-$$(BUILD)/plain/pdcorr$(1)d.o: pdcorr.h $$(BUILD)/flags
+$$(BUILD)/plain/pdcorr$(1)d.o: $$(AMALGAM) $$(BUILD)/flags
 	@mkdir -p $$(@D)
 	$$(building) $$(CC) $$(PLAIN) -DPD_DIM=$(1) -DPDCORR_IMPLEMENTATION -x c -c $$< -o $$@
 
@@ -455,7 +458,7 @@ SCRIPT_PROGRAMS = $(if $(PROGRAMS),$(DIMS:%=$(PROGRAMS)/pd%d),$(DRIVERS) $(BUILD
 .PHONY: script-programs
 script-programs: $(SCRIPT_PROGRAMS) $(DIMS:%=$(BUILD)/check/libpdcorr%d.so)
 
-$(SCRIPT_LOGS): $(LOGS)/%.log: tests/scripts/%.sh pdcorr.h $(SCRIPT_PROGRAMS) FORCE
+$(SCRIPT_LOGS): $(LOGS)/%.log: tests/scripts/%.sh $(AMALGAM) $(SCRIPT_PROGRAMS) FORCE
 	@$(call log,env CC='$(CC)' BUILD='$(BUILD)' OMP='$(OMP)' $(if $(PROGRAMS),PROGRAMS='$(PROGRAMS)') sh $<)
 
 $(LOGS)/walk.log: $(BUILD)/check/libpdcorr2d.so
@@ -473,6 +476,6 @@ check-compilers: ## compile the amalgam without a warning: gcc, clang, C99, C++1
 	+@$(MAKE) --no-print-directory $(COMPILER_LOGS)
 	@sh tools/sum.sh $(COMPILER_LOGS)
 
-$(COMPILER_LOGS): $(LOGS)/compilers/%.log: pdcorr.h tools/compile.sh FORCE
+$(COMPILER_LOGS): $(LOGS)/compilers/%.log: $(AMALGAM) tools/compile.sh FORCE
 	@mkdir -p $(@D)
 	@$(call log,sh tools/compile.sh $(subst -, ,$*) $(WARN))

@@ -11,7 +11,7 @@
 #ifndef PDCORR_LINKED /* with a library that is compiled apart */
 #define PDCORR_IMPLEMENTATION
 #endif
-#include "pdcorr.h"
+#include "pdcorr_app.h"
 
 #include "machine.h"
 #include "calm.h"

@@ -9,7 +9,7 @@
 #ifndef PDCORR_LINKED /* with a library that is compiled apart */
 #define PDCORR_IMPLEMENTATION
 #endif
-#include "pdcorr.h"
+#include "pdcorr_app.h"
 
 #include <math.h>
 #include <stdarg.h>
@@ -189,15 +189,15 @@ static pd_status section(pd_ctx *ctx, const char *folder, pd_file *file, const s
     double least, most;
     int good = judge(c, m, &least, &most), count = 1;
     PD_TRY(report_text(ctx, file, "### %s, %dD: %s\n\n%s\n\n*Run.* `build/stability%dd %s`\n\n", c->name, PD_DIM,
-                        c->title, c->what, PD_DIM, c->name));
+                       c->title, c->what, PD_DIM, c->name));
     if (c->implicit)
         PD_TRY(report_text(ctx, file, "- a step leaves at most %.2e of a disturbance: %s\n\n", most,
-                            good ? "no limit" : "**it grows**"));
+                           good ? "no limit" : "**it grows**"));
     else
         PD_TRY(report_text(ctx, file, "- step over its limit: %.3f to %.3f; %s\n\n", least, most,
-                            least >= 0.9 && good ? "within 10 % from below"
-                            : good               ? "shorter than asked for (0.9), as explained"
-                                                 : "**not as it should be**"));
+                           least >= 0.9 && good ? "within 10 % from below"
+                           : good               ? "shorter than asked for (0.9), as explained"
+                                                : "**not as it should be**"));
     head(c, &rows[0]);
     for (int r = 0; r < m->ratios; r++)
         for (int k = 0; k < m->count; k++) line(c, ratios[r], m->x[k], &m->point[r][k], &rows[count++]);

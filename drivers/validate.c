@@ -8,7 +8,7 @@
 #ifndef PDCORR_LINKED /* with a library that is compiled apart */
 #define PDCORR_IMPLEMENTATION
 #endif
-#include "pdcorr.h"
+#include "pdcorr_app.h"
 
 #include <math.h>
 #include <stdarg.h>

@@ -3,7 +3,7 @@
 #ifndef PDCORR_LINKED
 #define PDCORR_IMPLEMENTATION
 #endif
-#include "pdcorr.h"
+#include "pdcorr_app.h"
 #include <stdio.h>
 
 int main(int argc, char **argv)

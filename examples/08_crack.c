@@ -11,7 +11,7 @@
 #ifndef PDCORR_LINKED
 #define PDCORR_IMPLEMENTATION
 #endif
-#include "pdcorr.h"
+#include "pdcorr_app.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -6,9 +6,9 @@
  * contents, the public part of every header in order, and under PDCORR_IMPLEMENTATION what headers have under
  * PDI_INTERNAL, and every .c, in order. Lines are copied as they are; only those that include another module are left
  * out. Rooms of a line `app` go to APP, which includes OUT; there the macros are PDCORR_APP_IMPLEMENTATION or the one
- * of OUT, and PDI_APP_INTERNAL. Refused: include cycles, a module that includes a later one, files of SRC that no module
- * owns, a module without header. --check compares with OUT and APP instead of writing them, --rules stops after the
- * refusals, --skip-missing passes over modules that have no header yet.
+ * of OUT, and PDI_APP_INTERNAL. Refused: include cycles, a module that includes a later one, files of SRC that no
+ * module owns, a module without header. --check compares with OUT and APP instead of writing them, --rules stops after
+ * the refusals, --skip-missing passes over modules that have no header yet.
  *
  * Other lines of MODULES, behind those of the rooms:
  *   app: ROOM...                what reads scenes, writes files and draws
@@ -408,6 +408,10 @@ static const char *base_name(const char *path)
     return slash ? slash + 1 : path;
 }
 
+/* Programs that compile the second header here. */
+static const char *const app_implementation =
+    "defined(PDCORR_IMPLEMENTATION) || defined(PDCORR_STATIC) || defined(PDCORR_APP_IMPLEMENTATION)";
+
 static void append_app_banner(text *out, const char *kernel)
 {
     static const char *const lines[] = {
@@ -420,20 +424,20 @@ static void append_app_banner(text *out, const char *kernel)
         " *       #define PD_DIM 2                 (1, 2 or 3)",
         " *       #define PDCORR_IMPLEMENTATION",
         " *       #include \"pdcorr_app.h\"",
-        " *   With PDCORR_APP_IMPLEMENTATION in its place this file alone is compiled, and another one has pdcorr.h: it",
-        " *   uses nothing of pdcorr.h but what all programs see.",
+        " *   With PDCORR_APP_IMPLEMENTATION in its place this file alone is compiled, and another one has",
+        " *   pdcorr.h: it uses nothing of pdcorr.h but what all programs see.",
         " *       #define PDCORR_NO_SCENE          leaves out scene and run",
         " *",
         " * CONTENTS (search for >> and the file name, for example >>io/png.h)",
     };
     char version[32];
     find_version(version, sizeof version);
-    append_line(out, "/* pdcorr_app %s: scenes, files and pictures for pdcorr, peridynamic corrosion simulation.", version);
+    append_line(out, "/* pdcorr_app %s: scenes, files and pictures for pdcorr.", version);
     append_line(out, " * MIT licence, see the end of this file.");
     for (size_t k = 0; k < sizeof lines / sizeof lines[0]; k++) append_line(out, "%s", lines[k]);
     append_contents(out, 1);
     append_line(out, "#include \"%s\"", base_name(kernel));
-    append_line(out, "#if defined(PDCORR_IMPLEMENTATION) || defined(PDCORR_STATIC) || defined(PDCORR_APP_IMPLEMENTATION)");
+    append_line(out, "#if %s", app_implementation);
     append_line(out, "#define PDI_APP_INTERNAL 1");
     append_line(out, "#endif");
 }
@@ -456,8 +460,8 @@ static void append_banner(text *out)
         " *       #define PDCORR_NO_MODEL          leaves out setup and physics, of which scenes are made",
         " *       #define PDCORR_NO_SOLID          leaves out mechanics: solid, couple/solid_coupling, and those",
         " *       #define PDCORR_NO_PHYSICS        leaves out flow, transport, metal, couple and those: kernels stay",
-        " *   A file may leave out more than the one with PDCORR_IMPLEMENTATION. gcc compiles what runs spend no time in",
-        " *   with -Og to -O2 where the file has -O3. Scenes, files and pictures stand in pdcorr_app.h.",
+        " *   A file may leave out more than the one with PDCORR_IMPLEMENTATION. gcc compiles what runs spend no time",
+        " *   in with -Og to -O2 where the file has -O3. Scenes, files and pictures stand in pdcorr_app.h.",
         " *   OpenMP is optional and does not change a bit of the results. Linked names carry the dimension, so that",
         " *   several dimensions live in one program. Start with pd_ctx_init; every call that can fail returns a",
         " *   pd_status, and pd_ctx.message then says what, where and how to mend.",
@@ -562,17 +566,27 @@ static void append_licence(text *out, const char *path)
     append_line(out, " */");
 }
 
+/* What the sources know of each other. */
+static void append_hidden(text *out, int app, const char *macro)
+{
+    append_line(out, "\n/* ======== >>internal ======== */");
+    append_line(out, "#if defined(%s) && !defined(%s_DECLARED)", macro, macro);
+    append_line(out, "#define %s_DECLARED", macro);
+    append_modules(out, HIDDEN, app);
+    append_line(out, "#endif /* %s */", macro);
+}
+
 static void append_all(text *out, const char *licence)
 {
     append_banner(out);
     append_modules(out, VISIBLE, 0);
+    append_hidden(out, 0, "PDI_INTERNAL");
     append_line(out, "\n/* ======== >>implementation ======== */");
     append_line(out, "#if (defined(PDCORR_IMPLEMENTATION) || defined(PDCORR_STATIC)) && !defined(PDI_IMPLEMENTED)");
     append_line(out, "#define PDI_IMPLEMENTED");
     append_line(out, "#ifndef PDI_INTERNAL");
     append_line(out, "#error \"pdcorr: define PDCORR_IMPLEMENTATION before the first inclusion in this file\"");
     append_line(out, "#else");
-    append_modules(out, HIDDEN, 0);
     append_modules(out, SOURCES, 0);
     append_line(out, "\n#endif");
     append_line(out, "#endif /* PDCORR_IMPLEMENTATION */");
@@ -583,12 +597,12 @@ static void append_app(text *out, const char *kernel, const char *licence)
 {
     append_app_banner(out, kernel);
     append_modules(out, VISIBLE, 1);
+    append_hidden(out, 1, "PDI_APP_INTERNAL");
     append_line(out, "\n/* ======== >>implementation ======== */");
-    append_line(out, "#if defined(PDI_APP_INTERNAL) && !defined(PDI_APP_IMPLEMENTED)");
+    append_line(out, "#if (%s) && \\\n    !defined(PDI_APP_IMPLEMENTED)", app_implementation);
     append_line(out, "#define PDI_APP_IMPLEMENTED");
-    append_modules(out, HIDDEN, 1);
     append_modules(out, SOURCES, 1);
-    append_line(out, "#endif /* PDI_APP_INTERNAL */");
+    append_line(out, "#endif /* PDCORR_APP_IMPLEMENTATION */");
     append_licence(out, licence);
 }
 

@@ -1,7 +1,8 @@
 #!/bin/sh
-# compile.sh COMPILER DIM [fopenmp] FLAG...: compile pdcorr.h with its implementation, as C99, or as C++11 when the
-# compiler's name ends in ++. Fails on a warning when the flags hold -Werror. gcc finds some of its warnings while it
-# optimises, which it does with fopenmp alone; those of clang, and what C++ adds to those of C, come from reading alone.
+# compile.sh COMPILER DIM [fopenmp] FLAG...: compile pdcorr_app.h, and so pdcorr.h, with their implementations, as C99,
+# or as C++11 when the compiler's name ends in ++. Fails on a warning when the flags hold -Werror. gcc finds some of its
+# warnings while it optimises, which it does with fopenmp alone; those of clang, and what C++ adds to those of C, come
+# from reading alone.
 # clang also names extensions of GNU. msvc and msvc++: clang as Microsoft's compiler, which leaves the GNU side of no
 # guard, with declarations from the headers of mingw-w64.
 compiler=$1 dim=$2 name=$1
@@ -62,12 +63,12 @@ msvc*) # where attributes stand in those headers, this compiler takes none
     fi
     ;;
 esac
-printf '#define PDCORR_IMPLEMENTATION\n#include "pdcorr.h"\n' > "$dir/unit.$ending"
+printf '#define PDCORR_IMPLEMENTATION\n#include "pdcorr_app.h"\n' > "$dir/unit.$ending"
 "$compiler" -std=$standard $work $openmp "$@" -DPD_DIM="$dim" -I. "$dir/unit.$ending"
 status=$?
 case $name in msvc*) ;; *) exit $status ;; esac
 # Attributes and built-in functions are no errors for clang: none may be left where no header defines a macro.
-sed '/^ *#include </d' pdcorr.h > "$dir/pdcorr.h"
+for header in pdcorr.h pdcorr_app.h; do sed '/^ *#include </d' $header > "$dir/$header"; done
 "$compiler" -std=$standard --target=x86_64-pc-windows-msvc -U__clang__ -E -P -DPD_DIM="$dim" "$dir/unit.$ending" |
     awk '/__attribute__|__builtin_|__typeof|__extension__|__asm|pragma GCC/ {
              print "for GNU compilers alone: " $0

@@ -22,7 +22,7 @@ done
 
 # The files to be: "MODE SOURCE PATH", "link TARGET PATH" or "made SOURCE PATH", which fill replaces words in.
 files() {
-    echo "644 pdcorr.h $INCLUDEDIR/pdcorr.h"
+    for header in pdcorr.h pdcorr_app.h; do echo "644 $header $INCLUDEDIR/$header"; done
     for dim in 1 2 3; do echo "755 $BUILD/pd${dim}d $BINDIR/pd${dim}d"; done
     echo "755 $BUILD/lib/libpdcorr.so $LIBDIR/libpdcorr.so.$version"
     echo "link libpdcorr.so.$version $LIBDIR/$soname"

@@ -136,16 +136,17 @@ static int header_has_type(const source *s, const char *type, size_t size)
     return 0;
 }
 
-/* An internal name of a header: pdi_<module>_..., or pdi_<type>_... with a type of the header. The module base is
- * the vocabulary of all others and leaves its own name out. */
-static int internal_name_fits(const source *s, const char *name)
+/* An internal name of a header: pdi_<module>_..., or pdi_<type>_... with a type of the header; of an inline function
+ * also with pd_. The module base is the vocabulary of all others and leaves its own name out. */
+static int internal_name_fits(const source *s, const char *name, int is_inline)
 {
     size_t size = strlen(s->module);
-    if (!starts(name, "pdi_")) return 0;
+    const char *word = name + (starts(name, "pdi_") ? 4 : 3);
+    if (!starts(name, "pdi_") && !(is_inline && starts(name, "pd_"))) return 0;
     if (strcmp(s->module, "base") == 0 || strcmp(s->module, "config") == 0) return 1;
-    if (strncmp(name + 4, s->module, size) == 0 && (name[4 + size] == '_' || !name[4 + size])) return 1;
-    for (const char *end = strchr(name + 4, '_'); end; end = strchr(end + 1, '_'))
-        if (header_has_type(s, name + 4, (size_t)(end - name - 4))) return 1;
+    if (strncmp(word, s->module, size) == 0 && (word[size] == '_' || !word[size])) return 1;
+    for (const char *end = strchr(word, '_'); end; end = strchr(end + 1, '_'))
+        if (header_has_type(s, word, (size_t)(end - word))) return 1;
     return 0;
 }
 
@@ -177,9 +178,9 @@ static void check_header_names(const source *s)
         else if (!starts(line, "PDI_FN ") && !starts(line, "PDI_INLINE ") &&
                  !starts(line, "static inline "))
             complain(s, k, "%s: a header declares PD_API, PDI_FN or inline functions", name);
-        else if (!internal_name_fits(s, name))
-            complain(s, k, "internal function %s: expected pdi_%s_... or pdi_<type of this header>_...", name,
-                     s->module);
+        else if (!internal_name_fits(s, name, !starts(line, "PDI_FN ")))
+            complain(s, k, "internal function %s: expected pdi_%s_... or pdi_<type of this header>_..., or pd_ and inline",
+                     name, s->module);
     }
 }
 

@@ -467,7 +467,7 @@ class Machine:
         """Libraries without a fault, and programs of scenes."""
         self.shared = {d: self.link('plain', d, self.objects(d)) for d in DIMS}
         self.headers = sorted(os.path.join(f, n) for f, _, names in os.walk('src') for n in names if n.endswith('.h'))
-        self.headers += [n for n in ('pdcorr.h',) if os.path.exists(n)]
+        self.headers += [n for n in ('pdcorr.h', 'pdcorr_app.h') if os.path.exists(n)]
         for d in DIMS if os.path.exists('drivers/scene.c') else ():
             built = self.program('drivers/scene.c', d)
             to = os.path.join(self.dir, 'programs', 'pd%dd' % d)

@@ -144,7 +144,7 @@ static pd_status horizon_family(bench *b, study *s, const horizon_problem *of, i
         pd_status status = study_measure(b, s, f, f == HORIZON_VOLUMES ? horizon_volumes : horizon_once, &k, knob);
         if (status == PD_ERR_DIVERGED) {
             pd_append(lost, size, "%s%s with %s, %s: %s", lost[0] ? "; " : "Left out: ", of->title, s->family[f], knob,
-                       b->ctx->message);
+                      b->ctx->message);
             continue;
         }
         PD_TRY(status);

@@ -188,7 +188,7 @@ static pd_status ledger_run(val_job *job)
     lab->dissolve_desc.rate = dissolution_law;
     lab->dissolve_desc.rate_user = &law;
     PD_TRY(lab_build(job->ctx, lab,
-                      VAL_TRANSPORT | VAL_DISSOLVE | VAL_COUPLE | (PD_DIM > 1 ? VAL_FLOW | VAL_STEADY : 0)));
+                     VAL_TRANSPORT | VAL_DISSOLVE | VAL_COUPLE | (PD_DIM > 1 ? VAL_FLOW | VAL_STEADY : 0)));
     PD_TRY(pd_time_loop_run(job->ctx, &lab->couple, job->level.p, 0.0, ledger_watch, &job->out->err[0]));
     job->out->h = lab->grid.h[0];
     job->out->err[1] = pd_time_loop_volume_loss(&lab->couple);

@@ -46,7 +46,7 @@ static pd_status flow_solve(val_job *job)
     job->out->steps = result.newton;
     if (result.converged) return PD_OK;
     return pd_fail(job->ctx, PD_ERR_DIVERGED, "validate", "the flow is not steady: residual %.3g after %d steps",
-                    job->out->residual, result.newton);
+                   job->out->residual, result.newton);
 }
 
 /* Relative L2 difference of the velocity from the profile, and relative error of dp/dx: the slope of the straight line

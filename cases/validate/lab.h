@@ -84,7 +84,7 @@ static pd_status lab_build(pd_ctx *ctx, val_lab *lab, int parts)
             pd_dissolve_build(ctx, &lab->grid, &lab->across, &lab->transport, &lab->dissolve_desc, &lab->dissolve));
     if (parts & VAL_COUPLE)
         PD_TRY(pd_time_loop_build(ctx, &lab->couple_desc, &lab->grid, lab->transport_desc.given ? NULL : &lab->bonds,
-                                   &lab->couple));
+                                  &lab->couple));
     if (parts & VAL_COUPLE && steady)
         PD_TRY(pd_time_loop_add_process(ctx, &lab->couple, pd_quasi_steady_process(flow, steady, &lab->quasi)));
     if (parts & VAL_COUPLE && dissolve)

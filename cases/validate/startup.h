@@ -370,7 +370,7 @@ static pd_status channel_once(val_job *job, int along, int wide, double sign)
     job->out->evals += (long)lab->implicit.evaluations;
     if (lab->grid.n[1] > CHANNEL_CELLS)
         return pd_fail(job->ctx, PD_ERR_ARGUMENT, "validate", "the channel takes at most %d cells across",
-                        CHANNEL_CELLS);
+                       CHANNEL_CELLS);
     job->out->err[4] = job->out->err[0] / channel_predicted(lab->grid.n[1], sign);
     return PD_OK;
 }

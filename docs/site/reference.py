@@ -1,4 +1,4 @@
-"""Pages that come from the sources: scene keys (pd2d --keys) and the public part of pdcorr.h."""
+"""Pages that come from the sources: scene keys (pd2d --keys) and the public parts of pdcorr.h and pdcorr_app.h."""
 import re
 import subprocess
 import sys
@@ -14,7 +14,8 @@ ROOMS = {
     "transport": "how what is dissolved moves", "react": "how species move and react",
     "solid": "how metal bears loads", "metal": "how metal dissolves", "potential": "electric currents around metals",
     "couple": "all of it together, in time", "io": "files and pictures",
-    "scene": "scene files", "physics": "what each physics of a scene builds", "run": "whole runs",
+    "setup": "a simulation as data", "physics": "what each physics of a setup builds",
+    "scene": "scene files", "run": "whole runs",
 }
 
 
@@ -99,7 +100,8 @@ def pieces(text: str):
         if depth < 0:
             continue
         depth += (part in "{(") - (part in "})")
-        if part == ";" and depth == 0:
+        inline = code.lstrip().startswith(("static inline", "PDI_INLINE"))
+        if depth == 0 and part == ("}" if inline else ";"):
             yield comment, code.strip()
             comment, code = "", ""
     if comment:
@@ -116,12 +118,12 @@ class Header:
     """The public part of the header as pages, one for each room."""
 
     def __init__(self) -> None:
-        self.text = (ROOT / "pdcorr.h").read_text(encoding="utf-8")
+        texts = [(ROOT / name).read_text(encoding="utf-8") for name in ("pdcorr.h", "pdcorr_app.h")]
         order = (ROOT / "src" / "MODULES").read_text(encoding="utf-8").splitlines()
         self.rooms = [line.split()[0] for line in order if line and line.split()[0] in ROOMS]
         self.modules: dict[str, list[tuple[str, str, list[tuple[str, str]]]]] = {room: [] for room in self.rooms}
         self.names: dict[str, str] = {}
-        declared = self.text.split("!defined(PDI_IMPLEMENTED)")[0]
+        declared = "".join(text.split("/* ======== >>internal")[0] for text in texts)
         interface = re.split(r"^/\* ======== >>(\w+)/(\w+)\.h ======== \*/$", declared, flags=re.M)
         for room, module, text in zip(interface[1::3], interface[2::3], interface[3::3]):
             found = [(c, d) for c, d in pieces(public(text)) if "extern \"C\"" not in d]
@@ -138,7 +140,7 @@ class Header:
     @staticmethod
     def name(declaration: str) -> str:
         """What is declared; nothing for what is not public."""
-        for pattern in (r"PD_API [^(]*?\b(pd_\w+)\(", r"typedef .*?\(\*(pd_\w+)\)\(", r"\}\s*(pd_\w+);$",
+        for pattern in (r"(?:PD_API|static inline|PDI_INLINE) [^(]*?\b(pd_\w+)\(", r"typedef .*?\(\*(pd_\w+)\)\(", r"\}\s*(pd_\w+);$",
                         r"^struct (pd_\w+) \{", r"#define (PD_\w+)", r"^typedef [\w ]*?\b(pd_\w+);$",
                         r"^enum \{ *(PD_\w+)"):
             match = re.search(pattern, declaration, re.S)
@@ -176,14 +178,16 @@ class Header:
             for comment, declaration in items:
                 name = self.name(declaration)
                 lines += [f"({name})=", f"### `{name}`", ""]
-                code = re.sub(r"^PD_API ", "", declaration)
+                code = re.sub(r"^(PD_API|PDI_INLINE) ", "", declaration)
+                if code.startswith("static inline ") or declaration.startswith("PDI_INLINE "):
+                    code = re.sub(r"\s*\{.*", ";", code, flags=re.S)  # what it does is no part of the interface
                 lines += ["```c", code, "```", "", *self.intro(words(comment)), ""]
         return "\n".join(lines)
 
     def index(self) -> str:
         lines = [
             "# C interface", "",
-            "What `pdcorr.h` declares, from its comments, a page for each room of the header. Names carry the dimension",
+            "What `pdcorr.h` and `pdcorr_app.h` declare, from their comments, a page for each room. Names carry the dimension",
             "when they are linked: `pd_grid_build` is `pd_grid_build_2d` with `PD_DIM` 2. How to begin:",
             "[embedding](guide.md#6-embedding).", "",
             "| room | what | modules |", "|---|---|---|",

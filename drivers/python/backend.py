@@ -1,8 +1,8 @@
 """Builds the wheel and the sdist for pip (PEP 517), with the standard library alone.
 
 The wheel has the package and its shared libraries. They come from build/python of the checkout where `make python` has
-put them; where one is missing or older than pdcorr.h, a C compiler ($CC or cc) builds it. The sdist has the sources,
-with pdcorr.h beside them: wheels can be built of it alone.
+put them; where one is missing or older than the headers, a C compiler ($CC or cc) builds it. The sdist has the sources,
+with both headers beside them: wheels can be built of it alone.
 
     python3 backend.py FOLDER  writes the sdist there
 """
@@ -23,7 +23,7 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE if (HERE / "pdcorr.h").exists() else HERE.parent.parent  # of an unpacked sdist, of a checkout
-HEADER = ROOT / "pdcorr.h"
+HEADERS = ("pdcorr_app.h", "pdcorr.h")  # the first includes the second
 BUILT = ROOT / "build" / "python" / "pdcorr"
 FLAGS = ["-std=c99", "-O3", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibility=hidden",
          '-DPD_API=extern __attribute__((visibility("default")))', "-DPDCORR_IMPLEMENTATION", "-x", "c"]
@@ -31,12 +31,13 @@ FLAGS = ["-std=c99", "-O3", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibili
 
 def _library(dim: int, folder: Path) -> Path:
     built = BUILT / f"libpdcorr{dim}d.so"
-    if built.exists() and built.stat().st_mtime >= HEADER.stat().st_mtime:
+    if built.exists() and all(
+            built.stat().st_mtime >= (ROOT / name).stat().st_mtime for name in HEADERS):
         return built
     path = folder / built.name
     for openmp in (["-fopenmp"], []):  # as far as the compiler has it
         compiler = shlex.split(os.environ.get("CC", "cc"))
-        command = [*compiler, *openmp, *FLAGS, f"-DPD_DIM={dim}", str(HEADER), "-o", str(path), "-lm"]
+        command = [*compiler, *openmp, *FLAGS, f"-DPD_DIM={dim}", str(ROOT / HEADERS[0]), "-o", str(path), "-lm"]
         done = subprocess.run(command, check=False, capture_output=True, text=True)
         if done.returncode == 0:
             return path
@@ -44,7 +45,7 @@ def _library(dim: int, folder: Path) -> Path:
 
 
 def _version() -> str:
-    header = HEADER.read_text(encoding="utf-8")
+    header = (ROOT / "pdcorr.h").read_text(encoding="utf-8")
     return ".".join(re.search(rf"#define PD_VERSION_{part} (\d+)", header).group(1)
                     for part in ("MAJOR", "MINOR", "PATCH"))
 
@@ -90,7 +91,7 @@ def build_sdist(sdist_directory, config_settings=None):  # pylint: disable=unuse
     version = _version()
     files = {"PKG-INFO": _metadata(version).encode(), **_sources(),
              **{name: (HERE / name).read_bytes() for name in ("README.md", "backend.py", "pyproject.toml")},
-             **{name: (ROOT / name).read_bytes() for name in ("LICENSE", "pdcorr.h")}}
+             **{name: (ROOT / name).read_bytes() for name in ("LICENSE", *HEADERS)}}
     name = f"pdcorr-{version}.tar.gz"
     with open(Path(sdist_directory, name), "wb") as out, gzip.GzipFile("", "wb", fileobj=out, mtime=0) as packed, \
             tarfile.open(mode="w", fileobj=packed, format=tarfile.PAX_FORMAT) as archive:

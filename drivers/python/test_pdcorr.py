@@ -91,7 +91,7 @@ class Declarations(unittest.TestCase):
                          if name.startswith("PD_") and isinstance(v, int)}
             self.assertGreater(len(constants), 200)
             lines = [f'printf("{key} %lld\\n", (long long){self.c_value(key)});' for key in [*wanted, *constants]]
-            head = ['#include "pdcorr.h"', "#include <stdio.h>", "int main(void)", "{"]
+            head = ['#include "pdcorr_app.h"', "#include <stdio.h>", "int main(void)", "{"]
             program = "\n".join([*head, *lines, "return 0;", "}", ""])
             with tempfile.TemporaryDirectory() as folder:
                 path = Path(folder, "layout.c")
@@ -767,9 +767,9 @@ class Packages(unittest.TestCase):
             self.assertEqual(names, [f"pdcorr-{pdcorr.__version__}.tar.gz"] * 2)
             with tarfile.open(folder / names[0]) as archive:
                 top = names[0][: -len(".tar.gz")]
-                header = archive.extractfile(f"{top}/pdcorr.h").read()
+                headers = {n: archive.extractfile(f"{top}/{n}").read() for n in ("pdcorr.h", "pdcorr_app.h")}
                 about = archive.extractfile(f"{top}/PKG-INFO").read().decode()
-            self.assertEqual(header, (ROOT / "pdcorr.h").read_bytes())
+            self.assertEqual(headers, {n: (ROOT / n).read_bytes() for n in headers})
             self.assertIn(f"Version: {pdcorr.__version__}\n", about)
             compiler = folder / "cc"  # what is optimised least is compiled soonest
             compiler.write_text(f'#!/bin/sh\nexec {os.environ.get("CC", "cc")} "$@" -O0\n', encoding="utf-8")

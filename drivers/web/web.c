@@ -5,7 +5,7 @@
  */
 #define PDCORR_IMPLEMENTATION
 #define PDI_NO_MEANINGS /* of keys: the page has no list of them */
-#include "pdcorr.h"
+#include "pdcorr_app.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -701,7 +701,7 @@ static pd_status pdi_components_add_reaction(pd_ctx *ctx, const pd_species *spec
     for (int i = 0; i < count; i++)
         if (reaction->nu[i] != 0.0 && species[i].phase > PD_PHASE_SOLVENT)
             return pd_fail(ctx, PD_ERR_ARGUMENT, "components", "'%s' has %s, expected solutes and water alone",
-                            reaction->name, species[i].name);
+                           reaction->name, species[i].name);
     if (reaction->kinetic) {
         pd_kinetic *kinetic = &s->kinetic[s->kinetics++];
         kinetic->forward = reaction->forward;
@@ -726,15 +726,15 @@ static pd_status pdi_components_try_build(pd_ctx *ctx, const pd_species *species
     memset(&e, 0, sizeof e);
     if (count < 1 || count > PD_SPECIES_MAX || reaction_count < 0 || reaction_count > PD_REACTION_MAX)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "components",
-                        "%d species and %d reactions, expected 1 to %d species and "
-                        "at most %d reactions",
-                        count, reaction_count, PD_SPECIES_MAX, PD_REACTION_MAX);
+                       "%d species and %d reactions, expected 1 to %d species and "
+                       "at most %d reactions",
+                       count, reaction_count, PD_SPECIES_MAX, PD_REACTION_MAX);
     for (int i = 0; i < count; i++) {
         s->solute_of_species[i] = -1;
         if (species[i].phase == PD_PHASE_SOLVENT || species[i].phase == PD_PHASE_SOLID) continue;
         if (species[i].phase != PD_PHASE_SOLUTE)
             return pd_fail(ctx, PD_ERR_ARGUMENT, "components", "%s is no solute, expected solutes, solids and water",
-                            species[i].name);
+                           species[i].name);
         s->charge[s->solutes] = species[i].charge;
         s->solute_of_species[i] = s->solutes++;
     }
@@ -751,7 +751,7 @@ static pd_status pdi_components_try_build(pd_ctx *ctx, const pd_species *species
     for (int r = 0; r < e.rows; r++)
         if (e.product[r] < 0 && fabs(e.ln_k[r]) > PDI_COMPONENTS_ROUNDING_ZERO)
             return pd_fail(ctx, PD_ERR_ARGUMENT, "components", "'%s' is the sum of others, and its K is not the "
-                            "product of theirs: leave one out", e.name[r]);
+                           "product of theirs: leave one out", e.name[r]);
     pdi_components_sort_components(&e, s);
     for (int r = 0; r < s->kinetics; r++)
         pdi_components_compute_totals(s, s->kinetic[r].nu, s->kinetic[r].total_change);

@@ -129,7 +129,7 @@ pd_status pd_electrolyte_solve(pd_ctx *ctx, const pd_electrolyte *e, double *c, 
         return pd_fail(ctx, status, "electrolyte", "a concentration is negative or no number");
     if (status != PD_OK)
         return pd_fail(ctx, PD_ERR_DIVERGED, "electrolyte", "no equilibrium was found: look for a reaction whose "
-                        "constant is off by powers of ten, or whose species all are absent");
+                       "constant is off by powers of ten, or whose species all are absent");
     s->strength = s->result.strength;
     double strength;
     s->charge = pdi_electrolyte_compute_charge(e, c, &strength);
@@ -167,15 +167,15 @@ static pd_status pdi_electrolyte_find_acid_bracket(pd_ctx *ctx, const pd_electro
     a[0] = a[1] = 0.0;
     if (isnan(f[0]))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "electrolyte", "pH is set and no reaction makes H+, expected one such as "
-                        "[reaction water] H2O = H+ + OH-");
+                       "[reaction water] H2O = H+ + OH-");
     f[1] = f[0];
     for (double sign = f[0] > 0.0 ? 1.0 : -1.0, size = PDI_ELECTROLYTE_MIN_ACID; f[1] * sign > 0.0; size *= 4.0) {
         double most = from[e->counter_ion] * counter->charge * sign; /* the ion is used up */
         if (a[1] * sign >= PDI_ELECTROLYTE_MAX_ACID || (most > 0.0 && a[1] * sign >= most))
             return pd_fail(ctx, PD_ERR_ARGUMENT, "electrolyte",
-                            "pH %g cannot be reached with %s, of which there are "
-                            "%g mol/m3: name another ion by 'counter'",
-                            ph, counter->name, from[e->counter_ion]);
+                           "pH %g cannot be reached with %s, of which there are "
+                           "%g mol/m3: name another ion by 'counter'",
+                           ph, counter->name, from[e->counter_ion]);
         a[0] = a[1];
         f[0] = f[1];
         a[1] = sign * (most > 0.0 ? pd_min(size, most) : size);
@@ -191,10 +191,10 @@ static pd_status pdi_electrolyte_solve_ph(pd_ctx *ctx, const pd_electrolyte *e, 
     double from[PD_SPECIES_MAX], a[2], f[2];
     if (e->counter_ion < 0)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "electrolyte", "pH is set, but no ion that comes with the acid or base "
-                        "that sets it, expected counter = Cl- or another ion");
+                       "that sets it, expected counter = Cl- or another ion");
     if (pd_electrolyte_find_species(e, "H+") < 0 || pd_electrolyte_find_species(e, "OH-") < 0)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "electrolyte", "pH is set and there is no [species H+] or no "
-                        "[species OH-], expected both");
+                       "[species OH-], expected both");
     memcpy(from, c, (size_t)e->count * sizeof *c);
     PD_TRY(pdi_electrolyte_find_acid_bracket(ctx, e, ph, from, a, f));
     pdi_root_bracket s = {a[0], f[0], a[1], f[1], 0, 0};
@@ -221,17 +221,17 @@ pd_status pd_electrolyte_neutralise(pd_ctx *ctx, const pd_electrolyte *e, double
     double strength, charge = pdi_electrolyte_compute_charge(e, c, &strength);
     if (e->balance_ion < 0 && fabs(charge) > PDI_ELECTROLYTE_NEUTRAL_TOLERANCE * strength)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "electrolyte",
-                        "the charges sum to %+.4g mol/m3, %.3g %% of the ionic "
-                        "strength, expected 0: correct a concentration, or name the ion that makes up for it by "
-                        "balance = %s",
-                        charge, 100.0 * fabs(charge) / strength, pdi_electrolyte_find_main_ion(e, c));
+                       "the charges sum to %+.4g mol/m3, %.3g %% of the ionic "
+                       "strength, expected 0: correct a concentration, or name the ion that makes up for it by "
+                       "balance = %s",
+                       charge, 100.0 * fabs(charge) / strength, pdi_electrolyte_find_main_ion(e, c));
     if (e->balance_ion >= 0) {
         double more = -charge / e->species[e->balance_ion].charge;
         if (c[e->balance_ion] + more < 0.0)
             return pd_fail(ctx, PD_ERR_ARGUMENT, "electrolyte",
-                            "the charges sum to %+.4g mol/m3, which %s cannot "
-                            "make up for: there are %g mol/m3 of it; name another ion by 'balance'",
-                            charge, e->species[e->balance_ion].name, c[e->balance_ion]);
+                           "the charges sum to %+.4g mol/m3, which %s cannot "
+                           "make up for: there are %g mol/m3 of it; name another ion by 'balance'",
+                           charge, e->species[e->balance_ion].name, c[e->balance_ion]);
         c[e->balance_ion] += more;
     }
     return isnan(ph) ? PD_OK : pdi_electrolyte_solve_ph(ctx, e, ph, c);
@@ -245,7 +245,7 @@ pd_status pd_electrolyte_reagent(pd_ctx *ctx, const pd_electrolyte *e, const cha
     double charge = pdi_electrolyte_compute_charge(e, r.nu, &strength);
     if (charge != 0.0)
         return pd_fail(ctx, PD_ERR_PARSE, "electrolyte", "the reagent '%.60s' has the charge %+g, expected a neutral "
-                        "one such as Na+ + OH-", text, charge);
+                       "one such as Na+ + OH-", text, charge);
     memcpy(per, r.nu, (size_t)e->count * sizeof *per);
     return PD_OK;
 }

@@ -62,7 +62,7 @@ PD_API pd_status pd_electrolyte_reagent(pd_ctx *ctx, const pd_electrolyte *e, co
 /* Builds the speciation system for concentrations c: without minerals that are absent and may not form. c NULL: with
  * all minerals. PD_ERR_ARGUMENT: reactions contradict each other. */
 PD_API pd_status pd_electrolyte_build_speciation(pd_ctx *ctx, const pd_electrolyte *e, const double *c,
-                                                  pd_speciation *system);
+                                                 pd_speciation *system);
 /* Total concentration of an element [mol/m3] (atomic number) over all species. */
 PD_API double pd_electrolyte_compute_element_total(const pd_electrolyte *e, const double *c, int element);
 /* Index of a species by name; -1: there is none. */

@@ -73,11 +73,11 @@ static pd_status pdi_mineral_try_build(pd_ctx *ctx, const pd_components *c, cons
             pdi_mineral_is_invalid(of->exponent) || pdi_mineral_is_invalid(of->volume) ||
             !(fabs(of->nucleation) < 1e100) || !(of->min_porosity >= 0.0) || !(of->min_porosity < 1.0))
             return pd_fail(ctx, PD_ERR_ARGUMENT, "minerals",
-                            "%s has the rate %g, surface %g, exponent %g, volume %g, "
-                            "nucleation %g and porosity %g, expected finite values of at least 0, and a porosity below "
-                            "1",
-                            name, of->rate, of->surface_rate, of->exponent, of->volume, of->nucleation,
-                            of->min_porosity);
+                           "%s has the rate %g, surface %g, exponent %g, volume %g, "
+                           "nucleation %g and porosity %g, expected finite values of at least 0, and a porosity below "
+                           "1",
+                           name, of->rate, of->surface_rate, of->exponent, of->volume, of->nucleation,
+                           of->min_porosity);
         if (!(of->exponent > 0.0)) of->exponent = 1.0;
         for (int r = 0; r < reaction_count; r++) {
             if (reactions[r].nu[of->species] == 0.0) continue;
@@ -86,12 +86,12 @@ static pd_status pdi_mineral_try_build(pd_ctx *ctx, const pd_components *c, cons
         }
         if (found < 0 || several || !reactions[found].has_k)
             return pd_fail(ctx, PD_ERR_ARGUMENT, "minerals", "%s has %s, expected one reaction with a constant and "
-                            "solutes, such as %s = ...", name, found < 0 ? "no reaction" : several ?
-                            "several reactions, or one with another solid" : "a reaction without K", name);
+                           "solutes, such as %s = ...", name, found < 0 ? "no reaction" : several ?
+                           "several reactions, or one with another solid" : "a reaction without K", name);
         for (int i = 0; i < count; i++)
             if (reactions[found].nu[i] != 0.0 && species[i].phase > PD_PHASE_SOLID)
                 return pd_fail(ctx, PD_ERR_ARGUMENT, "minerals", "%s reacts with %s, expected solutes and water", name,
-                                species[i].name);
+                               species[i].name);
         pdi_mineral_set_reaction(c, species, count, &reactions[found], m, s);
     }
     return PD_OK;
@@ -104,12 +104,12 @@ PDI_FN pd_status pdi_mineral_build(pd_ctx *ctx, const pd_components *c, const pd
     memset(m, 0, sizeof *m);
     if (mineral_count < 0 || mineral_count > PD_MINERAL_MAX)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "minerals", "%d minerals, expected at most %d", mineral_count,
-                        PD_MINERAL_MAX);
+                       PD_MINERAL_MAX);
     for (int s = 0; s < mineral_count; s++) {
         m->mineral[s] = list[s];
         if (list[s].species < 0 || list[s].species >= count || species[list[s].species].phase != PD_PHASE_SOLID)
             return pd_fail(ctx, PD_ERR_ARGUMENT, "minerals", "mineral %d is species %d, which is no solid", s,
-                            list[s].species);
+                           list[s].species);
         for (int t = 0; t < s; t++)
             if (list[t].species == list[s].species)
                 return pd_fail(ctx, PD_ERR_ARGUMENT, "minerals", "%s is there twice", species[list[s].species].name);

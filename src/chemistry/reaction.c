@@ -101,9 +101,9 @@ static pd_status pdi_reaction_check_unit(pd_ctx *ctx, const char *name, const ch
     pdi_reaction_format_unit(order, rate, expected, sizeof expected);
     if (!unit || !*unit)
         return pd_fail(ctx, PD_ERR_PARSE, "reaction", "%s of '%s' has no unit, expected %s%s", what, name, expected,
-                        rate > 0.0 ? "" : ", or log10_K without unit");
+                       rate > 0.0 ? "" : ", or log10_K without unit");
     return pd_fail(ctx, PD_ERR_PARSE, "reaction", "%s of '%s' has the unit '%.40s', expected %s%s", what, name, unit,
-                    expected, rate > 0.0 ? "" : ", or log10_K without unit");
+                   expected, rate > 0.0 ? "" : ", or log10_K without unit");
 }
 
 /* Parses one term "2 OH-" on the left (side -1) or right (1) of a reaction. */
@@ -116,20 +116,20 @@ static pd_status pdi_reaction_parse_term(pd_ctx *ctx, const char *term, double s
     while (pdi_reaction_is_blank(*at)) at++;
     if (!*at || !(number > 0.0) || number > PDI_REACTION_MAX_NUMBER)
         return pd_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' has the term '%s', expected terms such as 2 OH-, with "
-                        "blanks around + and =", r->name, term);
+                       "blanks around + and =", r->name, term);
     for (int i = 0; i < count; i++) {
         if (strcmp(at, species[i].name) != 0) continue;
         if (r->nu[i] * side < 0.0)
             return pd_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' has %s on both sides: keep the difference",
-                            r->name, at);
+                           r->name, at);
         r->nu[i] += side * number;
         return PD_OK;
     }
     char known[160] = "";
     for (int i = 0; i < count; i++) pd_append(known, sizeof known, "%s%s", i ? ", " : "", species[i].name);
     return pd_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' has the species '%s', which nobody defines: define it, or "
-                    "take "
-                    "one of %s", r->name, at, known);
+                   "take "
+                   "one of %s", r->name, at, known);
 }
 
 /* Parses both sides of a reaction from side -1 on, or with side 1 a sum alone. */
@@ -144,7 +144,7 @@ static pd_status pdi_reaction_parse_terms(pd_ctx *ctx, const char *text, const p
             if (!size && pdi_reaction_is_blank(*at)) continue;
             if (size + 1 == sizeof term)
                 return pd_fail(ctx, PD_ERR_PARSE, "reaction", "a term of '%s' is longer than %d bytes", r->name,
-                                (int)sizeof term - 1);
+                               (int)sizeof term - 1);
             term[size++] = *at;
             continue;
         }
@@ -159,7 +159,7 @@ static pd_status pdi_reaction_parse_terms(pd_ctx *ctx, const char *text, const p
     }
     if (side < 0.0)
         return pd_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' has no =, expected a text such as H+ + OH- = H2O",
-                        r->name);
+                       r->name);
     return PD_OK;
 }
 
@@ -178,8 +178,8 @@ static pd_status pdi_reaction_check_balance(pd_ctx *ctx, const pd_species *speci
             if (fabs(left - right) < PDI_REACTION_TOLERANCE) continue;
             pd_species_get_symbol(species[i].element[k], symbol);
             return pd_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' does not balance: %g %s on the left, %g on the right: "
-                            "correct a factor, or add what is missing, such as H2O or H+", r->name, left, symbol,
-                            right);
+                           "correct a factor, or add what is missing, such as H2O or H+", r->name, left, symbol,
+                           right);
         }
     }
     double left = 0.0, right = 0.0;
@@ -189,8 +189,8 @@ static pd_status pdi_reaction_check_balance(pd_ctx *ctx, const pd_species *speci
     }
     if (fabs(left - right) < PDI_REACTION_TOLERANCE) return PD_OK;
     return pd_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' does not balance: the charge is %+g on the left, %+g on "
-                    "the right: correct a factor, or add what is missing, such as H+, OH- or e-", r->name, left,
-                    right);
+                   "the right: correct a factor, or add what is missing, such as H+, OH- or e-", r->name, left,
+                   right);
 }
 
 /* Sets K and rate constants from desc, after a check of their units; kb = kf/K where one is missing (eq. 5b.3). */
@@ -207,7 +207,7 @@ static pd_status pdi_reaction_set_constants(pd_ctx *ctx, const pd_reaction_desc 
     r->kinetic = desc->forward != 0.0 || desc->backward != 0.0;
     if (!r->has_k && !r->kinetic)
         return pd_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' has neither a constant of equilibrium nor a rate",
-                        r->name);
+                       r->name);
     if (r->has_k && desc->k_unit && strcmp(desc->k_unit, "log10") == 0) {
         r->ln_k = desc->k * log(10.0);
     } else if (r->has_k) {
@@ -216,15 +216,15 @@ static pd_status pdi_reaction_set_constants(pd_ctx *ctx, const pd_reaction_desc 
     }
     if (r->has_k && !(fabs(r->ln_k) < HUGE_VAL))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "reaction", "K of '%s' is %g, expected a positive number", r->name,
-                        desc->k);
+                       desc->k);
     if (!r->kinetic) return PD_OK;
     if (!(desc->forward >= 0.0) || !(desc->backward >= 0.0) || !(desc->forward + desc->backward < HUGE_VAL))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "reaction", "the rates of '%s' are %g and %g, expected positive numbers",
-                        r->name, desc->forward, desc->backward);
+                       r->name, desc->forward, desc->backward);
     if (r->has_k && desc->forward > 0.0 && desc->backward > 0.0)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "reaction", "'%s' has K and both rates: one follows from the others, "
-                        "drop it",
-                        r->name);
+                       "drop it",
+                       r->name);
     double both = r->ln_k + (right - left) * log(1e3); /* logarithm of forward over backward, in mol/m3 */
     if (desc->forward > 0.0) {
         PD_TRY(pdi_reaction_check_unit(ctx, r->name, "the forward rate", desc->forward_unit, 1.0 - left, 1.0, &scale));

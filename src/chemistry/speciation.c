@@ -476,9 +476,9 @@ static pd_status pdi_speciation_try_build(pd_ctx *ctx, const pd_species *species
     pdi_speciation_work w;
     if (count < 1 || count > PD_SPECIES_MAX || reaction_count < 0)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "speciation",
-                        "%d species and %d reactions, expected 1 to %d "
-                        "species",
-                        count, reaction_count, PD_SPECIES_MAX);
+                       "%d species and %d reactions, expected 1 to %d "
+                       "species",
+                       count, reaction_count, PD_SPECIES_MAX);
     s->species = count;
     for (int i = 0; i < count; i++) {
         s->charge[i] = species[i].charge;
@@ -488,12 +488,12 @@ static pd_status pdi_speciation_try_build(pd_ctx *ctx, const pd_species *species
         if (reactions[r].kinetic) continue;
         if (s->reactions == PD_REACTION_MAX)
             return pd_fail(ctx, PD_ERR_ARGUMENT, "speciation", "more than %d reactions in equilibrium",
-                            PD_REACTION_MAX);
+                           PD_REACTION_MAX);
         for (int i = 0; i < count; i++) {
             if (reactions[r].nu[i] == 0.0 || s->phase[i] <= PD_PHASE_SOLID) continue;
             return pd_fail(ctx, PD_ERR_ARGUMENT, "speciation", "'%s' is in equilibrium with %s, expected solutes, "
-                            "water "
-                            "and solids alone", reactions[r].name, species[i].name);
+                           "water "
+                           "and solids alone", reactions[r].name, species[i].name);
         }
         memcpy(s->nu[s->reactions], reactions[r].nu, sizeof reactions[r].nu);
         s->ln_k[s->reactions++] = reactions[r].ln_k;
@@ -505,7 +505,7 @@ static pd_status pdi_speciation_try_build(pd_ctx *ctx, const pd_species *species
     for (int r = 0; r < w.rows; r++)
         if (w.pivot[r] < 0 && fabs(w.ln_k[r]) > PDI_SPECIATION_NEAR_RESIDUAL)
             return pd_fail(ctx, PD_ERR_ARGUMENT, "speciation", "a reaction is the sum of others, and its K is not the "
-                            "product of theirs: leave one out");
+                           "product of theirs: leave one out");
     return PD_OK;
 }
 

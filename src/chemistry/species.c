@@ -186,22 +186,22 @@ static pd_status pdi_species_try_read(pd_ctx *ctx, const pd_species_desc *desc, 
     }
     if (!formula && !desc->formula)
         return pd_fail(ctx, PD_ERR_PARSE, "species", "'%s' is no formula with a charge such as Mg2+, SO4^2- or "
-                        "Mg(OH)2(s), expected one, or its formula beside the name", name);
+                       "Mg(OH)2(s), expected one, or its formula beside the name", name);
     if (formula && desc->has_charge && desc->charge != charge)
         return pd_fail(ctx, PD_ERR_PARSE, "species", "the charge of '%s' is %+d by its name, but %+d is given: "
-                        "drop one",
-                        name, charge, desc->charge);
+                       "drop one",
+                       name, charge, desc->charge);
     s->charge = formula ? charge : desc->has_charge ? desc->charge : 0;
     if (!desc->formula) return PD_OK;
     memset(&given, 0, sizeof given);
     if (!pdi_species_parse_formula(&given, desc->formula, desc->formula + strlen(desc->formula)))
         return pd_fail(ctx, PD_ERR_PARSE, "species", "the formula '%.40s' of '%s' is none, expected one such as "
-                        "C6H12O6",
-                        desc->formula, name);
+                       "C6H12O6",
+                       desc->formula, name);
     if (formula && !pdi_species_is_same_formula(s, &given))
         return pd_fail(ctx, PD_ERR_PARSE, "species", "the name '%s' is a formula of other elements than '%.40s': "
-                        "drop one",
-                        name, desc->formula);
+                       "drop one",
+                       name, desc->formula);
     s->elements = given.elements;
     memcpy(s->element, given.element, sizeof given.element);
     memcpy(s->count, given.count, sizeof given.count);
@@ -214,14 +214,14 @@ pd_status pd_species_read(pd_ctx *ctx, const pd_species_desc *desc, pd_species *
     size_t size = desc->name ? strlen(desc->name) : 0;
     if (!size || size >= PD_SPECIES_NAME)
         return pd_fail(ctx, PD_ERR_PARSE, "species", "the name '%.40s' has %d bytes, expected 1 to %d",
-                        desc->name ? desc->name : "", (int)size, PD_SPECIES_NAME - 1);
+                       desc->name ? desc->name : "", (int)size, PD_SPECIES_NAME - 1);
     if (!(desc->diffusivity >= 0.0) || !(desc->diffusivity < HUGE_VAL))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "species", "the diffusivity of '%s' is %g m2/s, expected a positive "
-                        "number",
-                        desc->name, desc->diffusivity);
+                       "number",
+                       desc->name, desc->diffusivity);
     if (desc->has_charge && (desc->charge > PDI_SPECIES_MAX_CHARGE || desc->charge < -PDI_SPECIES_MAX_CHARGE))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "species", "the charge of '%s' is %d, expected at most %d either way",
-                        desc->name, desc->charge, PDI_SPECIES_MAX_CHARGE);
+                       desc->name, desc->charge, PDI_SPECIES_MAX_CHARGE);
     pd_status status = pdi_species_try_read(ctx, desc, s);
     if (status < 0) memset(s, 0, sizeof *s);
     return status;

@@ -31,7 +31,7 @@ PDI_FN pd_status pdi_arena_reserve(pd_ctx *ctx, pd_arena *arena, size_t bytes)
 {
     if (arena->used)
         return pd_fail(ctx, PD_ERR_INTERNAL, "arena", "room is asked for while %.4g MB are lent",
-                        (double)arena->used * 1e-6);
+                       (double)arena->used * 1e-6);
     if (arena->block && bytes <= arena->size) return PD_OK;
     PD_TRY(PD_GROW(ctx, "arena", arena->size + PDI_ARENA_ALIGNMENT, bytes + PDI_ARENA_ALIGNMENT, arena->block));
     arena->size = bytes;
@@ -107,8 +107,8 @@ PDI_FN pd_status pdi_arena_acquire(pd_ctx *ctx, pd_arena *arena, pdi_array_list_
     size_t bytes = pdi_arena_count_bytes(list, object);
     if (!pdi_arena_fits(arena, list, object))
         return pd_fail(ctx, PD_ERR_INTERNAL, "arena", "%.4g MB are asked for, %.4g of %.4g MB are lent: two solvers "
-                        "work at the same time", (double)bytes * 1e-6, (double)arena->used * 1e-6,
-                        (double)arena->size * 1e-6);
+                       "work at the same time", (double)bytes * 1e-6, (double)arena->used * 1e-6,
+                       (double)arena->size * 1e-6);
     pdi_arena_visit_arrays(arena, pdi_arena_visit_acquire, list, object, arena->used);
     arena->used += bytes;
     return PD_OK;
@@ -122,7 +122,7 @@ PDI_FN pd_status pdi_arena_release(pd_ctx *ctx, pd_arena *arena, pdi_array_list_
     arena->used = wrong ? 0 : arena->used - bytes;
     if (!wrong || status < 0) return status;
     return pd_fail(ctx, PD_ERR_INTERNAL, "arena", "what is returned is not what was lent last: two solvers work at "
-                    "the same time");
+                   "the same time");
 }
 
 #undef PDI_ARENA_ALIGNMENT

@@ -67,16 +67,16 @@ pd_status pd_resize(pd_ctx *ctx, const char *where, size_t old_count, size_t new
     if (new_count == 0) new_count = 1;
     if (new_count > (size_t)-1 / 2 / size)
         return pd_fail(ctx, PD_ERR_SIZE, where, "%.0f elements of %.0f bytes overflow the address space",
-                        (double)new_count, (double)size);
+                       (double)new_count, (double)size);
     size_t new_bytes = new_count * size;
     size_t limit = ctx->alloc.limit;
     if (limit && new_bytes > old_bytes && ctx->in_use + (new_bytes - old_bytes) > limit)
         return pd_fail(ctx, PD_ERR_LIMIT, where, "needs %.4g MB more, %.4g MB are in use, the limit is %.4g MB",
-                        (double)(new_bytes - old_bytes) * 1e-6, (double)ctx->in_use * 1e-6, (double)limit * 1e-6);
+                       (double)(new_bytes - old_bytes) * 1e-6, (double)ctx->in_use * 1e-6, (double)limit * 1e-6);
     void *fresh = pdi_base_realloc(ctx, old, old_bytes, new_bytes);
     if (!fresh)
         return pd_fail(ctx, PD_ERR_MEMORY, where, "%.4g MB could not be allocated (%.4g MB are in use)",
-                        (double)new_bytes * 1e-6, (double)ctx->in_use * 1e-6);
+                       (double)new_bytes * 1e-6, (double)ctx->in_use * 1e-6);
     if (new_bytes > old_bytes) memset((char *)fresh + old_bytes, 0, new_bytes - old_bytes);
     memcpy(slot, &fresh, sizeof fresh);
     ctx->in_use = ctx->in_use + new_bytes - old_bytes;

@@ -59,7 +59,7 @@ pd_status pd_monotone_cubic_build(pd_ctx *ctx, const double *x, const double *y,
 {
     memset(c, 0, sizeof *c);
     if (count < 2) return pd_fail(ctx, PD_ERR_ARGUMENT, "curve", "found %d point%s, expected at least 2", count,
-                                   count == 1 ? "" : "s");
+                                  count == 1 ? "" : "s");
     for (int k = 0; k < count; k++) {
         const char *wrong = pd_monotone_cubic_check_point(x, y, k);
         if (wrong)

@@ -28,7 +28,7 @@ typedef struct pd_monotone_cubic {
 /* Build the interpolant; x and y [count] are copied. PD_ERR_ARGUMENT: fewer than two points, one that is not finite, x
  * not ascending, or a secant without a finite slope. */
 PD_API pd_status pd_monotone_cubic_build(pd_ctx *ctx, const double *x, const double *y, int count, int strict,
-                                          pd_monotone_cubic *curve);
+                                         pd_monotone_cubic *curve);
 /* Check point k >= 0 after all points before it passed: NULL when valid, else the reason, "expected ...". */
 PD_API const char *pd_monotone_cubic_check_point(const double *x, const double *y, int k);
 #ifdef PDI_INTERNAL

@@ -9,11 +9,11 @@ pd_status pd_physics_type_register(pd_ctx *ctx, const pd_physics_type *type)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "physics", "expected a section with a name, a meaning and no label");
     if (!type->build || !type->free || !type->set_process || !type->values)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "physics",
-                        "[%s] lacks a callback, expected build, free, set_process, values", s->name);
+                       "[%s] lacks a callback, expected build, free, set_process, values", s->name);
     if (type->fields < 1 || type->fields > PD_PHYSICS_TYPE_FIELDS || s->count > PD_PHYSICS_TYPE_KEYS)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "physics",
-                        "[%s] has %d fields and %d keys, expected 1 to %d and at most %d", s->name, type->fields,
-                        s->count, PD_PHYSICS_TYPE_FIELDS, PD_PHYSICS_TYPE_KEYS);
+                       "[%s] has %d fields and %d keys, expected 1 to %d and at most %d", s->name, type->fields,
+                       s->count, PD_PHYSICS_TYPE_FIELDS, PD_PHYSICS_TYPE_KEYS);
     for (int k = 0; k < ctx->physics_count; k++)
         if (strcmp(ctx->physics[k]->section.name, s->name) == 0)
             return pd_fail(ctx, PD_ERR_ARGUMENT, "physics", "[%s] is registered", s->name);

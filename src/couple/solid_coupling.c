@@ -113,7 +113,7 @@ static pd_status pdi_solid_coupling_count_points(pd_ctx *ctx, pd_solid_coupling 
     for (int d = 1; d < PD_DIM; d++)
         if (fabs(grid->h[d] - grid->h[0]) > 1e-9 * grid->h[0])
             return pd_fail(ctx, PD_ERR_ARGUMENT, "structure", "spacings of %g and %g m, expected one spacing along all"
-                            " axes", grid->h[0], grid->h[d]);
+                           " axes", grid->h[0], grid->h[d]);
     if (grid->circumference)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "structure", "an axisymmetric lattice, expected a planar one");
     for (int32_t i = 0; i < grid->total; i++) {
@@ -129,7 +129,7 @@ static pd_status pdi_solid_coupling_count_points(pd_ctx *ctx, pd_solid_coupling 
     pdi_point_cells_count_images(&s->sites);
     if ((double)s->count + (double)s->sites.images < 2e9) return PD_OK;
     return pd_fail(ctx, PD_ERR_SIZE, "structure", "%g nodes of metal and as many as %g images of them: too many",
-                    (double)s->count, (double)s->sites.images);
+                   (double)s->count, (double)s->sites.images);
 }
 
 /* Breaks the bonds that cross a pre-crack, segment by segment of a polyline. PD_ERR_GEOMETRY: it crosses none. */
@@ -273,7 +273,7 @@ static pd_status pdi_solid_coupling_calibrate_fracture(pd_ctx *ctx, const pd_sol
 #if PD_DIM > 1
     if (!(criterion->fracture > 0.0)) return PD_OK;
     PD_TRY(pdi_fracture_calibration_compute_critical(ctx, &s->body, &s->desc.elastic, criterion->fracture,
-                                                      &criterion->critical));
+                                                     &criterion->critical));
     criterion->fracture = 0.0;
 #endif
     (void)ctx;
@@ -316,21 +316,21 @@ static pd_status pdi_solid_coupling_check(pd_ctx *ctx, const pd_solid_coupling_d
     if ((int)desc->material < 0 || desc->material > PD_SOLID_COUPLING_HENCKY || !(desc->density >= 0.0) ||
         !(desc->fracture >= 0.0))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "structure",
-                        "material %d, a density of %g kg/m3 and %g J/m2, expected 0 "
-                        "to %d and numbers that are not negative",
-                        (int)desc->material, desc->density, desc->fracture, (int)PD_SOLID_COUPLING_HENCKY);
+                       "material %d, a density of %g kg/m3 and %g J/m2, expected 0 "
+                       "to %d and numbers that are not negative",
+                       (int)desc->material, desc->density, desc->fracture, (int)PD_SOLID_COUPLING_HENCKY);
     if (springs && (pdi_solid_coupling_has_failure(desc) || flows || desc->rate_factor))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "structure", "springs with a criterion, a yield stress or a pace, "
-                        "expected an energy of cracks alone");
+                       "expected an energy of cracks alone");
     if (!springs && (desc->fracture > 0.0 || (desc->density > 0.0 && (pdi_solid_coupling_has_failure(desc) || flows))))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "structure", "metal other than springs with an energy of cracks, or that "
-                        "breaks or flows in motion, expected a balance with a criterion, or springs");
+                       "breaks or flows in motion, expected a balance with a criterion, or springs");
     if (desc->bond_failure.fracture > 0.0 && desc->material != PD_SOLID_COUPLING_CORRESPONDENCE)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "structure", "an energy of cracks of material %d, expected small strains "
-                        "by correspondence, springs, or a critical value of bonds", (int)desc->material);
+                       "by correspondence, springs, or a critical value of bonds", (int)desc->material);
     if (flows && desc->material != PD_SOLID_COUPLING_CORRESPONDENCE && desc->material != PD_SOLID_COUPLING_HENCKY)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "structure", "a yield stress of material %d, expected one of small "
-                        "strains or Hencky's", (int)desc->material);
+                       "strains or Hencky's", (int)desc->material);
     return PD_OK;
 }
 
@@ -341,7 +341,7 @@ static pd_status pdi_solid_coupling_check_images(pd_ctx *ctx, const pd_solid_cou
     if (!s->sites.images || !(desc->cut_count || pdi_solid_coupling_has_failure(desc) || desc->fracture > 0.0))
         return PD_OK;
     return pd_fail(ctx, PD_ERR_ARGUMENT, "structure", "metal with a crack, or whose bonds break, meets a plane of "
-                    "symmetry (flow = mirror): expected all of the body, or a side that holds it there (ux = 0)");
+                   "symmetry (flow = mirror): expected all of the body, or a side that holds it there (ux = 0)");
 }
 
 /* Inner part of the build; after an error the caller frees. */
@@ -372,7 +372,7 @@ static pd_status pdi_solid_coupling_build_inner(pd_ctx *ctx, const pd_grid *grid
     }
     if (!pdi_solid_coupling_has_bonds(s))
         return pd_fail(ctx, PD_ERR_GEOMETRY, "structure", "the metal is too thin to bear loads: no node has bonds "
-                        "along all directions; choose a smaller h");
+                       "along all directions; choose a smaller h");
     if (pdi_solid_coupling_can_interpenetrate(s)) PD_TRY(pdi_interpenetration_prepare(ctx, &s->overlap));
     for (int32_t i = 0; i < s->total && desc->rate_factor; i++)
         s->rate_factor[i] = desc->base_rate_factor ? desc->base_rate_factor[i] : 1.0;
@@ -437,9 +437,9 @@ static pd_status pdi_solid_coupling_check_small_strains(pd_ctx *ctx, const pd_so
         if (strain < PDI_SOLID_COUPLING_MAX_STRAIN && slip < PDI_SOLID_COUPLING_MAX_PLASTIC_STRAIN) continue;
         pd_grid_position(s->grid, s->node[i], x);
         return pd_fail(ctx, PD_ERR_STATE, "structure",
-                        "the metal at x = %g m has a stress of %g of E and a plastic "
-                        "strain of %g at t = %g s: expected small strains",
-                        x[0], strain, slip, s->static_solver.time);
+                       "the metal at x = %g m has a stress of %g of E and a plastic "
+                       "strain of %g at t = %g s: expected small strains",
+                       x[0], strain, slip, s->static_solver.time);
     }
     return PD_OK;
 }
@@ -453,11 +453,11 @@ static pd_status pdi_solid_coupling_check_interpenetration(pd_ctx *ctx, pd_solid
     pdi_interpenetration_compute(o, pd_solid_coupling_displacements(s));
     if (!(o->component_overlap > 0.0)) return PD_OK;
     return pd_fail(ctx, PD_ERR_STATE, "structure",
-                    "two parts of the metal that were apart at the start meet at t = "
-                    "%g s: what was at %s m and what was at %s m overlap by %g m; they would pass through each other, "
-                    "since contact is not computed",
-                    t, pdi_grid_format_position(s->grid, s->node[o->first], place[0]),
-                    pdi_grid_format_position(s->grid, s->node[o->other], place[1]), o->component_overlap);
+                   "two parts of the metal that were apart at the start meet at t = "
+                   "%g s: what was at %s m and what was at %s m overlap by %g m; they would pass through each other, "
+                   "since contact is not computed",
+                   t, pdi_grid_format_position(s->grid, s->node[o->first], place[0]),
+                   pdi_grid_format_position(s->grid, s->node[o->other], place[1]), o->component_overlap);
 }
 
 /* Factors of the dissolution rate at all solid nodes, by stress and plastic strain. PD_ERR_STATE: one is negative or
@@ -476,7 +476,7 @@ static pd_status pdi_solid_coupling_update_rate_factors(pd_ctx *ctx, pd_solid_co
         double pace = s->desc.rate_factor(s->desc.pace_user, &at);
         if (!(pace >= 0.0) || !(pace < 1e100))
             return pd_fail(ctx, PD_ERR_STATE, "structure", "the factor of the speed is %g where the mean stress is %g "
-                            "Pa, at x = %g m: expected a finite one of at least 0", pace, at.pressure, at.x[0]);
+                           "Pa, at x = %g m: expected a finite one of at least 0", pace, at.pressure, at.x[0]);
         s->rate_factor[node] = pace * (s->desc.base_rate_factor ? s->desc.base_rate_factor[node] : 1.0);
     }
     if (s->desc.rate_factor && s->dissolve) s->dissolve->reached = 0; /* what it knows of factors */
@@ -491,9 +491,9 @@ static pd_status pdi_solid_coupling_check_no_dissolution(pd_ctx *ctx, const pd_s
     if (!s->dissolve || (!pd_solid_coupling_is_dynamic(s) && s->desc.material != PD_SOLID_COUPLING_BOND_BASED))
         return PD_OK;
     return pd_fail(ctx, PD_ERR_ARGUMENT, "structure",
-                    "a body %s is to dissolve, expected one in balance that is none "
-                    "of springs",
-                    pd_solid_coupling_is_dynamic(s) ? "in motion" : "of springs");
+                   "a body %s is to dissolve, expected one in balance that is none "
+                   "of springs",
+                   pd_solid_coupling_is_dynamic(s) ? "in motion" : "of springs");
 }
 
 /* Stiffness factors from the remaining metal; marks the equilibrium as stale where one has changed. */

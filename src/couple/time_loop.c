@@ -14,8 +14,8 @@ pd_status pd_time_loop_build(pd_ctx *ctx, const pd_time_loop_desc *desc, pd_grid
     if (!(desc->fraction >= 0.0) || desc->fraction > 1.0 || !(desc->rtol >= 0.0) || desc->rtol > 1.0 ||
         !(desc->max_step >= 0.0) || !(desc->ledger_tolerance >= 0.0))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "couple",
-                        "fraction %g and rtol %g must lie in [0, 1], max_step %g s be at least 0", desc->fraction,
-                        desc->rtol, desc->max_step);
+                       "fraction %g and rtol %g must lie in [0, 1], max_step %g s be at least 0", desc->fraction,
+                       desc->rtol, desc->max_step);
     c->desc = *desc;
     if (!(c->desc.fraction > 0.0)) c->desc.fraction = 0.1;
     if (!(c->desc.rtol > 0.0)) c->desc.rtol = c->desc.fraction / PDI_TIME_LOOP_RTOL_RATIO;
@@ -85,9 +85,9 @@ static pd_status pdi_time_loop_check_own_balances(pd_ctx *ctx, pd_time_loop *c)
         if (p->imbalance) c->own_imbalance = pd_max(c->own_imbalance, p->imbalance(ctx, p->self));
         if (c->own_imbalance <= c->desc.ledger_tolerance) continue;
         return pd_fail(ctx, PD_ERR_BALANCE, "couple",
-                        "at t = %g s the balances of %s miss by %.3g of what they have, "
-                        "expected at most %g",
-                        c->time, p->name, c->own_imbalance, c->desc.ledger_tolerance);
+                       "at t = %g s the balances of %s miss by %.3g of what they have, "
+                       "expected at most %g",
+                       c->time, p->name, c->own_imbalance, c->desc.ledger_tolerance);
     }
     return PD_OK;
 }
@@ -107,10 +107,10 @@ static pd_status pdi_time_loop_check_balance(pd_ctx *ctx, pd_time_loop *c)
                           DBL_MIN;
         if (!(fabs(l->imbalance) <= c->desc.ledger_tolerance * scale + rounding))
             return pd_fail(ctx, PD_ERR_BALANCE, "couple",
-                            "at t = %g s solid %.9g + dissolved %.9g + out %.9g - in %.9g %s of %s misses the start "
-                            "%.9g %s by %.3g",
-                            c->time, l->solid, l->dissolved, l->out, l->in, c->element[e].unit, c->element[e].name,
-                            l->start, c->element[e].unit, l->imbalance);
+                           "at t = %g s solid %.9g + dissolved %.9g + out %.9g - in %.9g %s of %s misses the start "
+                           "%.9g %s by %.3g",
+                           c->time, l->solid, l->dissolved, l->out, l->in, c->element[e].unit, c->element[e].name,
+                           l->start, c->element[e].unit, l->imbalance);
     }
     return pdi_time_loop_check_own_balances(ctx, c);
 }
@@ -199,8 +199,8 @@ static pd_status pdi_time_loop_choose_step(pd_ctx *ctx, const pd_time_loop *c, p
     s->dt = pdi_physics_equal_steps(left, s->dt);
     if (pdi_is_step_underflow(s->time, left, s->dt))
         return pd_fail(ctx, PD_ERR_STATE, "couple",
-                        "steps of %g s do not lead on from t = %g s to %g s: max_step (%g s) is too small", s->dt,
-                        s->time, s->latest_end, c->desc.max_step);
+                       "steps of %g s do not lead on from t = %g s to %g s: max_step (%g s) is too small", s->dt,
+                       s->time, s->latest_end, c->desc.max_step);
     if (s->dt < left) s->latest_end = s->time + s->dt;
     return PD_OK;
 }
@@ -313,7 +313,7 @@ pd_status pd_time_loop_run(pd_ctx *ctx, pd_time_loop *c, double t_end, double ev
 {
     if (!(t_end >= c->time) || !(every >= 0.0))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "couple", "the run from %g s to %g s with output every %g s", c->time,
-                        t_end, every);
+                       t_end, every);
     if (!c->started) {
         PD_TRY(pd_time_loop_start(ctx, c));
         if (observer && observer(user, c)) return PD_OK;
@@ -386,7 +386,7 @@ static pd_status pdi_time_loop_restore_fluid(pd_ctx *ctx, pd_time_loop *c, const
     for (int32_t i = 0; i < c->grid->total; i++)
         if (kind[i] != c->grid->kind[i])
             return pd_fail(ctx, PD_ERR_GEOMETRY, "couple", "node %d is of kind %d in the file, expected %d", (int)i,
-                            kind[i], c->grid->kind[i]);
+                           kind[i], c->grid->kind[i]);
     return pdi_time_loop_update_geometry(ctx, c, turned, count);
 }
 

@@ -621,7 +621,7 @@ static void pdi_flow_estimate_scales(pd_flow *flow, double walls)
         if (flow->grid->side[2 * d] == PD_SIDE_PERIODIC) around = pd_max(around, largest);
     }
     flow->velocity_scale = pd_max(pd_max(pdi_flow_scales_compute_inlet_speed(flow->grid, flow->u), walls),
-                                   pdi_flow_scales_compute_forced_speed(flow->nu, flow->length_scale, around));
+                                  pdi_flow_scales_compute_forced_speed(flow->nu, flow->length_scale, around));
     if (!(flow->velocity_scale > 0.0))
         flow->velocity_scale = pdi_flow_scales_compute_forced_speed(flow->nu, flow->length_scale, force);
     if (!(flow->velocity_scale > 0.0)) flow->velocity_scale = flow->nu / flow->length_scale; /* nothing moves */
@@ -654,7 +654,7 @@ static pd_status pdi_flow_update_wall_motion(pd_ctx *ctx, pd_flow *flow, double 
             if (!(fabs(motion[d]) < 1e100)) {
                 char place[PDI_GRID_POSITION_LENGTH];
                 return pd_fail(ctx, PD_ERR_ARGUMENT, "flow", "the velocity of the wall beside %s m is no finite one",
-                                pdi_grid_format_position(flow->grid, bonds->node[r], place));
+                               pdi_grid_format_position(flow->grid, bonds->node[r], place));
             }
             if (bonds->wall_laplacian[r] > 0.0)
                 largest = pd_max(largest, fabs(motion[d] - *value) / bonds->wall_laplacian[r]);
@@ -739,9 +739,9 @@ static pd_status pdi_flow_try_build(pd_ctx *ctx, const pd_grid *grid, const pd_b
     memset(flow, 0, sizeof *flow);
     if (!(desc->rho > 0.0) || !(desc->mu > 0.0) || !(desc->report_speed >= 0.0) || !(desc->report_length >= 0.0))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "flow",
-                        "rho = %g kg/m3, mu = %g Pa s, speed = %g m/s, length = %g m: expected positive ones, or 0 for "
-                        "the last two",
-                        desc->rho, desc->mu, desc->report_speed, desc->report_length);
+                       "rho = %g kg/m3, mu = %g Pa s, speed = %g m/s, length = %g m: expected positive ones, or 0 for "
+                       "the last two",
+                       desc->rho, desc->mu, desc->report_speed, desc->report_length);
     if (desc->order != 0 && desc->order != 2 && desc->order != 4 && desc->order != PD_FLOW_ORDER_AUTO)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "flow", "order = %d, expected 2 or 4", desc->order);
     if (bonds->options & PD_BONDS_NO_FLOW)

@@ -552,8 +552,8 @@ static pd_status pdi_force_find_box_cells(pd_ctx *ctx, const pd_grid *grid, cons
         if (axis) low = 0.0;
         if ((!axis && !(low >= 2.0)) || !(high <= grid->n[d] - 2.0) || !(high > low))
             return pd_fail(ctx, PD_ERR_GEOMETRY, "force",
-                            "cells %g .. %g of axis %d: a box of fluid two cells inside of %d is expected", low, high,
-                            d, grid->n[d]);
+                           "cells %g .. %g of axis %d: a box of fluid two cells inside of %d is expected", low, high,
+                           d, grid->n[d]);
         first[d] = (int)low;
         last[d] = (int)high - 1;
     }
@@ -577,7 +577,7 @@ static pd_status pdi_force_integrate_box_sides(pd_ctx *ctx, const pd_flow *flow,
             for (int k = -2; k < 2; k++)
                 if (grid->kind[node + k * stride] != PD_FLUID)
                     return pd_fail(ctx, PD_ERR_GEOMETRY, "force",
-                                    "a side of the box, axis %d, comes within two cells of a closed node", axis);
+                                   "a side of the box, axis %d, comes within two cells of a closed node", axis);
             double area = face * pdi_grid_circumference_at(grid, node, axis == PD_DIM - 1 ? -0.5 * grid->h[axis] : 0.0);
             pdi_force_compute_momentum_flux(flow, node, axis, pass);
             for (int d = 0; d < PD_DIM; d++)

@@ -439,10 +439,10 @@ static pd_status pdi_gas_fail_inadmissible(pd_ctx *ctx, const pd_gas *gas, int32
     int64_t total = gas->grid->total;
     char place[PDI_GRID_POSITION_LENGTH];
     return pd_fail(ctx, PD_ERR_STATE, "gas",
-                    "node %d at %s m has rho = %g kg/m3 and rho E = %g J/m3 at t = %g s: density and pressure "
-                    "must be positive and finite",
-                    (int)node, pdi_grid_format_position(gas->grid, node, place), gas->state[node],
-                    gas->state[PDI_GAS_PRESSURE * total + node], gas->time);
+                   "node %d at %s m has rho = %g kg/m3 and rho E = %g J/m3 at t = %g s: density and pressure "
+                   "must be positive and finite",
+                   (int)node, pdi_grid_format_position(gas->grid, node, place), gas->state[node],
+                   gas->state[PDI_GAS_PRESSURE * total + node], gas->time);
 }
 
 pd_status pd_gas_limit(pd_ctx *ctx, pd_gas *gas, double *limit)
@@ -568,7 +568,7 @@ pd_status pd_gas_step(pd_ctx *ctx, pd_gas *gas, double dt)
         pdi_gas_update_primitives(ctx, gas);
         if (done) continue;
         return pd_fail(ctx, PD_RETRY, "gas", "density or pressure of node %d turns non-positive in a step of %g s at "
-                        "t = %g s", (int)bad, dt, gas->time);
+                       "t = %g s", (int)bad, dt, gas->time);
     }
     for (int stage = 0; stage < 3; stage++)
         for (int k = 0; k < 2; k++) {
@@ -612,7 +612,7 @@ static pd_status pdi_gas_reject_step(pd_ctx *ctx, void *self, pd_step *s)
     pd_gas *gas = (pd_gas *)self;
     if (s->rejected == PDI_GAS_MAX_HALVINGS)
         return pd_fail(ctx, PD_ERR_STATE, "gas", "steps down to %g s at t = %g s leave the admissible range", s->dt,
-                        s->time);
+                       s->time);
     s->dt *= 0.5;
     gas->rejected++;
     return PD_OK;
@@ -623,8 +623,8 @@ static pd_status pdi_gas_fail_step_underflow(pd_ctx *ctx, void *self, const pd_s
 {
     (void)self;
     return pd_fail(ctx, PD_ERR_STATE, "gas",
-                    "steps of %g s do not lead on from t = %g s to %g s: the gas is too fast for this lattice", s->dt,
-                    s->time, s->latest_end);
+                   "steps of %g s do not lead on from t = %g s to %g s: the gas is too fast for this lattice", s->dt,
+                   s->time, s->latest_end);
 }
 
 /* Process callback: writes or reads the checkpoint. */
@@ -725,9 +725,9 @@ static pd_status pdi_gas_init_node(pd_ctx *ctx, const pd_gas *gas, int32_t node)
     gas->state[PDI_GAS_PRESSURE * total + node] = p / (gas->desc.gamma - 1.0) + kinetic;
     if (pdi_gas_update_primitive(gas, node)) return PD_OK;
     return pd_fail(ctx, PD_ERR_ARGUMENT, "gas",
-                    "the initial state at (%g, ...) m has rho = %g kg/m3, v = (%g, ...) m/s and p = %g Pa: density and "
-                    "pressure must be positive and finite",
-                    x[0], rho, v[0], p);
+                   "the initial state at (%g, ...) m has rho = %g kg/m3, v = (%g, ...) m/s and p = %g Pa: density and "
+                   "pressure must be positive and finite",
+                   x[0], rho, v[0], p);
 }
 
 PDI_FN void pdi_gas_list(pdi_array_visitor *owner, void *object)
@@ -762,8 +762,8 @@ static pd_status pdi_gas_try_build(pd_ctx *ctx, const pd_grid *grid, const pd_bo
     if (!(desc->gamma > 1.0) || !(desc->gamma < 100.0) || !(desc->cfl >= 0.0) || !(desc->cfl < 100.0) ||
         (desc->spatial_order != PD_GAS_SECOND && desc->spatial_order != PD_GAS_FIRST))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "gas",
-                        "gamma = %g must be above 1, cfl = %g not negative, both finite, order %d one of pd_gas_order",
-                        desc->gamma, desc->cfl, (int)desc->spatial_order);
+                       "gamma = %g must be above 1, cfl = %g not negative, both finite, order %d one of pd_gas_order",
+                       desc->gamma, desc->cfl, (int)desc->spatial_order);
     if (grid->circumference)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "gas", "found an axisymmetric grid, expected a planar one");
     gas->grid = grid;

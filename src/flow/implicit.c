@@ -56,8 +56,8 @@ static pd_status pdi_implicit_try_build(pd_ctx *ctx, pd_flow *flow, pd_steady *s
     if (!(desc->stage_tolerance >= 0.0) || !(desc->rtol >= 0.0) || !(desc->first_step >= 0.0) ||
         !(desc->max_step >= 0.0) || !(desc->stage_tolerance + desc->rtol + desc->first_step + desc->max_step < 1e100))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "implicit",
-                        "tolerance %g, rtol %g, first %g s, largest %g s: expected finite values of at least 0",
-                        desc->stage_tolerance, desc->rtol, desc->first_step, desc->max_step);
+                       "tolerance %g, rtol %g, first %g s, largest %g s: expected finite values of at least 0",
+                       desc->stage_tolerance, desc->rtol, desc->first_step, desc->max_step);
     pdi_flow_update_speed_scale(flow);
     if (!(im->desc.rtol > 0.0)) im->desc.rtol = 1e-4;
     if (!(im->desc.stage_tolerance > 0.0)) im->desc.stage_tolerance = PDI_IMPLICIT_STAGE_TOLERANCE * im->desc.rtol;
@@ -259,14 +259,14 @@ static pd_status pdi_implicit_reject_step(pd_ctx *ctx, void *self, pd_step *s)
     if (dt > PDI_IMPLICIT_MIN_STEP * im->desc.first_step) return PD_OK;
     if (solved)
         return pd_fail(ctx, PD_ERR_STATE, "implicit",
-                        "the error of a step of %g s at t = %g s is %g and does not fall with the step, expected %g: "
-                        "loosen rtol, or look for an inlet or wall that jumps in time", dt, im->time, im->error,
-                        im->desc.rtol);
+                       "the error of a step of %g s at t = %g s is %g and does not fall with the step, expected %g: "
+                       "loosen rtol, or look for an inlet or wall that jumps in time", dt, im->time, im->error,
+                       im->desc.rtol);
     return pd_fail(ctx, PD_ERR_STATE, "implicit",
-                    "steps down to %g s at t = %g s do not converge, the residual is largest at %s m: loosen rtol (%g),"
-                    " refine the lattice or lower the speed",
-                    dt, im->time, pdi_grid_format_position(im->flow->grid, im->steady->worst_node, place),
-                    im->desc.rtol);
+                   "steps down to %g s at t = %g s do not converge, the residual is largest at %s m: loosen rtol (%g),"
+                   " refine the lattice or lower the speed",
+                   dt, im->time, pdi_grid_format_position(im->flow->grid, im->steady->worst_node, place),
+                   im->desc.rtol);
 }
 
 /* ---- the process ---- */
@@ -324,9 +324,9 @@ static pd_status pdi_implicit_fail_step_underflow(pd_ctx *ctx, void *self, const
 {
     const pd_implicit *im = (const pd_implicit *)self;
     return pd_fail(ctx, PD_ERR_STATE, "implicit",
-                    "steps of %g s do not lead on from t = %g s to %g s: loosen rtol (%g) or take a longer largest "
-                    "step (%g s, 0: none)",
-                    s->dt, s->time, s->latest_end, im->desc.rtol, im->desc.max_step);
+                   "steps of %g s do not lead on from t = %g s to %g s: loosen rtol (%g) or take a longer largest "
+                   "step (%g s, 0: none)",
+                   s->dt, s->time, s->latest_end, im->desc.rtol, im->desc.max_step);
 }
 
 /* Process callback after the last inner step: makes the fluxes for transport free of divergence. */

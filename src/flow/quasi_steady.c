@@ -23,17 +23,17 @@ static pd_status pdi_quasi_steady_check_inflow(pd_ctx *ctx, const pd_quasi_stead
     double excess = (taken - pushed) / gross;
     if (gross > 0.0 && !(fabs(excess) <= PDI_QUASI_STEADY_INFLOW_TOLERANCE))
         return pd_fail(ctx, PD_ERR_GEOMETRY, "steady",
-                        "the flow at t = %g s passes the inlets at %.3g m3/s (2D: m2/s), expected about %.3g: the "
-                        "horizon spans what lies between them and the outlets. Refine the grid, take a smaller m or "
-                        "free cells",
-                        q->time, taken, pushed);
+                       "the flow at t = %g s passes the inlets at %.3g m3/s (2D: m2/s), expected about %.3g: the "
+                       "horizon spans what lies between them and the outlets. Refine the grid, take a smaller m or "
+                       "free cells",
+                       q->time, taken, pushed);
     if (!(q->steady->section_difference <= q->steady->desc.tolerance * gross) && gross > 0.0)
         return pd_fail(ctx, PD_ERR_DIVERGED, "steady",
-                        "the fluxes through sections of the flow at t = %g s differ by up to %.3g m3/s (2D: m2/s), "
-                        "expected at most %g of the %.3g that enter, most of all at %s m. Loosen the tolerance or "
-                        "refine the grid",
-                        q->time, q->steady->section_difference, q->steady->desc.tolerance, gross,
-                        pdi_grid_format_position(q->flow->grid, q->steady->worst_node, place));
+                       "the fluxes through sections of the flow at t = %g s differ by up to %.3g m3/s (2D: m2/s), "
+                       "expected at most %g of the %.3g that enter, most of all at %s m. Loosen the tolerance or "
+                       "refine the grid",
+                       q->time, q->steady->section_difference, q->steady->desc.tolerance, gross,
+                       pdi_grid_format_position(q->flow->grid, q->steady->worst_node, place));
     return PD_OK;
 }
 
@@ -50,8 +50,8 @@ static pd_status pdi_quasi_steady_check_open_path(pd_ctx *ctx, const pd_quasi_st
     PD_TRY(pdi_open_boundary_find_blocked_inlet(ctx, q->flow->bonds, &node));
     if (node < 0) return status;
     return pd_fail(ctx, PD_ERR_GEOMETRY, "steady",
-                    "the flow at t = %g s has no way from the inlet beside %s m to an outlet: metal or walls close it",
-                    q->time, pdi_grid_format_position(q->flow->grid, node, place));
+                   "the flow at t = %g s has no way from the inlet beside %s m to an outlet: metal or walls close it",
+                   q->time, pdi_grid_format_position(q->flow->grid, node, place));
 }
 
 /* Fails with a message for a solve that stalled: what it has reached, and what helps. */
@@ -70,12 +70,12 @@ static pd_status pdi_quasi_steady_fail_unsteady(pd_ctx *ctx, const pd_quasi_stea
                  "At Re = %.3g there may be no steady flow: time = implicit in [flow] shows how it moves",
                  q->flow->velocity_scale * q->flow->length_scale / q->flow->nu);
     return pd_fail(ctx, PD_ERR_DIVERGED, "steady",
-                    "the flow is not steady at t = %g s: after %d Newton steps the residuals are %.3g (momentum) and "
-                    "%.3g (continuity), %.3g times what steady = %g allows, largest at %s m, and further steps do not "
-                    "lower them. %s%s",
-                    q->time, r->newton, r->momentum, r->continuity, r->residual_over_tolerance,
-                    q->steady->desc.tolerance, pdi_grid_format_position(q->flow->grid, q->steady->worst_node, place),
-                    why, accept);
+                   "the flow is not steady at t = %g s: after %d Newton steps the residuals are %.3g (momentum) and "
+                   "%.3g (continuity), %.3g times what steady = %g allows, largest at %s m, and further steps do not "
+                   "lower them. %s%s",
+                   q->time, r->newton, r->momentum, r->continuity, r->residual_over_tolerance,
+                   q->steady->desc.tolerance, pdi_grid_format_position(q->flow->grid, q->steady->worst_node, place),
+                   why, accept);
 }
 
 /* Solves for the steady flow if it is out of date, and checks it. */

@@ -46,7 +46,7 @@ static int64_t pdi_steady_count_unknowns(const pd_flow *flow) { return (int64_t)
 static double pdi_steady_get_momentum_scale(const pd_steady *s)
 {
     return pd_max(pdi_flow_get_momentum_scale(s->flow, s->flow->velocity_scale, s->flow->length_scale),
-                   s->flow->velocity_scale * s->stage_rate);
+                  s->flow->velocity_scale * s->stage_rate);
 }
 /* Scale of the continuity residual, U/L [1/s] (eq. 4.8). */
 static double pdi_steady_get_continuity_scale(const pd_flow *flow) { return flow->velocity_scale / flow->length_scale; }
@@ -204,7 +204,7 @@ static pd_status pdi_steady_build_multigrids(pd_ctx *ctx, pd_steady *s)
     PD_TRY(pdi_steady_build_pressure_multigrid(ctx, s, &seep, &s->mg_darcy));
     pdi_compact_operator_assemble(ctx, s->flow->nu, NULL, &moving, s->pseudo_rate, &velocity, c);
     PD_TRY(pdi_multigrid_setup(ctx, &s->mg_u, c->active, (const float *const *)c->conductance,
-                                (const float *const *)c->flux, c->dirichlet, c->mass));
+                               (const float *const *)c->flux, c->dirichlet, c->mass));
     return pdi_steady_update_poisson_multigrid(ctx, s);
 }
 
@@ -214,7 +214,7 @@ static pd_status pdi_steady_try_build_multigrids(pd_ctx *ctx, pd_steady *s)
     pd_status status = pdi_steady_build_multigrids(ctx, s);
     if (status != PD_ERR_ARGUMENT) return status; /* the coefficients are of single precision */
     return pd_fail(ctx, PD_ERR_DIVERGED, "flow", "mu/rho = %g m2/s, h = %g m and speeds give rates beyond the range "
-                    "of numbers of the solver: expected those of a fluid", s->flow->nu, s->flow->grid->h[0]);
+                   "of numbers of the solver: expected those of a fluid", s->flow->nu, s->flow->grid->h[0]);
 }
 
 /* Lists the coefficient arrays of the nearest-neighbour operator. */
@@ -289,7 +289,7 @@ static double pdi_steady_compute_max_speed(const pd_ctx *ctx, const pd_steady *s
         for (int d = 0; d < PD_DIM; d++)
             s->newton_step[d * total + i] = kind[i] == PD_FLUID ? flow->u[d * total + i] : 0.0;
     return pd_max(pdi_par_max_abs(ctx, PD_DIM * total, s->newton_step),
-                   pdi_par_max_abs(ctx, held, flow->inlet_velocity));
+                  pdi_par_max_abs(ctx, held, flow->inlet_velocity));
 }
 
 /* Weight of the momentum residual in norms that keeps both off-diagonal blocks of the preconditioned matrix of one size
@@ -438,7 +438,7 @@ static pd_status pdi_steady_try_build(pd_ctx *ctx, pd_flow *flow, const pd_stead
     if (!(desc->tolerance >= 0.0) || desc->tolerance >= 1.0 || desc->max_newton < 0 || desc->max_krylov < 0 ||
         desc->restart < 0)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "steady", "tolerance %g, max_newton %d, max_krylov %d, restart %d",
-                        desc->tolerance, desc->max_newton, desc->max_krylov, desc->restart);
+                       desc->tolerance, desc->max_newton, desc->max_krylov, desc->restart);
     if (!(s->desc.tolerance > 0.0)) s->desc.tolerance = 1e-6;
     pd_krylov_desc kd;
     PD_TRY(pdi_flow_set_inlets_on_side(ctx, flow));
@@ -664,8 +664,8 @@ static pd_status pdi_steady_solve_pseudo_time_step(pd_ctx *ctx, pd_steady *s, pd
     double norm = path->residual_norm;
     pdi_jacobian_set_state(ctx, &s->jacobian);
     PD_TRY(pdi_steady_update_precond(ctx, s,
-                                      PDI_STEADY_FIRST_RATE * path->boost * pdi_steady_get_continuity_scale(s->flow) *
-                                          sqrt(norm / s->reference_norm)));
+                                     PDI_STEADY_FIRST_RATE * path->boost * pdi_steady_get_continuity_scale(s->flow) *
+                                         sqrt(norm / s->reference_norm)));
     PD_TRY(pdi_steady_solve_newton_step(ctx, s, path->forcing, result, &effort));
     path->residual_norm = pdi_steady_assemble_residual(ctx, s, result);
     double bend = pd_min(pdi_steady_compute_nonlinearity(ctx, s), path->residual_norm) / norm;
@@ -712,7 +712,7 @@ static pd_status pdi_steady_solve_steady_state(pd_ctx *ctx, pd_steady *s, pd_ste
     if (status != PD_OK) return status;
     if (!(path.residual_norm < 1e300))
         return pd_fail(ctx, PD_ERR_DIVERGED, "steady", "the flow residual is %g after %d Newton steps",
-                        path.residual_norm, result->newton);
+                       path.residual_norm, result->newton);
     result->converged = 1;
     return pdi_steady_solve_divergence_potential(ctx, s);
 }

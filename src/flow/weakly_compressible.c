@@ -68,7 +68,7 @@ static pd_status pdi_weakly_compressible_try_build(pd_ctx *ctx, pd_flow *flow, c
         if (grid->kind[i] == PD_FLUID) un->density[i] = pdi_weakly_compressible_compute_density(&un->desc, flow->p[i]);
         if (!(un->density[i] > 0.0))
             return pd_fail(ctx, PD_ERR_ARGUMENT, "unsteady", "the pressure %g Pa of node %d has no density",
-                            flow->p[i] * flow->rho, (int)i);
+                           flow->p[i] * flow->rho, (int)i);
     }
     return pdi_stability_build(ctx, flow, &un->stability);
 }
@@ -182,7 +182,7 @@ pd_status pd_weakly_compressible_step(pd_ctx *ctx, pd_weakly_compressible *un, d
         pdi_par_copy(ctx, total, un->start_state + split, un->density);
         pdi_weakly_compressible_update_derived_fields(ctx, un);
         return pd_fail(ctx, PD_RETRY, "unsteady", "a density or velocity left its range in a step of %g s at t = %g s",
-                        dt, un->time);
+                       dt, un->time);
     }
     PD_TRY(pdi_flow_set_time(ctx, flow, un->time + dt, 0.5 * dt, NULL));
     pdi_weakly_compressible_update_derived_fields(ctx, un);
@@ -274,7 +274,7 @@ static pd_status pdi_weakly_compressible_reject_step(pd_ctx *ctx, void *self, pd
     s->dt *= 0.5;
     if (s->rejected < PDI_WEAKLY_COMPRESSIBLE_MAX_HALVINGS) return PD_OK;
     return pd_fail(ctx, PD_ERR_STATE, "unsteady", "steps down to %g s at t = %g s leave the admissible range", s->dt,
-                    s->time);
+                   s->time);
 }
 
 /* Process callback: fails with a message, since steps have become too short for the time to advance. */
@@ -282,9 +282,9 @@ static pd_status pdi_weakly_compressible_fail_step_underflow(pd_ctx *ctx, void *
 {
     const pd_weakly_compressible *un = (const pd_weakly_compressible *)self;
     return pd_fail(ctx, PD_ERR_STATE, "unsteady",
-                    "steps of %g s do not lead on from t = %g s to %g s: the speed of sound (%g m/s) or the viscosity "
-                    "(%g m2/s) asks for them on this lattice",
-                    s->dt, s->time, s->latest_end, un->desc.sound_speed, un->flow->nu);
+                   "steps of %g s do not lead on from t = %g s to %g s: the speed of sound (%g m/s) or the viscosity "
+                   "(%g m2/s) asks for them on this lattice",
+                   s->dt, s->time, s->latest_end, un->desc.sound_speed, un->flow->nu);
 }
 
 /* Process callback: nodes `converted` have become fluid. They get the density of their pressure; the stability limit is

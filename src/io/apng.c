@@ -9,7 +9,7 @@ PDI_FN pd_status pdi_apng_create(pd_ctx *ctx, const char *path, int count, int d
     memset(film, 0, sizeof *film);
     if (count < 1 || delay < 1 || delay > 6000)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "apng", "%d images, one in %d ms, expected at least 1, and 1 to 6000 ms",
-                        count, delay);
+                       count, delay);
     film->frame_count = count;
     film->delay = delay;
     return pdi_file_create(ctx, path, &film->file);
@@ -52,7 +52,7 @@ PDI_FN pd_status pdi_apng_add_frame(pd_ctx *ctx, pdi_apng *film, const pd_image 
     if (film->frames_written == 0) PD_TRY(pdi_apng_write_header(ctx, film, image));
     if (image->width != film->width || image->height != film->height || image->channels != film->channels)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "apng", "an image of %d x %d pixels in a film of %d x %d", image->width,
-                        image->height, film->width, film->height);
+                       image->height, film->width, film->height);
     PD_TRY(pdi_apng_write_frame_control(ctx, film));
     pd_status status = PD_OK;
     if (film->frames_written > 0) {

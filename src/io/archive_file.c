@@ -68,7 +68,7 @@ static pd_status pdi_archive_file_fail_mismatch(pd_ctx *ctx, const pd_archive_fi
                                                 unsigned expected)
 {
     return pd_fail(ctx, PD_ERR_ARGUMENT, "store", "'%s' is of %s %u, expected %u", s->file.path, what, found,
-                    expected);
+                   expected);
 }
 
 /* Report a damaged file as PD_ERR_FILE: "'<path>' <what>". */
@@ -95,7 +95,7 @@ static pd_status pdi_archive_file_read_header(pd_ctx *ctx, pd_archive_file *s)
     if (got < sizeof head) return pdi_archive_file_fail_damaged(ctx, s, "is cut off in its head");
     if (pdi_archive_file_get_u32(head + PDI_ARCHIVE_FILE_OFFSET_ORDER) == PDI_ARCHIVE_FILE_SWAPPED_MARK)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "store", "'%s' was written on a machine of the other byte order",
-                        s->file.path);
+                       s->file.path);
     if (!pdi_archive_file_is_checksum_valid(head, sizeof head))
         return pdi_archive_file_fail_damaged(ctx, s, "is damaged in its head");
     uint32_t format = pdi_archive_file_get_u32(head + PDI_ARCHIVE_FILE_OFFSET_FORMAT),
@@ -106,8 +106,8 @@ static pd_status pdi_archive_file_read_header(pd_ctx *ctx, pd_archive_file *s)
     pdi_archive_file_init_header(wanted);
     if (memcmp(head, wanted, sizeof head) != 0)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "store",
-                        "'%s' was written by pdcorr %.31s, expected %s: versions may differ in their steps",
-                        s->file.path, (const char *)head + PDI_ARCHIVE_FILE_OFFSET_VERSION, PD_VERSION);
+                       "'%s' was written by pdcorr %.31s, expected %s: versions may differ in their steps",
+                       s->file.path, (const char *)head + PDI_ARCHIVE_FILE_OFFSET_VERSION, PD_VERSION);
     return PD_OK;
 }
 
@@ -218,10 +218,10 @@ static pd_status pdi_archive_file_read_item(pd_ctx *ctx, pd_archive_file *s, con
     PD_TRY(pdi_archive_file_read_item_header(ctx, s, name, &item));
     if (strcmp(item.name, name) != 0 || item.element_size != size || item.count != (uint64_t)count)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "store",
-                        "'%s' holds '%s' of %.0f elements of %u bytes, expected '%s' of %.0f of %.0f: it is of another "
-                        "run",
-                        s->file.path, item.name, (double)item.count, (unsigned)item.element_size, name, (double)count,
-                        (double)size);
+                       "'%s' holds '%s' of %.0f elements of %u bytes, expected '%s' of %.0f of %.0f: it is of another "
+                       "run",
+                       s->file.path, item.name, (double)item.count, (unsigned)item.element_size, name, (double)count,
+                       (double)size);
     PD_TRY(pdi_file_read_bytes(ctx, &s->file, data, bytes, &got));
     if (got < bytes) return pdi_archive_file_fail_damaged_item(ctx, s, "cut off", name);
     PD_TRY(pdi_file_read_bytes(ctx, &s->file, tail, sizeof tail, &got));
@@ -254,7 +254,7 @@ static pd_status pdi_archive_file_check_callback(pd_ctx *ctx, void *user, const 
     pdi_file_format_number(kept, was);
     pdi_file_format_number(value, is);
     return pd_fail(ctx, PD_ERR_ARGUMENT, "store", "'%s' is of another run: %s = %s, expected %s", s->file.path, name,
-                    was, is);
+                   was, is);
 }
 
 /* Set the callbacks of the archive. reading 1: they read. */
@@ -348,7 +348,7 @@ static pd_status pdi_archive_file_end(pd_ctx *ctx, pd_archive_file *s)
         PD_TRY(pdi_archive_file_read_item_header(ctx, s, "last", &item));
         if (strcmp(item.name, PDI_ARCHIVE_FILE_END_NAME) != 0)
             return pd_fail(ctx, PD_ERR_ARGUMENT, "store", "'%s' holds '%s', expected its end: it is of another run",
-                            s->file.path, item.name);
+                           s->file.path, item.name);
         return PD_OK;
     }
     memset(head, 0, sizeof head);

@@ -43,7 +43,7 @@ static pd_status pdi_canvas_check_size(pd_ctx *ctx, int width, int height)
 {
     if (width >= 1 && height >= 1 && width <= PD_PNG_MAX_PIXELS / height) return PD_OK;
     return pd_fail(ctx, PD_ERR_SIZE, "picture", "%d x %d pixels, at most %d in all are possible", width, height,
-                    PD_PNG_MAX_PIXELS);
+                   PD_PNG_MAX_PIXELS);
 }
 
 PDI_FN pd_status pdi_canvas_build_svg(pd_ctx *ctx, int width, int height, pdi_svg *svg, pdi_canvas *canvas)

@@ -9,14 +9,14 @@ static pd_status pdi_csv_check_names(pd_ctx *ctx, const char *path, const char *
 {
     if (columns < 1 || columns > PD_CSV_MAX_COLUMNS)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "csv", "%s: %d columns, expected 1 to %d", path, columns,
-                        PD_CSV_MAX_COLUMNS);
+                       PD_CSV_MAX_COLUMNS);
     for (int k = 0; k < columns; k++) {
         if (!names[k] || !names[k][0])
             return pd_fail(ctx, PD_ERR_ARGUMENT, "csv", "%s: column %d has no name", path, k);
         for (const char *c = names[k]; *c; c++)
             if ((unsigned char)*c < 32)
                 return pd_fail(ctx, PD_ERR_ARGUMENT, "csv", "%s: the name of column %d holds a control character",
-                                path, k);
+                               path, k);
         for (int j = 0; j < k; j++)
             if (strcmp(names[j], names[k]) == 0)
                 return pd_fail(ctx, PD_ERR_ARGUMENT, "csv", "%s: two columns are named '%s'", path, names[k]);
@@ -208,7 +208,7 @@ static pd_status pdi_csv_add_row(pd_ctx *ctx, pdi_csv_reader *r, int fields)
     pd_table *t = r->table;
     if (fields != t->columns)
         return pd_fail(ctx, PD_ERR_PARSE, "csv", "%s:%d: %d fields, expected %d as in the line of names", t->path,
-                        r->line, fields, t->columns);
+                       r->line, fields, t->columns);
     if ((size_t)t->rows == t->line_capacity) {
         size_t capacity = 2 * t->line_capacity + 64;
         PD_TRY(PD_GROW(ctx, "csv", t->line_capacity, capacity, t->row_line));
@@ -225,7 +225,7 @@ static pd_status pdi_csv_parse(pd_ctx *ctx, pd_table *table)
     char *text = table->text;
     if (strlen(text) + 1 != table->text_size)
         return pd_fail(ctx, PD_ERR_PARSE, "csv", "%s: byte %lu is 0: not a text file", table->path,
-                        (unsigned long)strlen(text));
+                       (unsigned long)strlen(text));
     if (strncmp(text, "\xEF\xBB\xBF", 3) == 0) r.position = 3; /* the mark some editors put before UTF-8 */
     while (text[r.position]) {
         r.line++;
@@ -286,12 +286,12 @@ PDI_FN pd_status pdi_table_parse_column(pd_ctx *ctx, const pd_table *table, cons
     int column = pdi_table_find_column(table, name);
     if (column < 0)
         return pd_fail(ctx, PD_ERR_PARSE, "csv", "%s: no column is named '%s'; the first of %d is '%s'", table->path,
-                        name, table->columns, table->columns ? pdi_table_get_text(table, -1, 0) : "");
+                       name, table->columns, table->columns ? pdi_table_get_text(table, -1, 0) : "");
     for (int r = 0; r < table->rows; r++) {
         const char *text = pdi_table_get_text(table, r, column);
         if (!pdi_file_parse_number(text, strlen(text), &values[r]))
             return pd_fail(ctx, PD_ERR_PARSE, "csv", "%s:%d: column '%s': '%.40s' is not a number", table->path,
-                            table->row_line[r], name, text);
+                           table->row_line[r], name, text);
     }
     return PD_OK;
 }

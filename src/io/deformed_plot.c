@@ -65,8 +65,8 @@ PDI_FN pd_status pdi_deformed_plot_extend_range(pd_ctx *ctx, const pdi_deformed_
             double x = at[k / 2][k % 2], size = p->hi[k % 2] - p->lo[k % 2];
             if (!(fabs(x - p->lo[k % 2]) <= PDI_DEFORMED_PLOT_MAX_DISPLACEMENT * size))
                 return pd_fail(ctx, PD_ERR_ARGUMENT, "warp", "displacements of %g m as they are drawn in a picture of "
-                                "%g m, expected at most ten times as much: choose a smaller factor",
-                                x - p->lo[k % 2], size);
+                               "%g m, expected at most ten times as much: choose a smaller factor",
+                               x - p->lo[k % 2], size);
             lo[k % 2] = pd_min(lo[k % 2], x);
             hi[k % 2] = pd_max(hi[k % 2], x);
         }

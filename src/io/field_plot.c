@@ -58,38 +58,38 @@ static pd_status pdi_field_plot_check(pd_ctx *ctx, const pd_field_plot *p)
     for (int d = 0; d < 2; d++)
         if (!(p->hi[d] - p->lo[d] > 0) || isinf(p->hi[d] - p->lo[d]))
             return pd_fail(ctx, PD_ERR_ARGUMENT, "picture", "the extent %g .. %g m of axis %d is empty", p->lo[d],
-                            p->hi[d], d);
+                           p->hi[d], d);
     if (p->width != 0 && (p->width < PD_FIELD_PLOT_MIN_WIDTH || p->width > PD_FIELD_PLOT_MAX_WIDTH))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "picture", "a width of %d pixels, expected %d to %d", p->width,
-                        PD_FIELD_PLOT_MIN_WIDTH, PD_FIELD_PLOT_MAX_WIDTH);
+                       PD_FIELD_PLOT_MIN_WIDTH, PD_FIELD_PLOT_MAX_WIDTH);
     if (p->magnification < 0 || p->magnification > 256)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "picture", "magnification %d, expected 0 (automatic) to 256",
-                        p->magnification);
+                       p->magnification);
     if (!(p->range_lo <= p->range_hi) || isinf(p->range_hi - p->range_lo))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "picture", "the colour range %g .. %g is empty", p->range_lo,
-                        p->range_hi);
+                       p->range_hi);
     if (p->log && p->range_lo < p->range_hi && !(p->range_lo > 0))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "picture", "a logarithmic range from %g on, expected a positive one",
-                        p->range_lo);
+                       p->range_lo);
     if ((int)p->map < 0 || (int)p->map > PD_COLOUR_MAP_VIRIDIS)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "picture", "colour map %d does not exist", (int)p->map);
     if (p->contour_count < 0 || p->contour_count > PD_FIELD_PLOT_MAX_CONTOURS ||
         (p->contour_count && p->map == PD_COLOUR_MAP_LABELS))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "picture", "%d contours, expected 0 to %d, and none of labels",
-                        p->contour_count, PD_FIELD_PLOT_MAX_CONTOURS);
+                       p->contour_count, PD_FIELD_PLOT_MAX_CONTOURS);
     for (int k = 0; k < 2; k++) {
         int across = k ? p->arrows : p->streamlines;
         if (across && (across < PD_FIELD_PLOT_MIN_DENSITY || across > PD_FIELD_PLOT_MAX_DENSITY || !p->velocity))
             return pd_fail(ctx, PD_ERR_ARGUMENT, "picture",
-                            "%d %s side by side, expected 0 or %d to %d, with "
-                            "velocities",
-                            across, k ? "vectors" : "streamlines", PD_FIELD_PLOT_MIN_DENSITY,
-                            PD_FIELD_PLOT_MAX_DENSITY);
+                           "%d %s side by side, expected 0 or %d to %d, with "
+                           "velocities",
+                           across, k ? "vectors" : "streamlines", PD_FIELD_PLOT_MIN_DENSITY,
+                           PD_FIELD_PLOT_MAX_DENSITY);
     }
     for (int64_t k = 0; p->cell_paint && k < (int64_t)p->nx * p->ny; k++)
         if (p->cell_paint[k] > PD_PAINT_OUTSIDE)
             return pd_fail(ctx, PD_ERR_ARGUMENT, "picture", "cell %ld has paint %d, expected 0 to %d", (long)k,
-                            p->cell_paint[k], PD_PAINT_OUTSIDE);
+                           p->cell_paint[k], PD_PAINT_OUTSIDE);
     return PD_OK;
 }
 
@@ -554,7 +554,7 @@ static pd_status pdi_field_plot_draw_key(pd_ctx *ctx, const pdi_field_plot_layou
     if (l->reference_length > 0) {
         int width = pdi_field_plot_reference_width(l), start = x - width > end ? x - width : end;
         PD_TRY(pdi_velocity_plot_draw_one_arrow(ctx, canvas, start, y + 0.5 * PDI_CANVAS_CAPITAL_HEIGHT,
-                                                 l->reference_length));
+                                                l->reference_length));
         pdi_canvas_draw_text(canvas, start + width, y, PDI_ALIGN_END, PDI_CANVAS_TEXT_COLOUR, l->reference_label);
         x = start - 24;
     }

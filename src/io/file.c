@@ -63,7 +63,7 @@ static pd_status pdi_file_check_path(pd_ctx *ctx, const char *path)
     if (!path || !path[0]) return pd_fail(ctx, PD_ERR_ARGUMENT, "file", "the path is empty");
     if (strlen(path) >= PD_PATH_SIZE)
         return pd_fail(ctx, PD_ERR_SIZE, "file", "a path of %lu characters, at most %d are possible: %.80s...",
-                        (unsigned long)strlen(path), PD_PATH_SIZE - 1, path);
+                       (unsigned long)strlen(path), PD_PATH_SIZE - 1, path);
     return PD_OK;
 }
 
@@ -342,7 +342,7 @@ pd_status pd_file_join(pd_ctx *ctx, const char *directory, const char *name, cha
     path[0] = 0;
     if (length + size + 1 > PD_PATH_SIZE)
         return pd_fail(ctx, PD_ERR_SIZE, "file", "the path '%.60s.../%.60s' is longer than %d characters", directory,
-                        name, PD_PATH_SIZE - 1);
+                       name, PD_PATH_SIZE - 1);
     memcpy(path, directory, length);
     if (length > 0 && !pdi_file_is_separator(directory[length - 1])) path[length++] = '/';
     memcpy(path + length, name, size);
@@ -382,7 +382,7 @@ PDI_FN pd_status pdi_file_format_frame_name(pd_ctx *ctx, const char *prefix, int
 static pd_status pdi_file_fail_too_large(pd_ctx *ctx, const char *path, size_t limit)
 {
     return pd_fail(ctx, PD_ERR_FILE, "file", "'%s' is larger than %.0f bytes, the limit for this kind of file", path,
-                    (double)limit);
+                   (double)limit);
 }
 
 /* Read a stream to its end into a growing buffer: data[capacity], *size bytes used, at most `limit`. */
@@ -579,13 +579,13 @@ static pd_status pdi_file_copy_bytes(pd_ctx *ctx, pd_file *from, int64_t length,
         PD_TRY(pdi_file_read_bytes(ctx, from, bytes, wanted, &got));
         if (got < wanted)
             return pd_fail(ctx, PD_ERR_FILE, "file", "'%s' holds %.0f bytes, expected at least the %.0f to go on from",
-                            from->path, (double)(length - left) + (double)got, (double)length);
+                           from->path, (double)(length - left) + (double)got, (double)length);
         PD_TRY(pdi_file_write(ctx, to, bytes, got));
         last = bytes[got - 1];
     }
     if (last != '\n')
         return pd_fail(ctx, PD_ERR_FILE, "file", "no line of '%s' ends at byte %.0f: it is not the file to go on from",
-                        from->path, (double)length);
+                       from->path, (double)length);
     return PD_OK;
 }
 

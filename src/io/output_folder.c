@@ -151,15 +151,15 @@ static pd_status pdi_output_folder_fail_in_use(pd_ctx *ctx, const char *folder, 
         number[0] = '\0';
     pdi_file_abandon(&file);
     return pd_fail(ctx, PD_ERR_STATE, "folder",
-                    "another run (process %.0f) writes into '%.200s', expected a folder of its own: wait for it or "
-                    "choose another folder; if none runs, remove '%.200s'", strtod(number, NULL), folder, lock);
+                   "another run (process %.0f) writes into '%.200s', expected a folder of its own: wait for it or "
+                   "choose another folder; if none runs, remove '%.200s'", strtod(number, NULL), folder, lock);
 }
 
 /* Report that the file in place of the lock is none, as PD_ERR_STATE. */
 static pd_status pdi_output_folder_fail_not_lock(pd_ctx *ctx, const char *lock)
 {
     return pd_fail(ctx, PD_ERR_STATE, "folder",
-                    "'%.300s' is a link or holds something else, expected the lock of a run or none: remove it", lock);
+                   "'%.300s' is a link or holds something else, expected the lock of a run or none: remove it", lock);
 }
 
 /* Lock the folder and write the process id into the lock file. */
@@ -242,8 +242,8 @@ static pd_status pdi_output_folder_check_run_name(pd_ctx *ctx, const char *folde
 {
     if (strcmp(run_name, found_name) == 0) return PD_OK;
     return pd_fail(ctx, PD_ERR_ARGUMENT, "folder",
-                    "'%.200s' holds the files of the run '%.80s', expected those of '%.80s' or none: choose another "
-                    "folder, or remove '%.200s'", folder, found_name, run_name, folder);
+                   "'%.200s' holds the files of the run '%.80s', expected those of '%.80s' or none: choose another "
+                   "folder, or remove '%.200s'", folder, found_name, run_name, folder);
 }
 
 /* Delete the files of the previous run and begin a new list. */
@@ -346,7 +346,7 @@ PDI_FN pd_status pdi_output_folder_resume_list(pd_ctx *ctx, pd_output_folder *f)
     PD_TRY(pdi_output_folder_open_list(ctx, f->path, &former, found, &listed));
     pd_status status = listed ? pdi_output_folder_check_run_name(ctx, f->path, f->run_name, found)
                               : pd_fail(ctx, PD_ERR_FILE, "folder",
-                                         "'%.300s' is missing, expected the list of the run that goes on", path);
+                                        "'%.300s' is missing, expected the list of the run that goes on", path);
     if (status == PD_OK && fseek((FILE *)former.stream, (long)f->list_length, SEEK_SET) == 0)
         pdi_output_folder_remove_listed(ctx, f, &former);
     pdi_file_abandon(&former);

@@ -48,7 +48,7 @@ static pd_status pdi_plot_check(pd_ctx *ctx, const pd_plot *plot)
     if (plot->width < 0 || plot->height < 0 || (plot->width && plot->width < 320) ||
         (plot->height && plot->height < 240) || plot->width > 8000 || plot->height > 8000)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "plot", "%d x %d pixels, expected 320 x 240 to 8000 x 8000",
-                        plot->width, plot->height);
+                       plot->width, plot->height);
     for (int k = 0; k < plot->count; k++) {
         const pd_series *s = &plot->series[k];
         if (s->count < 0 || (s->count > 0 && (!s->x || !s->y)))

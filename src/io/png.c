@@ -180,12 +180,12 @@ PDI_FN pd_status pdi_png_check_image(pd_ctx *ctx, const pd_image *image)
 {
     if (!image->pixels || image->width < 1 || image->height < 1)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "png", "an image of %d x %d pixels cannot be written", image->width,
-                        image->height);
+                       image->height);
     if (image->channels != 1 && image->channels != 3)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "png", "%d channels, expected 1 (gray) or 3 (RGB)", image->channels);
     if (image->width > PD_PNG_MAX_PIXELS / image->height)
         return pd_fail(ctx, PD_ERR_SIZE, "png", "%d x %d pixels, at most %d in all are possible", image->width,
-                        image->height, PD_PNG_MAX_PIXELS);
+                       image->height, PD_PNG_MAX_PIXELS);
     return PD_OK;
 }
 
@@ -279,7 +279,7 @@ static pd_status pdi_png_parse_header(pd_ctx *ctx, pdi_png_reader *png, const ui
     if (width == 0 || height == 0) return pdi_png_fail(ctx, png, "the image has no pixels");
     if (width > PD_PNG_MAX_PIXELS || height > PD_PNG_MAX_PIXELS / width)
         return pd_fail(ctx, PD_ERR_PARSE, "png", "%s: %.0f x %.0f pixels, at most %d in all are read", png->path,
-                        (double)width, (double)height, PD_PNG_MAX_PIXELS);
+                       (double)width, (double)height, PD_PNG_MAX_PIXELS);
     png->width = (int)width;
     png->height = (int)height;
     png->depth = data[8];
@@ -294,7 +294,7 @@ static pd_status pdi_png_parse_header(pd_ctx *ctx, pdi_png_reader *png, const ui
     int small = png->depth == 1 || png->depth == 2 || png->depth == 4;
     if (png->depth != 8 && !(small && png->samples == 1))
         return pd_fail(ctx, PD_ERR_PARSE, "png", "%s: %d bits a channel, expected 8 (or 1, 2, 4 for gray and palette)",
-                        png->path, png->depth);
+                       png->path, png->depth);
     if (data[10] || data[11]) return pdi_png_fail(ctx, png, "an unknown compression or filter method");
     if (data[12]) return pdi_png_fail(ctx, png, "the image is interlaced, expected one without interlacing");
     return PD_OK;

@@ -39,7 +39,7 @@ static pd_status pdi_points_file_find_columns(pd_ctx *ctx, const pd_table *t, in
         }
         if ((k < PD_DIM || k == PDI_POINTS_FILE_VOLUME) && column[k] < 0)
             return pd_fail(ctx, PD_ERR_PARSE, "mesh", "%s: no column is named '%s', expected %s volume and maybe tag",
-                            t->path, names[k], PD_DIM == 1 ? "x," : PD_DIM == 2 ? "x, y," : "x, y, z,");
+                           t->path, names[k], PD_DIM == 1 ? "x," : PD_DIM == 2 ? "x, y," : "x, y, z,");
     }
     return PD_OK;
 }
@@ -50,7 +50,7 @@ static pd_status pdi_points_file_parse_number(pd_ctx *ctx, const pd_table *t, in
     const char *text = pdi_table_get_text(t, row, column);
     if (pdi_file_parse_number(text, strlen(text), value) && fabs(*value) < 1e100) return PD_OK;
     return pd_fail(ctx, PD_ERR_PARSE, "mesh", "%s:%d: column '%.40s': '%.40s', expected a finite number", t->path,
-                    t->row_line[row], pdi_table_get_text(t, -1, column), text);
+                   t->row_line[row], pdi_table_get_text(t, -1, column), text);
 }
 
 /* Add the point of a row. constant[3]: coordinates beyond PD_DIM, set by the first row and equal in all others. */
@@ -68,17 +68,17 @@ static pd_status pdi_points_file_add_row(pd_ctx *ctx, const pd_table *t, const i
         if (row == 0) constant[d] = value[d];
         if (value[d] < constant[d] || value[d] > constant[d])
             return pd_fail(ctx, PD_ERR_PARSE, "mesh",
-                            "%s:%d: %c = %g, expected %g as in the first row: this program"
-                            " has %d dimensions",
-                            t->path, t->row_line[row], "xyz"[d], value[d], constant[d], PD_DIM);
+                           "%s:%d: %c = %g, expected %g as in the first row: this program"
+                           " has %d dimensions",
+                           t->path, t->row_line[row], "xyz"[d], value[d], constant[d], PD_DIM);
     }
     double volume = value[PDI_POINTS_FILE_VOLUME] * volume_scale, tag = value[PDI_POINTS_FILE_TAG];
     if (!(volume > 0.0) || !(volume < 1e100))
         return pd_fail(ctx, PD_ERR_PARSE, "mesh", "%s:%d: the volume %g, expected a positive one", t->path,
-                        t->row_line[row], value[PDI_POINTS_FILE_VOLUME]);
+                       t->row_line[row], value[PDI_POINTS_FILE_VOLUME]);
     if (!(fabs(tag) <= 2147483647.0) || tag > floor(tag))
         return pd_fail(ctx, PD_ERR_PARSE, "mesh", "%s:%d: the tag %g, expected a whole number of 32 bits", t->path,
-                        t->row_line[row], tag);
+                       t->row_line[row], tag);
     return pd_points_add(ctx, points, position, volume, (int32_t)tag);
 }
 

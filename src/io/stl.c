@@ -120,9 +120,9 @@ static pd_status pdi_stl_parse(pd_ctx *ctx, const char *path, const char *text, 
     size_t length = pdi_tokenizer_read_word(&first, &word);
     if (pdi_tokenizer_is_word(&first, word, length, "solid")) return pdi_stl_parse_text(&scan, c);
     return pd_fail(ctx, PD_ERR_PARSE, "stl",
-                    "%.250s: %.0f bytes, which do not begin with 'solid', and are no binary "
-                    "file of %.0f triangles, whose size is %.0f: no STL file, or cut off",
-                    path, (double)size, pd_max(count, 0.0), pd_max(whole, PDI_STL_HEADER_SIZE));
+                   "%.250s: %.0f bytes, which do not begin with 'solid', and are no binary "
+                   "file of %.0f triangles, whose size is %.0f: no STL file, or cut off",
+                   path, (double)size, pd_max(count, 0.0), pd_max(whole, PDI_STL_HEADER_SIZE));
 }
 
 pd_status pd_facets_read(pd_ctx *ctx, const char *path, double scale, const double *shift, pd_facets *facets)

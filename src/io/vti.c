@@ -244,7 +244,7 @@ PDI_FN pd_status pdi_pvd_init(pd_ctx *ctx, const char *path, pd_pvd *pvd)
     memset(pvd, 0, sizeof *pvd);
     if (!path || !path[0] || strlen(path) >= PD_PATH_SIZE)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "pvd", "the path is empty or longer than %d characters",
-                        PD_PATH_SIZE - 1);
+                       PD_PATH_SIZE - 1);
     strcpy(pvd->path, path);
     return PD_OK;
 }
@@ -288,7 +288,7 @@ PDI_FN pd_status pdi_pvd_add_file(pd_ctx *ctx, pd_pvd *pvd, double time, const c
     if (isnan(time) || isinf(time)) return pd_fail(ctx, PD_ERR_ARGUMENT, "pvd", "%s: the time is %g", file, time);
     if (pvd->count && !(time > pvd->last_time))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "pvd", "%s: time %.17g s does not follow %.17g s, times must increase",
-                        file, time, pvd->last_time);
+                       file, time, pvd->last_time);
     if (!pdi_vti_escape_xml(pdi_vti_relative_path(pvd, file), name, sizeof name))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "pvd", "the file name '%.80s' cannot be listed", file);
     pdi_file_format_number(time, stamp);

@@ -793,7 +793,7 @@ PDI_FN pd_status pdi_zlib_inflate(pd_ctx *ctx, const char *name, const uint8_t *
     pdi_zlib_inflate_stream(&s);
     if (s.error)
         return pd_fail(ctx, PD_ERR_PARSE, "zlib", "%s: damaged compressed data (%s, at byte %.0f of %.0f)", name,
-                        s.error, (double)s.position, (double)size);
+                       s.error, (double)s.position, (double)size);
     return PD_OK;
 }
 PDI_COLD_END

@@ -138,15 +138,15 @@ static pd_status pdi_area_weights_find_symmetry_classes(pd_ctx *ctx, const doubl
             double n = xi[b * PD_DIM + a] / h[a], opposite = xi[(fit->bonds - 1 - b) * PD_DIM + a] / h[a];
             if (!(fabs(n + opposite) < 1e-6))
                 return pd_fail(ctx, PD_ERR_ARGUMENT, "area", "bond %d has offset %g on axis %d and bond %d has %g, "
-                                "expected the opposite", b, n, a, fit->bonds - 1 - b, opposite);
+                               "expected the opposite", b, n, a, fit->bonds - 1 - b, opposite);
             if (!(fabs(fabs(n) - floor(fabs(n) + 0.5)) < 1e-6))
                 return pd_fail(ctx, PD_ERR_ARGUMENT, "area", "bond %d has offset %g on axis %d, expected an integer",
-                                b, n, a);
+                               b, n, a);
             square += n * n;
         }
         if (!(square > 0.25 && sqrt(square) < m + 0.5 + 1e-6))
             return pd_fail(ctx, PD_ERR_ARGUMENT, "area", "bond %d is %g cells long, expected 0 < |n| < m + 1/2 = %g",
-                            b, sqrt(square), m + 0.5);
+                           b, sqrt(square), m + 0.5);
         fit->class_index[b] = -1;
         if (divisor != 1 || !(beta[b] > 0.0)) continue;
         int k = 0;
@@ -384,7 +384,7 @@ static pd_status pdi_area_weights_fit_minimax(pd_ctx *ctx, pdi_area_weights_fit 
         *anisotropy = pd_max(*anisotropy, error);
         if (i < PD_DIM && !(error < 1e-9))
             return pd_fail(ctx, PD_ERR_ARGUMENT, "area", "planes normal to axis %d are measured with an error of %g: "
-                            "the family lacks bonds", i, error);
+                           "the family lacks bonds", i, error);
     }
     return PD_OK;
 }

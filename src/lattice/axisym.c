@@ -218,7 +218,7 @@ static pd_status pdi_axisym_compute_table(pd_ctx *ctx, pdi_axisym_fit *fit, cons
     fit->kappa = curl > 0.0 ? curl / straight : 0.0;
     fit->kappa_far = bend / straight;
     PD_TRY(pdi_array_registry_rebuild(ctx, pdi_axisym_list_fit_arrays, fit, &fit->rows,
-                                       pdi_axisym_count_fitted_rows(fit)));
+                                      pdi_axisym_count_fitted_rows(fit)));
     fit->radius_far = unit ? pdi_axisym_find_far_radius(fit, grid) : HUGE_VAL;
     PD_TRY(pdi_axisym_solve_multipliers(ctx, fit));
     for (int row = 0; row < grid->padded[PD_DIM - 1]; row++)

@@ -743,20 +743,20 @@ pd_status pd_bonds_validate(pd_ctx *ctx, const pd_bonds *b)
     for (int32_t k = 0; k < b->truncated_ranges.count; k++) covered += b->truncated_ranges.length[k];
     if (covered != pdi_grid_count_kind(b->grid, PD_FLUID))
         return pd_fail(ctx, PD_ERR_INTERNAL, "bond", "rows and runs cover %.0f of %.0f fluid nodes", (double)covered,
-                        (double)pdi_grid_count_kind(b->grid, PD_FLUID));
+                       (double)pdi_grid_count_kind(b->grid, PD_FLUID));
     for (int32_t r = 0; r < b->rows; r++) {
         int plain = r < b->rows_without_inlet,
             ordered = r == 0 || r == b->rows_without_inlet || b->node[r - 1] < b->node[r];
         if (b->row_of_node[b->node[r]] != r || b->has_inlet[r] == plain || !ordered)
             return pd_fail(ctx, PD_ERR_INTERNAL, "bond", "row %d of node %d stands out of order", (int)r,
-                            (int)b->node[r]);
+                           (int)b->node[r]);
         for (int k = 0; k < s->count; k++) {
             if (!pdi_bond_is_open(b, r, k)) continue;
             int32_t other = b->node[r] + b->paths.shift[k];
             if (b->grid->kind[other] != PD_FLUID) continue;
             if (pdi_bond_path_find_closed_group(&b->paths, other, s->count - 1 - k) >= 0)
                 return pd_fail(ctx, PD_ERR_INTERNAL, "bond", "the bond from node %d to node %d is open one way only",
-                                (int)b->node[r], (int)other);
+                               (int)b->node[r], (int)other);
         }
     }
     return PD_OK;

@@ -488,8 +488,8 @@ PDI_FN pd_status pdi_bond_diffusivity_build(pd_ctx *ctx, const pd_stencil *stenc
         m->node_value[i] = field(user, x);
         if (!(m->node_value[i] >= 0.0) || !(m->node_value[i] < 1e100))
             return pd_fail(ctx, PD_ERR_ARGUMENT, "media",
-                            "the diffusivity at x = %g m is %g m2/s, expected a finite value of at least 0", x[0],
-                            m->node_value[i]);
+                           "the diffusivity at x = %g m is %g m2/s, expected a finite value of at least 0", x[0],
+                           m->node_value[i]);
     }
     return level ? pdi_bond_diffusivity_build_rows(ctx, m) : PD_OK;
 }

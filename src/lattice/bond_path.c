@@ -64,11 +64,11 @@ PDI_FN pd_status pdi_bond_path_build(pd_ctx *ctx, const pd_stencil *s, const pd_
     memset(paths, 0, sizeof *paths);
     if (s->reach > grid->ghost)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "path", "bonds reach over %d cells, the grid has %d layers of ghosts",
-                        s->reach, grid->ghost);
+                       s->reach, grid->ghost);
     for (int d = 0; d < PD_DIM; d++)
         if (fabs(s->h[d] - grid->h[d]) > 1e-12 * grid->h[d])
             return pd_fail(ctx, PD_ERR_ARGUMENT, "path", "bonds for a spacing of %g m, the grid has %g m on axis %d",
-                            s->h[d], grid->h[d], d);
+                           s->h[d], grid->h[d], d);
     paths->stencil = s;
     paths->grid = grid;
     paths->words = (s->count + 31) / 32;

@@ -19,7 +19,7 @@ enum { PD_BOUNDARY_FACES_MAX_CORNERS = PD_DIM == 3 ? 4 : PD_DIM }; /* maximum co
 /* A face of a cell. */
 typedef struct pd_boundary_faces_face {
     int64_t node[4];     /* its nodes, ascending; INT64_MAX behind the last one */
-    double x[PD_BOUNDARY_FACES_MAX_CORNERS][PD_DIM]; /* [the file's unit] corners in turn */
+    double x[PD_BOUNDARY_FACES_MAX_CORNERS][PD_DIM]; /* [unit of the file] corners in turn */
     int32_t cell;        /* index of the point of its cell */
     int32_t piece;       /* number of the piece of the file */
     int8_t corners;      /* number of corners */
@@ -39,7 +39,7 @@ typedef struct pd_boundary_faces {
 
 /* Add the faces of a cell. node: ids of its corners; corner[][3]: their coordinates; cell: index of its point. */
 PD_API pd_status pd_boundary_faces_add_cell(pd_ctx *ctx, pd_boundary_faces *skin, pd_points_cell_type form,
-                                             const int64_t *node, const double *const *corner, int32_t cell);
+                                            const int64_t *node, const double *const *corner, int32_t cell);
 /* Find the boundary faces and set surface, faces, seams and twins of the points; lengths times scale are in metres.
  * Sorts the faces. */
 PD_API pd_status pd_boundary_faces_finish(pd_ctx *ctx, pd_boundary_faces *skin, double scale, pd_points *points);

@@ -30,7 +30,7 @@ static pd_status pdi_csr_check_input(pd_ctx *ctx, const pd_bonds *bonds, const p
         if (kind != PD_FLUID && kind != PD_INLET && kind != PD_OUTLET) continue;
         if (!(d->diffusivity[i] >= 0.0 && d->diffusivity[i] < 1e300))
             return pd_fail(ctx, PD_ERR_ARGUMENT, "csr", "the diffusivity of node %d is %g m2/s, expected one >= 0",
-                            (int)i, d->diffusivity[i]);
+                           (int)i, d->diffusivity[i]);
     }
     return PD_OK;
 }

@@ -192,11 +192,11 @@ static pd_status pdi_facets_check_closed(pd_ctx *ctx, pdi_facets_work *w)
     char more[40] = "";
     if (w->unmatched > 1) snprintf(more, sizeof more, "; so have %d more edges", (int)w->unmatched - 1);
     return pd_fail(ctx, PD_ERR_GEOMETRY, "facets",
-                    "the edge from (%.9g %.9g %.9g) to (%.9g %.9g %.9g) m has %d "
-                    "triangle%s, %d of them along it, expected as many along it as against it: the surface is not "
-                    "closed, or a triangle is turned over%s",
-                    x[0], x[1], x[2], y[0], y[1], y[2], (int)w->unmatched_triangles,
-                    w->unmatched_triangles > 1 ? "s" : "", (int)w->unmatched_forward, more);
+                   "the edge from (%.9g %.9g %.9g) to (%.9g %.9g %.9g) m has %d "
+                   "triangle%s, %d of them along it, expected as many along it as against it: the surface is not "
+                   "closed, or a triangle is turned over%s",
+                   x[0], x[1], x[2], y[0], y[1], y[2], (int)w->unmatched_triangles,
+                   w->unmatched_triangles > 1 ? "s" : "", (int)w->unmatched_forward, more);
 }
 
 /* PD_ERR_ARGUMENT: number of triangles outside 4 .. INT32_MAX/9, or a coordinate that is not finite. */
@@ -204,11 +204,11 @@ static pd_status pdi_facets_check_input(pd_ctx *ctx, const double *corner, int64
 {
     if (count < 4 || count > INT32_MAX / 9)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "facets", "%.0f triangles, expected 4 to %d", (double)count,
-                        INT32_MAX / 9);
+                       INT32_MAX / 9);
     for (int64_t k = 0; k < 9 * count; k++)
         if (!(fabs(corner[k]) < 1e30))
             return pd_fail(ctx, PD_ERR_ARGUMENT, "facets", "triangle %d has the coordinate %g m, expected less than"
-                            " 1e30", (int)(k / 9) + 1, corner[k]);
+                           " 1e30", (int)(k / 9) + 1, corner[k]);
     return PD_OK;
 }
 
@@ -516,8 +516,8 @@ static pd_status pdi_facets_check_orientation(pd_ctx *ctx, const pd_facets *f)
     }
     if (!wrong) return PD_OK;
     return pd_fail(ctx, PD_ERR_GEOMETRY, "facets", "the triangle around (%.9g %.9g %.9g) m is turned over, as "
-                    "are %d of the %d that were looked at: expected normals that point outward, and into cavities",
-                    place[0], place[1], place[2], (int)wrong, (int)tested);
+                   "are %d of the %d that were looked at: expected normals that point outward, and into cavities",
+                   place[0], place[1], place[2], (int)wrong, (int)tested);
 }
 
 /* ---- build and free ---- */
@@ -602,7 +602,7 @@ static pd_status pdi_facets_build_shells(pd_ctx *ctx, const pdi_facets_work *w, 
         if (fabs(pdi_facets_compute_six_volumes(corner, f->count, corner)) > 0.0)
             pdi_facets_build_trees(f, corner, key, size);
         else status = pd_fail(ctx, PD_ERR_GEOMETRY, "facets", "the surface of %d triangles has no volume",
-                               (int)w->count);
+                              (int)w->count);
     }
     PD_DELETE(ctx, f->shells, size);
     PD_DELETE(ctx, 9 * (int64_t)f->count, corner);

@@ -390,7 +390,7 @@ static void pdi_grid_mark_outside(const pd_stencil *stencil, pd_grid *grid)
             int j[PD_DIM];
             for (int d = 0; d < PD_DIM; d++) j[d] = i[d] + stencil->offset[k * PD_DIM + d];
             near_fluid = pd_grid_is_inside(grid, j) && (grid->kind[pd_grid_node(grid, j)] == PD_FLUID ||
-                                                         grid->kind[pd_grid_node(grid, j)] == PD_SOLID);
+                                                        grid->kind[pd_grid_node(grid, j)] == PD_SOLID);
         }
         if (!near_fluid) grid->kind[node] = PD_INACTIVE;
     }
@@ -447,8 +447,8 @@ static pd_status pdi_grid_check_solid(pd_ctx *ctx, const pd_grid *grid)
         int above = hi[d] > grid->hi[d] + tolerance && hi[d] < HUGE_VAL && grid->side[2 * d + 1] < PD_SIDE_PERIODIC;
         if (below || above)
             return pd_fail(ctx, PD_ERR_GEOMETRY, "grid",
-                            "the solid reaches from %g m to %g m on axis %d, outside of the box %g m .. %g m", lo[d],
-                            hi[d], d, grid->lo[d], grid->hi[d]);
+                           "the solid reaches from %g m to %g m on axis %d, outside of the box %g m .. %g m", lo[d],
+                           hi[d], d, grid->lo[d], grid->hi[d]);
     }
     return PD_OK;
 }
@@ -462,13 +462,13 @@ static pd_status pdi_grid_set_size(pd_ctx *ctx, const pd_stencil *stencil, const
         double edge = desc->hi[d] - desc->lo[d], cells = edge / stencil->h[d];
         if (!(edge > 0.0) || !(cells < 2e9))
             return pd_fail(ctx, PD_ERR_GEOMETRY, "grid",
-                            "axis %d of the box goes from %g m to %g m with spacing %g m", d, desc->lo[d], desc->hi[d],
-                            stencil->h[d]);
+                           "axis %d of the box goes from %g m to %g m with spacing %g m", d, desc->lo[d], desc->hi[d],
+                           stencil->h[d]);
         double whole = floor(cells + 0.5);
         if (whole < 1.0 || fabs(cells - whole) > 1e-6 * pd_max(1.0, whole * 1e-3))
             return pd_fail(ctx, PD_ERR_GEOMETRY, "grid",
-                            "the box is %g cells of %g m long on axis %d, expected a whole number", cells,
-                            stencil->h[d], d);
+                           "the box is %g cells of %g m long on axis %d, expected a whole number", cells,
+                           stencil->h[d], d);
         grid->n[d] = (int)whole;
         grid->padded[d] = grid->n[d] + 2 * grid->ghost;
         grid->h[d] = stencil->h[d];
@@ -478,7 +478,7 @@ static pd_status pdi_grid_set_size(pd_ctx *ctx, const pd_stencil *stencil, const
     }
     if (total * PD_DIM >= 2147483647.0)
         return pd_fail(ctx, PD_ERR_SIZE, "grid", "%.3g nodes with ghosts, expected less than %.3g", total,
-                        2147483647.0 / PD_DIM);
+                       2147483647.0 / PD_DIM);
     grid->stride[0] = 1;
     for (int d = 1; d < PD_DIM; d++) grid->stride[d] = grid->stride[d - 1] * (int32_t)grid->padded[d - 1];
     grid->total = (int32_t)total;
@@ -486,8 +486,8 @@ static pd_status pdi_grid_set_size(pd_ctx *ctx, const pd_stencil *stencil, const
         grid->side[s] = desc->side[s];
         if ((int)desc->side[s] < PD_SIDE_WALL || (int)desc->side[s] > PD_SIDE_MIRROR)
             return pd_fail(ctx, PD_ERR_ARGUMENT, "grid",
-                            "side %d of the box has type %d, expected wall, inlet, outlet, periodic or mirror", s,
-                            (int)desc->side[s]);
+                           "side %d of the box has type %d, expected wall, inlet, outlet, periodic or mirror", s,
+                           (int)desc->side[s]);
         if ((desc->side[s] == PD_SIDE_PERIODIC) != (desc->side[s ^ 1] == PD_SIDE_PERIODIC))
             return pd_fail(ctx, PD_ERR_ARGUMENT, "grid", "axis %d is periodic on one side only", s / 2);
     }
@@ -501,17 +501,17 @@ static pd_status pdi_grid_compute_circumferences(pd_ctx *ctx, pd_grid *grid)
     int r = PD_DIM - 1, at_axis = fabs(grid->lo[r]) <= 1e-9 * grid->h[r];
     if (PD_DIM != 2)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "grid", "axisymmetric in %dD, expected PD_DIM = 2 with axes z and r",
-                        PD_DIM);
+                       PD_DIM);
     if (!at_axis && !(grid->lo[r] >= grid->ghost * grid->h[r]))
         return pd_fail(ctx, PD_ERR_GEOMETRY, "grid",
-                        "an axisymmetric box begins at r = %g m, expected 0 or at least one horizon, %g m", grid->lo[r],
-                        grid->ghost * grid->h[r]);
+                       "an axisymmetric box begins at r = %g m, expected 0 or at least one horizon, %g m", grid->lo[r],
+                       grid->ghost * grid->h[r]);
     if (at_axis && grid->side[2 * r] != PD_SIDE_MIRROR)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "grid", "the side at the axis r = 0 has type %d, expected mirror",
-                        (int)grid->side[2 * r]);
+                       (int)grid->side[2 * r]);
     if ((!at_axis && grid->side[2 * r] >= PD_SIDE_PERIODIC) || grid->side[2 * r + 1] >= PD_SIDE_PERIODIC)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "grid",
-                        "an axisymmetric box is periodic or mirrored across r > 0, expected wall, inlet or outlet");
+                       "an axisymmetric box is periodic or mirrored across r > 0, expected wall, inlet or outlet");
     PD_TRY(PD_NEW(ctx, "grid.circumference", grid->padded[r], grid->circumference));
     for (int row = 0; row < grid->padded[r]; row++) {
         double cell = row - grid->ghost + 0.5;
@@ -558,7 +558,7 @@ static pd_status pdi_grid_build_inner(pd_ctx *ctx, const pd_stencil *stencil, co
     memset(grid, 0, sizeof *grid);
     if ((desc->solid || desc->wall) && !desc->shapes)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "grid",
-                        "solid and wall point into shapes, which is NULL: an array of shapes is expected");
+                       "solid and wall point into shapes, which is NULL: an array of shapes is expected");
     PD_TRY(pdi_grid_set_size(ctx, stencil, desc, grid));
     if (desc->axisymmetric) PD_TRY(pdi_grid_compute_circumferences(ctx, grid));
     grid->shapes = desc->shapes;
@@ -581,7 +581,7 @@ static pd_status pdi_grid_build_inner(pd_ctx *ctx, const pd_stencil *stencil, co
     grid->solid_count = pdi_grid_count_kind(grid, PD_SOLID);
     if (grid->solid >= 0 && grid->solid_count == 0)
         return pd_fail(ctx, PD_ERR_GEOMETRY, "grid",
-                        "the solid covers no node: it is thinner than the spacing or lies inside the wall");
+                       "the solid covers no node: it is thinner than the spacing or lies inside the wall");
     if (grid->fluid_count + grid->solid_count == 0)
         return pd_fail(ctx, PD_ERR_GEOMETRY, "grid", "the wall covers every node of the box");
     for (int32_t node = 0; grid->source_node && node < grid->total; node++) {

@@ -298,7 +298,7 @@ pd_status pd_op_diffusion(pd_ctx *ctx, const pd_bonds *bonds, const double *diff
     for (int32_t node = 0; node < grid->total; node++)
         if (pdi_grid_is_open(grid->kind[node]) && !(diffusivity[node] >= 0.0 && diffusivity[node] < 1e300))
             return pd_fail(ctx, PD_ERR_ARGUMENT, "op", "the diffusivity of node %d is %g m2/s, expected one >= 0",
-                            (int)node, diffusivity[node]);
+                           (int)node, diffusivity[node]);
     pdi_op_init_operands(bonds, f, diffusivity, out, &w);
     pdi_op_apply_all(ctx, &w, pdi_op_diffuse_full, pdi_op_diffuse_truncated);
     return PD_OK;

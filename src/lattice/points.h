@@ -62,7 +62,7 @@ PD_API pd_status pd_points_add(pd_ctx *ctx, pd_points *points, const double *pos
 /* Append a mesh cell with these corners[][3] as a point. *fault: why the cell is refused, NULL when it is not. mirrored
  * 1: a cell of negative volume is accepted. */
 PD_API pd_status pd_points_add_cell(pd_ctx *ctx, pd_points_converter *cells, pd_points_cell_type form,
-                                     const double *const *corner, int mirrored, int32_t tag, const char **fault);
+                                    const double *const *corner, int mirrored, int32_t tag, const char **fault);
 /* Number of corners of a cell type. */
 PD_API int pd_points_count_corners(pd_points_cell_type form);
 /* Shrink the arrays to the number of points. */

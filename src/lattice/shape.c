@@ -269,7 +269,7 @@ static pd_status pdi_shape_check_box(pd_ctx *ctx, const pd_shape *s, int k)
     for (int d = 0; d < PD_DIM; d++)
         if (!(s->a[d] < s->b[d]) || !isfinite(s->b[d] - s->a[d]))
             return pd_fail(ctx, PD_ERR_ARGUMENT, "shape",
-                            "shape %d (box) goes from %g m to %g m on axis %d, expected a < b", k, s->a[d], s->b[d], d);
+                           "shape %d (box) goes from %g m to %g m on axis %d, expected a < b", k, s->a[d], s->b[d], d);
     return PD_OK;
 }
 
@@ -279,7 +279,7 @@ static pd_status pdi_shape_check_centre(pd_ctx *ctx, const pd_shape *s, int k, c
     for (int d = 0; d < PD_DIM; d++)
         if (!isfinite(s->a[d]))
             return pd_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (%s) has point a = %g m on axis %d, expected a "
-                            "finite one", k, name, s->a[d], d);
+                           "finite one", k, name, s->a[d], d);
     return PD_OK;
 }
 
@@ -289,10 +289,10 @@ static pd_status pdi_shape_check_round(pd_ctx *ctx, const pd_shape *s, int k, co
     PD_TRY(pdi_shape_check_centre(ctx, s, k, name));
     if (!(s->radius > 0.0) || !isfinite(s->radius))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (%s) has radius r = %g m, expected > 0", k, name,
-                        s->radius);
+                       s->radius);
     if (s->type == PD_SHAPE_CYLINDER && (s->axis < 0 || s->axis > 2))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (%s) has axis %d, expected 0, 1 or 2", k, name,
-                        s->axis);
+                       s->axis);
     return PD_OK;
 }
 
@@ -303,7 +303,7 @@ static pd_status pdi_shape_check_half_space(pd_ctx *ctx, const pd_shape *s, int 
     double length = pdi_vec_norm(s->b);
     if (!(length > 0.0) || !isfinite(length))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (half-space) has a normal b of length %g, expected a "
-                        "finite one > 0", k, length);
+                       "finite one > 0", k, length);
     return PD_OK;
 }
 
@@ -315,12 +315,12 @@ static pd_status pdi_shape_check_voxels(pd_ctx *ctx, const pd_shape *s, int k)
     for (int d = 0; d < PD_DIM; d++) {
         if (s->mask_size[d] < 1)
             return pd_fail(ctx, PD_ERR_ARGUMENT, "shape",
-                            "shape %d (voxels) has n = %d cells on axis %d, expected at "
-                            "least 1",
-                            k, s->mask_size[d], d);
+                           "shape %d (voxels) has n = %d cells on axis %d, expected at "
+                           "least 1",
+                           k, s->mask_size[d], d);
         if (!(s->b[d] > 0.0) || !isfinite(s->b[d]))
             return pd_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (voxels) has spacing b = %g m on axis %d, "
-                            "expected > 0", k, s->b[d], d);
+                           "expected > 0", k, s->b[d], d);
     }
     return PD_OK;
 }
@@ -334,11 +334,11 @@ static pd_status pdi_shape_check_children(pd_ctx *ctx, const pd_shape *shapes, i
     if (s->type == PD_SHAPE_COMPLEMENT) max = 1;
     if (s->child_count < min || s->child_count > max)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (%s) has %d children, expected %d to %d", k, name,
-                        s->child_count, min, max);
+                       s->child_count, min, max);
     for (int c = 0; c < s->child_count; c++)
         if (s->child[c] < 0 || s->child[c] >= k)
             return pd_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (%s) has child %d, expected the index of an "
-                            "earlier shape", k, name, s->child[c]);
+                           "earlier shape", k, name, s->child[c]);
     return PD_OK;
 }
 
@@ -355,7 +355,7 @@ static pd_status pdi_shape_check(pd_ctx *ctx, const pd_shape *shapes, int k)
     case PD_SHAPE_FACETS:
         if (PD_DIM == 3 && s->facets && s->facets->count > 0) return PD_OK;
         return pd_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (facets) in %dD with%s a surface, expected 3D and a "
-                        "surface", k, PD_DIM, s->facets ? "" : "out");
+                       "surface", k, PD_DIM, s->facets ? "" : "out");
     case PD_SHAPE_UNION: return pdi_shape_check_children(ctx, shapes, k, "union");
     case PD_SHAPE_INTERSECT: return pdi_shape_check_children(ctx, shapes, k, "intersection");
     case PD_SHAPE_DIFFERENCE: return pdi_shape_check_children(ctx, shapes, k, "difference");
@@ -380,7 +380,7 @@ pd_status pd_shape_validate(pd_ctx *ctx, const pd_shape *shapes, int count)
         /* shared children unfold: without this bound a short array could take forever */
         if (evaluations[k] > PD_SHAPE_MAX_EVALUATIONS)
             return pd_fail(ctx, PD_ERR_SIZE, "shape", "shape %d unfolds to %d shapes, expected at most %d: "
-                            "children are shared too often", k, evaluations[k], PD_SHAPE_MAX_EVALUATIONS);
+                           "children are shared too often", k, evaluations[k], PD_SHAPE_MAX_EVALUATIONS);
     }
     return PD_OK;
 }

@@ -160,9 +160,9 @@ static pd_status pdi_stencil_calibrate_weights(pd_ctx *ctx, pd_stencil *s)
     for (int k = 0; k < s->count; k++) {
         if (s->partial_volume[k] > 0.0 && !(s->laplacian_weight[k] > 0.0))
             return pd_fail(ctx, PD_ERR_GEOMETRY, "stencil",
-                            "a calibrated Laplacian weight is %g, expected a positive one: the spacings differ too "
-                            "much for m = %g",
-                            s->laplacian_weight[k], s->m);
+                           "a calibrated Laplacian weight is %g, expected a positive one: the spacings differ too "
+                           "much for m = %g",
+                           s->laplacian_weight[k], s->m);
         for (int a = 0; a < PD_DIM; a++)
             s->gradient_weight[k * PD_DIM + a] = s->base_weight[k] * s->xi[k * PD_DIM + a] / moment[a];
     }
@@ -331,12 +331,12 @@ static pd_status pdi_stencil_build_inner(pd_ctx *ctx, const pd_stencil_desc *des
     stencil->m = desc->m > 0.0 ? desc->m : 3.0;
     if (!(desc->m >= 0.0) || stencil->m < 1.0 || stencil->m > PDI_STENCIL_MAX_M)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "stencil", "the horizon ratio m is %g, expected 1 to %d", desc->m,
-                        PDI_STENCIL_MAX_M);
+                       PDI_STENCIL_MAX_M);
     stencil->volume = 1.0;
     for (int d = 0; d < PD_DIM; d++) {
         if (!(desc->h[d] > 0.0) || !(desc->h[d] < 1e100))
             return pd_fail(ctx, PD_ERR_ARGUMENT, "stencil",
-                            "the spacing of axis %d is %g m, expected a positive one", d, desc->h[d]);
+                           "the spacing of axis %d is %g m, expected a positive one", d, desc->h[d]);
         stencil->h[d] = desc->h[d];
         stencil->volume *= desc->h[d];
     }
@@ -345,7 +345,7 @@ static pd_status pdi_stencil_build_inner(pd_ctx *ctx, const pd_stencil_desc *des
     else PD_TRY(pdi_stencil_calibrate_weights(ctx, stencil));
     for (int k = 0; k < stencil->count; k++) stencil->lap_sum += stencil->laplacian_weight[k];
     PD_TRY(pdi_area_weights_compute(ctx, stencil->count, stencil->xi, stencil->partial_volume, stencil->m, stencil->h,
-                                     stencil->area_weight, &stencil->anisotropy));
+                                    stencil->area_weight, &stencil->anisotropy));
     pdi_stencil_build_grid_lines(stencil);
     return pdi_stencil_build_bond_paths(ctx, stencil);
 }

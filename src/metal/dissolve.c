@@ -31,13 +31,13 @@ static pd_status pdi_dissolve_check_metal(pd_ctx *ctx, const pd_dissolve_desc *d
     if (!(metal->solid > 0.0) || !(metal->solid < 1e100) || !(desc->threshold >= 0.0) || !(desc->threshold < 1.0) ||
         !metal->rate)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "dissolve",
-                        "Cs = %g mol/m3 must be positive, the threshold %g lie in [0, 1), a rate law be given",
-                        metal->solid, desc->threshold);
+                       "Cs = %g mol/m3 must be positive, the threshold %g lie in [0, 1), a rate law be given",
+                       metal->solid, desc->threshold);
     if (desc->model != PD_METAL_BONDS) return PD_OK;
     if (!(metal->solid > desc->saturation) || !(desc->saturation > 0.0) || desc->threshold > 0.0)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "dissolve",
-                        "Cs = %g, Csat = %g mol/m3 and a threshold of %g, expected Cs > Csat > 0 and no threshold",
-                        metal->solid, desc->saturation, desc->threshold);
+                       "Cs = %g, Csat = %g mol/m3 and a threshold of %g, expected Cs > Csat > 0 and no threshold",
+                       metal->solid, desc->saturation, desc->threshold);
     return PD_OK;
 }
 
@@ -59,7 +59,7 @@ static pd_status pdi_dissolve_check(pd_ctx *ctx, const pd_dissolve_desc *desc, i
 {
     if (desc->more_count < 0 || desc->more_count >= PDI_LAW_METALS || (desc->more_count && !desc->more))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "dissolve", "%d metals beside the first one, expected 0 to %d and their "
-                        "list", desc->more_count, PDI_LAW_METALS - 1);
+                       "list", desc->more_count, PDI_LAW_METALS - 1);
     for (int m = 0; m <= desc->more_count; m++) {
         pd_metal metal = pdi_dissolve_metal(desc, m);
         PD_TRY(pdi_dissolve_check_metal(ctx, desc, &metal));
@@ -69,15 +69,15 @@ static pd_status pdi_dissolve_check(pd_ctx *ctx, const pd_dissolve_desc *desc, i
     if (desc->model == PD_METAL_SURFACE) return PD_OK;
     if (desc->model != PD_METAL_BONDS || desc->sheds > 1)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "dissolve", "model %d, expected 0 or 1, and 0 where each metal sheds for "
-                        "itself", (int)desc->model);
+                       "itself", (int)desc->model);
     if (!(desc->bulk >= 0.0) || desc->bulk > desc->saturation || !(desc->rtol >= 0.0) || !(desc->rtol < 1.0))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "dissolve",
-                        "bulk = %g mol/m3 and rtol = %g, expected 0 to Csat = %g mol/m3 and 0 to below 1", desc->bulk,
-                        desc->rtol, desc->saturation);
+                       "bulk = %g mol/m3 and rtol = %g, expected 0 to Csat = %g mol/m3 and 0 to below 1", desc->bulk,
+                       desc->rtol, desc->saturation);
     if (!(desc->repassivation >= 0.0) || desc->repassivation > desc->saturation)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "dissolve",
-                        "repassivation below %g mol/m3, expected 0 to Csat = %g mol/m3", desc->repassivation,
-                        desc->saturation);
+                       "repassivation below %g mol/m3, expected 0 to Csat = %g mol/m3", desc->repassivation,
+                       desc->saturation);
     if ((int)desc->drive < PD_DRIVE_CONSTANT || (int)desc->drive > PD_DRIVE_DIFFERENCE)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "dissolve", "drive %d, expected 0 or 1", (int)desc->drive);
     return PD_OK;
@@ -160,7 +160,7 @@ static pd_status pdi_dissolve_kinds(pd_ctx *ctx, pd_dissolve *d)
     for (int32_t j = 0; j < d->grid->total; j++)
         if (d->grid->kind[j] == PD_SOLID && pdi_metal_of(d, j) >= d->kinds)
             return pd_fail(ctx, PD_ERR_ARGUMENT, "dissolve", "node %d is of metal %d, expected 0 to %d", (int)j,
-                            pdi_metal_of(d, j), d->kinds - 1);
+                           pdi_metal_of(d, j), d->kinds - 1);
     return PD_OK;
 }
 
@@ -173,8 +173,8 @@ static pd_status pdi_dissolve_make(pd_ctx *ctx, pd_grid *grid, const pd_stencil 
     PD_TRY(pdi_dissolve_check(ctx, desc, transport->desc.given));
     if (desc->model == PD_METAL_SURFACE && s->m < own->m)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "dissolve",
-                        "the metal has a horizon of %g spacings, expected at least the %g of the transport", s->m,
-                        own->m);
+                       "the metal has a horizon of %g spacings, expected at least the %g of the transport", s->m,
+                       own->m);
     d->desc = *desc;
     d->grid = grid;
     PD_TRY(pdi_bond_path_build(ctx, s, grid, &d->paths));
@@ -205,7 +205,7 @@ static pd_status pdi_dissolve_make(pd_ctx *ctx, pd_grid *grid, const pd_stencil 
     for (int32_t j = 0; j < grid->total && desc->factor; j++)
         if (grid->kind[j] == PD_SOLID && (!(desc->factor[j] >= 0.0) || !(desc->factor[j] < 1e100)))
             return pd_fail(ctx, PD_ERR_ARGUMENT, "dissolve", "node %d has the factor %g, expected a finite one of at "
-                            "least 0", (int)j, desc->factor[j]);
+                           "least 0", (int)j, desc->factor[j]);
     d->lead = pdi_content_lead(s);
     for (int k = 0; k < own->count; k++) d->spread += own->laplacian_weight[k];
     pdi_content_collect(d);
@@ -228,9 +228,9 @@ static pd_status pdi_dissolve_unlawful(pd_ctx *ctx, const pd_dissolve *d, pdi_la
     char place[PDI_GRID_POSITION_LENGTH];
     double c = law->at.c;
     return pd_fail(ctx, PD_ERR_STATE, "dissolve",
-                    "the rate law gives %g m/s at c = %g mol/m3, t = %g s (node %d at %s m), expected a speed below "
-                    "1e100 m/s",
-                    pdi_law_rate(law, c), c, d->time, (int)i, pdi_grid_format_position(d->grid, i, place));
+                   "the rate law gives %g m/s at c = %g mol/m3, t = %g s (node %d at %s m), expected a speed below "
+                   "1e100 m/s",
+                   pdi_law_rate(law, c), c, d->time, (int)i, pdi_grid_format_position(d->grid, i, place));
 }
 
 /* The metal of uniform law that is alone beside the node; NULL: there are several, or it is another law. */
@@ -655,9 +655,9 @@ static pd_status pdi_dissolve_reject(pd_ctx *ctx, void *self, pd_step *s)
     }
     if (d->retry_dt < PDI_DISSOLVE_SHORTEST * d->longest)
         return pd_fail(ctx, PD_ERR_DIVERGED, "dissolve",
-                        "at t = %g s law and transport have no common solution for steps of %g s or more, or the law "
-                        "grows so fast that metal would lose more than %g of a cell in them. Take a smoother law",
-                        s->time, s->dt, d->most);
+                       "at t = %g s law and transport have no common solution for steps of %g s or more, or the law "
+                       "grows so fast that metal would lose more than %g of a cell in them. Take a smoother law",
+                       s->time, s->dt, d->most);
     s->dt = pdi_physics_equal_steps(left, d->retry_dt);
     return PD_OK;
 }
@@ -697,9 +697,9 @@ static pd_status pdi_dissolve_stuck(pd_ctx *ctx, void *self, const pd_step *s)
 {
     (void)self;
     return pd_fail(ctx, PD_ERR_STATE, "dissolve",
-                    "steps of %g s do not lead on from t = %g s to %g s: fraction (%g) or max_step (%g s) is too "
-                    "small, or the metal dissolves too fast",
-                    s->dt, s->time, s->latest_end, s->max_dissolved_fraction, s->max_step);
+                   "steps of %g s do not lead on from t = %g s to %g s: fraction (%g) or max_step (%g s) is too "
+                   "small, or the metal dissolves too fast",
+                   s->dt, s->time, s->latest_end, s->max_dissolved_fraction, s->max_step);
 }
 
 static pd_status pdi_dissolve_changed(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count)

@@ -35,8 +35,8 @@ static pd_status pdi_front_calibrate(pd_ctx *ctx, pd_front *f)
         f->weight[k] = pdi_front_shape(s, f->kernel, k) * factor;
         if (!(f->weight[k] > 0.0))
             return pd_fail(ctx, PD_ERR_GEOMETRY, "front",
-                            "a weight is %g 1/m, expected a positive one: the spacings differ too much for this "
-                            "kernel, use area weights", f->weight[k]);
+                           "a weight is %g 1/m, expected a positive one: the spacings differ too much for this "
+                           "kernel, use area weights", f->weight[k]);
     }
     return PD_OK;
 }
@@ -49,7 +49,7 @@ static pd_status pdi_front_print(pd_ctx *ctx, pd_front *f)
     double reference = s->h[0], factor;
     if (f->kernel == PD_KERNEL_AREA || (f->kernel == PD_KERNEL_SQUARE && PD_DIM == 1))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "front", "this kernel has no coefficient of the continuum in %dD",
-                        PD_DIM);
+                       PD_DIM);
     for (int a = 1; a < PD_DIM; a++) reference = pd_min(reference, s->h[a]);
     double delta = s->m * reference;
     if (f->kernel == PD_KERNEL_INVERSE) factor = (PD_DIM == 3 ? 3.0 / PD_PI : 1.0) / pow(delta, PD_DIM);

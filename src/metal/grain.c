@@ -61,24 +61,24 @@ static pd_status pdi_grain_check(pd_ctx *ctx, const pd_grid *grid, const pd_grai
     for (int d = 0; d < PD_DIM; d++) coarse = pd_max(coarse, grid->h[d]);
     if (!(desc->boundary_width >= 0.0) || !isfinite(desc->boundary_width))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "grain", "the boundary width is %g m, expected 0 or more",
-                        desc->boundary_width);
+                       desc->boundary_width);
     if (desc->centres || desc->centre_count) {
         if (!desc->centres || desc->centre_count < 1)
             return pd_fail(ctx, PD_ERR_ARGUMENT, "grain", "%d centres %s an array", (int)desc->centre_count,
-                            desc->centres ? "with" : "without");
+                           desc->centres ? "with" : "without");
         for (int64_t k = 0; k < (int64_t)desc->centre_count * PD_DIM; k++)
             if (!isfinite(desc->centres[k]))
                 return pd_fail(ctx, PD_ERR_ARGUMENT, "grain", "centre %d has coordinate %g m", (int)(k / PD_DIM),
-                                desc->centres[k]);
+                               desc->centres[k]);
         return PD_OK;
     }
     if (!(desc->size >= coarse) || !isfinite(desc->size))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "grain", "the grain size is %g m, expected at least the spacing %g m",
-                        desc->size, coarse);
+                       desc->size, coarse);
     if (!(desc->spread >= 0.0) || !(desc->spread <= most * desc->size))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "grain",
-                        "the spread of the grain size is %g m, expected 0 (random seeds) or up to %.3f of it, %g m",
-                        desc->spread, most, most * desc->size);
+                       "the spread of the grain size is %g m, expected 0 (random seeds) or up to %.3f of it, %g m",
+                       desc->spread, most, most * desc->size);
     return PD_OK;
 }
 
@@ -159,7 +159,7 @@ static pd_status pdi_grain_sow(pd_ctx *ctx, const pdi_grain_lattice *lattice, co
         double from = middle / lattice->edge - lattice->shift[a];
         if (!(fabs(from) + reach < 1e6))
             return pd_fail(ctx, PD_ERR_SIZE, "grain", "the solid lies %g grains from the origin, expected less than "
-                            "1e6", fabs(from) + reach);
+                           "1e6", fabs(from) + reach);
         first[a] = (int64_t)floor(from - reach);
         last[a] = (int64_t)floor(from + reach);
         cells *= (double)(last[a] - first[a] + 1);
@@ -528,7 +528,7 @@ pd_status pd_grain_fraction(pd_ctx *ctx, const pd_stencil *stencil, const pd_gri
 {
     if (grain->nodes != grid->total || stencil->reach > grid->ghost)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "grain", "grains of %d nodes, grid of %d: not built on this grid",
-                        (int)grain->nodes, (int)grid->total);
+                       (int)grain->nodes, (int)grid->total);
     int nt = pd_par_threads(ctx, (int64_t)grid->total * stencil->count);
     (void)nt;
     /* phi_i = min(1, w_gb / 2 sum_n c(n) b(i, i + n)), b: boundaries that the bond crosses  (theory: eq. 6.4) */
@@ -551,7 +551,7 @@ PDI_FN pd_status pdi_grain_measure(pd_ctx *ctx, const pd_grid *grid, const pd_gr
     memset(stats, 0, sizeof *stats);
     if (grain->nodes != grid->total)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "grain", "grains of %d nodes, grid of %d: not built on this grid",
-                        (int)grain->nodes, (int)grid->total);
+                       (int)grain->nodes, (int)grid->total);
     PD_TRY(PD_NEW(ctx, "grain", grain->centre_count, share));
     for (int32_t node = 0; node < grid->total; node++) {
         if (grid->kind[node] != PD_SOLID || grain->id[node] < 0) continue;

@@ -53,9 +53,9 @@ static pd_status pdi_developed_flow_build_duct(pd_ctx *ctx, const pd_inlet *inle
     for (int32_t r = 0; r < d->bonds.rows; r++)
         if (d->bonds.wall_laplacian[r] > 0.0) return PD_OK;
     return pd_fail(ctx, PD_ERR_GEOMETRY, "inlet",
-                    "side %s: found no wall beside the opening, so that no profile develops, expected profile = "
-                    "uniform",
-                    pd_setup_side_name(side));
+                   "side %s: found no wall beside the opening, so that no profile develops, expected profile = "
+                   "uniform",
+                   pd_setup_side_name(side));
 }
 
 /* Solve the steady duct flow, driven by a body force along `axis` that gives about the small Reynolds number.
@@ -80,7 +80,7 @@ static pd_status pdi_developed_flow_solve(pd_ctx *ctx, const pd_flow *flow, int 
     double reached = result.residual_over_tolerance * PDI_DEVELOPED_FLOW_TOLERANCE;
     if (status <= 0 || reached < PDI_DEVELOPED_FLOW_MAX_RESIDUAL) return status < 0 ? status : PD_OK;
     return pd_fail(ctx, PD_ERR_DIVERGED, "inlet",
-                    "the developed profile of an opening is not found: its residual is %g", reached);
+                   "the developed profile of an opening is not found: its residual is %g", reached);
 }
 
 /* Store the axial velocities of the duct in inlet->profile[side], scaled so that their flux is area times mean. */

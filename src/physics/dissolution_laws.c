@@ -64,7 +64,7 @@ static pd_status pdi_dissolution_laws_update_electrode_factors(pd_ctx *ctx, pd_d
     for (int32_t p = 0; p < s->count && s->share; p++)
         if (s->electrode[p] >= 0)
             PD_TRY(pdi_surface_states_compute_curve_factor(ctx, a->states, s->electrode[p], s->node[p], s->time,
-                                                            &s->share[p]));
+                                                           &s->share[p]));
     return PD_OK;
 }
 
@@ -154,7 +154,7 @@ PDI_FN pd_status pdi_dissolution_laws_build(pd_ctx *ctx, const pd_setup *setup, 
     if (pd_setup_has_ion_electrodes(setup)) {
         desc.reads_phi = 1;
         PD_TRY(pdi_species_electrodes_build(ctx, setup, map, cell, reactive, &a->surface_solver,
-                                             &a->species_electrodes, &desc.electrodes));
+                                            &a->species_electrodes, &desc.electrodes));
     }
     if (a->law_count && dissolve && dissolve->kinds == 1 && !pdi_metal_bonds(dissolve) &&
         !(dissolve->kind[0].end > 0.0))
@@ -243,10 +243,10 @@ static pd_status pdi_dissolution_laws_check_speed(pd_ctx *ctx, const pd_dissolut
     double v = a->surface_solver.speed[m * a->dissolve->grid->total + node];
     if (v < 1e100) return PD_OK;
     return pd_fail(ctx, PD_ERR_STATE, "dissolve",
-                    "the rate law in pH, species or E gives %g m/s at t = %g s (node %d "
-                    "at %s m, pH %.4g), expected a speed below 1e100 m/s",
-                    v, a->surface_solver.time, (int)node, pdi_grid_format_position(a->dissolve->grid, node, place),
-                    pd_reactive_ph(a->surface_solver.reactive, node));
+                   "the rate law in pH, species or E gives %g m/s at t = %g s (node %d "
+                   "at %s m, pH %.4g), expected a speed below 1e100 m/s",
+                   v, a->surface_solver.time, (int)node, pdi_grid_format_position(a->dissolve->grid, node, place),
+                   pd_reactive_ph(a->surface_solver.reactive, node));
 }
 
 /* Is the fluid of a node saturated (salt layer)? 1: the bond-based metal model then decides on the flux, and the

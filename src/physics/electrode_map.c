@@ -104,11 +104,11 @@ PDI_FN pd_status pdi_electrode_map_report_depleted_species(pd_ctx *ctx, void *us
         into = p->current[k] < 0.0;
     }
     return pd_fail(ctx, PD_ERR_STATE, "potential",
-                    "at t = %g s electrode %s takes up more of %s beside %s m than is "
-                    "there: its current flows %s the metal, by which its reaction uses %s up; expected a curve or a "
-                    "potential by which it flows the other way, or fluid that holds %s",
-                    t, name, of->species[species].name, pdi_grid_format_position(m->grid, node, place),
-                    into ? "into" : "out of", of->species[species].name, of->species[species].name);
+                   "at t = %g s electrode %s takes up more of %s beside %s m than is "
+                   "there: its current flows %s the metal, by which its reaction uses %s up; expected a curve or a "
+                   "potential by which it flows the other way, or fluid that holds %s",
+                   t, name, of->species[species].name, pdi_grid_format_position(m->grid, node, place),
+                   into ? "into" : "out of", of->species[species].name, of->species[species].name);
 }
 
 /* Merge the circuits of electrodes a and b in wire [count]: members of a circuit share the lowest index. */
@@ -132,9 +132,9 @@ static pd_status pdi_electrode_map_find_electrodes(pd_ctx *ctx, pd_electrode_map
         int e = pdi_electrode_map_find_electrode(m, i);
         if (e < 0)
             return pd_fail(ctx, PD_ERR_GEOMETRY, "potential",
-                            "the metal at %s m belongs to no electrode, expected an "
-                            "[electrode NAME] with its shape or material, or kind = wall for what insulates",
-                            pdi_grid_format_position(m->grid, i, text));
+                           "the metal at %s m belongs to no electrode, expected an "
+                           "[electrode NAME] with its shape or material, or kind = wall for what insulates",
+                           pdi_grid_format_position(m->grid, i, text));
         nodes[e]++;
         for (int d = 0; d < PD_DIM; d++) {
             int32_t near = pd_grid_find_source(m->grid, i + m->grid->stride[d], NULL);
@@ -146,8 +146,8 @@ static pd_status pdi_electrode_map_find_electrodes(pd_ctx *ctx, pd_electrode_map
         if (nodes[k]) continue;
         m->error_line = p->electrode[k].line;
         return pd_fail(ctx, PD_ERR_GEOMETRY, "potential", "the electrode %s has no metal on the lattice, expected a "
-                        "shape that is larger than the spacing, and that no later electrode covers",
-                        p->electrode[k].name);
+                       "shape that is larger than the spacing, and that no later electrode covers",
+                       p->electrode[k].name);
     }
     return PD_OK;
 }
@@ -167,8 +167,8 @@ static pd_status pdi_electrode_map_build_circuits(pd_ctx *ctx, pd_electrode_map 
         m->error_line = e->line;
         if (*given >= 0)
             return pd_fail(ctx, PD_ERR_ARGUMENT, "potential", "the electrodes %s and %s are connected or touch, and "
-                            "both have a given potential or current, expected one of them", p->electrode[*given].name,
-                            e->name);
+                           "both have a given potential or current, expected one of them", p->electrode[*given].name,
+                           e->name);
         *given = k;
         m->circuit[m->circuit_of_electrode[k]].control =
             e->has_fixed_potential ? PD_CIRCUIT_POTENTIAL : PD_CIRCUIT_CURRENT;

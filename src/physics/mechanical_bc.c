@@ -155,9 +155,9 @@ static pd_status pdi_mechanical_bc_check_free_layer(pd_ctx *ctx, const pd_mechan
             found = pdi_mechanical_bc_get_layer(g, i, grip->side) == 0 && pdi_mechanical_bc_has_free_layer(g, k, i, d);
         if (!found)
             return pd_fail(ctx, PD_ERR_GEOMETRY, "grip",
-                            "the side %s holds %d rows of nodes, two horizons, and no "
-                            "line of metal has one more that is free behind them: choose a smaller h, or a grip",
-                            pd_setup_side_name(grip->side), g->held_layers[k]);
+                           "the side %s holds %d rows of nodes, two horizons, and no "
+                           "line of metal has one more that is free behind them: choose a smaller h, or a grip",
+                           pd_setup_side_name(grip->side), g->held_layers[k]);
     }
     return PD_OK;
 }
@@ -276,9 +276,9 @@ static pd_status pdi_mechanical_bc_check_thickness(pd_ctx *ctx, const pd_mechani
         run->layers >= expected)
         return PD_OK;
     return pd_fail(ctx, PD_ERR_GEOMETRY, "grip",
-                    "metal of %d cells between the side %s, which holds it, and %s, "
-                    "which loads it, expected at least %d of the ordinary material: choose a smaller h, or another one",
-                    run->layers, pd_setup_side_name(side ^ 1), pd_setup_side_name(side), expected);
+                   "metal of %d cells between the side %s, which holds it, and %s, "
+                   "which loads it, expected at least %d of the ordinary material: choose a smaller h, or another one",
+                   run->layers, pd_setup_side_name(side ^ 1), pd_setup_side_name(side), expected);
 }
 
 /* Set faces[k] (what the opposite side holds) and borne[k] (area that load weights sum to at the start; the full area
@@ -326,9 +326,9 @@ static pd_status pdi_mechanical_bc_compute_load_scaling(pd_ctx *ctx, const pd_me
         int bearing = fabs(borne) > PDI_MECHANICAL_BC_MIN_METAL_FRACTION * area;
         if (bearing ? !(bears[d] / borne > PDI_MECHANICAL_BC_MIN_METAL_FRACTION) : !(spreads[d] > 0.0))
             return pd_fail(ctx, PD_ERR_STATE, "grip",
-                            "too little metal is left at the side %s to bear its traction "
-                            "at t = %g s",
-                            pd_setup_side_name(g->setup->metal_body.mechanical_bc[k].side), t);
+                           "too little metal is left at the side %s to bear its traction "
+                           "at t = %g s",
+                           pd_setup_side_name(g->setup->metal_body.mechanical_bc[k].side), t);
         shares->scale[d] =
             bearing && fabs(bears[d] - borne) > PDI_MECHANICAL_BC_SUM_TOLERANCE * area ? borne / bears[d] : 1.0;
         shares->remainder[d] = spreads[d] > 0.0 ? (area - borne) / spreads[d] : 0.0;
@@ -400,7 +400,7 @@ static pd_status pdi_mechanical_bc_check_finite(pd_ctx *ctx, const pd_setup_mech
     if (grip && grip->side >= 0)
         snprintf(of, sizeof of, "a displacement or load of %s", pd_setup_side_name(grip->side));
     return pd_fail(ctx, PD_ERR_STATE, "grip", "%s is %g at x = %g m, t = %g s, expected a finite number", of, value,
-                    x[0], t);
+                   x[0], t);
 }
 
 PDI_FN int pdi_mechanical_bc_find_sides(const pd_mechanical_bc *g, int32_t i, int d, int *holders)

@@ -136,11 +136,11 @@ pd_status pd_memory_estimate_check_limit(pd_ctx *ctx, const pd_setup *setup, int
     if (dry) b.total_bytes -= pd_max(b.output_bytes - b.equilibrium_bytes, 0.0);
     if (!(b.nodes <= (double)INT32_MAX))
         return pd_fail(ctx, PD_ERR_SIZE, "grid", "the lattice has %.3g nodes, at most %.3g are possible", b.nodes,
-                        (double)INT32_MAX);
+                       (double)INT32_MAX);
     double sure = (b.total_bytes - PDI_MEMORY_ESTIMATE_FIXED_BYTES) / (1.0 + PD_MEMORY_ESTIMATE_ERROR);
     if (ctx->alloc.limit && sure > (double)ctx->alloc.limit)
         return pd_fail(ctx, PD_ERR_LIMIT, "memory", "the run needs about %.3g MB, the limit is %.3g MB",
-                        b.total_bytes * 1e-6, (double)ctx->alloc.limit * 1e-6);
+                       b.total_bytes * 1e-6, (double)ctx->alloc.limit * 1e-6);
     return PD_OK;
 }
 

@@ -13,7 +13,7 @@
 PD_API pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *model);
 /* Build stencil and grid of a setup only. *line: line of the scene that an error is about; unchanged when unknown. */
 PD_API pd_status pd_model_build_grid(pd_ctx *ctx, const pd_setup *setup, int *line, pd_stencil *stencil,
-                                      pd_grid *grid);
+                                     pd_grid *grid);
 PD_API void pd_model_free(pd_ctx *ctx, pd_model *model);
 /* Collect the solver statistics of a model. */
 PD_API void pd_model_get_statistics(const pd_model *model, pd_model_statistics *effort);

@@ -154,9 +154,9 @@ static pd_status pdi_species_electrodes_reject_multiple_roots(pd_ctx *ctx, const
     for (int k = 0; k < shown; k++)
         pd_append(text, sizeof text, "%s%.3g V", k == 0 ? "" : k + 1 < shown ? ", " : " and ", root[k]);
     return pd_fail(ctx, PD_ERR_STATE, "potential", "at t = %g s the metal of [electrode %s] gives its total current "
-                    "at %d potentials, %s: its law or curve falls as E rises, and its past decides which of them it "
-                    "has; expected a law that rises or stays there, or a given potential of the electrode",
-                    p->etch->time, of->electrode[e].name, found, text);
+                   "at %d potentials, %s: its law or curve falls as E rises, and its past decides which of them it "
+                   "has; expected a law that rises or stays there, or a given potential of the electrode",
+                   p->etch->time, of->electrode[e].name, found, text);
 }
 
 PDI_FN pd_status pdi_species_electrodes_check_unique_potential(pd_ctx *ctx, pd_species_electrodes *p)
@@ -357,10 +357,10 @@ PDI_FN pd_status pdi_species_electrodes_check_solved(pd_ctx *ctx, const pd_speci
     for (int e = 0; e < of->electrodes; e++) {
         if (s->desc.electrodes.member[e] != s->lost - 1 || !pdi_species_electrodes_is_wetted(s, e)) continue;
         return pd_fail(ctx, PD_ERR_STATE, "potential", "at t = %g s no potential was found that gives the metal "
-                        "of %s a total current of %g A: its curve and its law do not carry that, or carry it at two "
-                        "potentials around a peak, or they take up more of a species than reaches the metal; expected "
-                        "anodic and cathodic reactions, and a curve that falls to 0 with the species that it takes up",
-                        s->time, of->electrode[e].name, s->desc.electrodes.circuit[s->lost - 1].value);
+                       "of %s a total current of %g A: its curve and its law do not carry that, or carry it at two "
+                       "potentials around a peak, or they take up more of a species than reaches the metal; expected "
+                       "anodic and cathodic reactions, and a curve that falls to 0 with the species that it takes up",
+                       s->time, of->electrode[e].name, s->desc.electrodes.circuit[s->lost - 1].value);
     }
     return PD_ERR_STATE;
 }

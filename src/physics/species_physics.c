@@ -102,8 +102,8 @@ static pd_status pdi_species_physics_build_integrator(pd_ctx *ctx, pd_model *m)
     desc.species_count = u->electrolyte.count;
     if (pd_setup_find_species_rate_metal(u) >= 0 || pd_setup_has_ion_electrodes(u)) {
         PD_TRY(pdi_dissolution_laws_build(ctx, u, &m->reactive, u->has_dissolve ? &m->dissolve : NULL,
-                                           &m->species_integrator, &m->cell, &m->electrodes, m->surface_states,
-                                           &m->dissolution_laws));
+                                          &m->species_integrator, &m->cell, &m->electrodes, m->surface_states,
+                                          &m->dissolution_laws));
         m->dissolution_laws.set_registered = pdi_model_set_registered_variables;
         m->dissolution_laws.set_registered_user = m;
         desc.surface = &m->dissolution_laws.surface_solver;

@@ -272,9 +272,9 @@ PDI_FN pd_status pdi_surface_states_compute_curve_factor(pd_ctx *ctx, const pd_s
     *share = pd_expr_eval(&e->current_factor, vars);
     if (*share >= 0.0 && *share < 1e100) return PD_OK;
     return pd_fail(ctx, PD_ERR_STATE, "electrode",
-                    "the factor of %s is %g at %s m and t = %g s, expected a finite "
-                    "number of at least 0",
-                    e->name, *share, pdi_grid_format_position(s->bonds->grid, node, place), t);
+                   "the factor of %s is %g at %s m and t = %g s, expected a finite "
+                   "number of at least 0",
+                   e->name, *share, pdi_grid_format_position(s->bonds->grid, node, place), t);
 }
 
 PDI_FN pd_status pdi_surface_states_update_contact_factors(pd_ctx *ctx, const pd_surface_states *s, pd_contact *contact,
@@ -282,6 +282,6 @@ PDI_FN pd_status pdi_surface_states_update_contact_factors(pd_ctx *ctx, const pd
 {
     for (int32_t n = 0; n < count; n++)
         PD_TRY(pdi_surface_states_compute_curve_factor(ctx, s, contact[n].electrode, contact[n].node, t,
-                                                        &contact[n].share));
+                                                       &contact[n].share));
     return PD_OK;
 }

@@ -35,7 +35,7 @@ typedef struct pd_surface_state_statistics {
 
 /* Area-weighted mean, minimum and maximum of state k over its surface, and the area. */
 PD_API void pd_surface_states_compute_statistics(const pd_surface_states *surfaces, int k,
-                                                  pd_surface_state_statistics *figures);
+                                                 pd_surface_state_statistics *figures);
 #ifdef PDI_INTERNAL
 /* Build the surface states of a setup. The object must not be moved afterwards: callbacks point to it. cell, etch: NULL
  * without; they may be built later. */

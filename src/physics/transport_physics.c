@@ -21,7 +21,7 @@ static pd_status pdi_transport_physics_set_initial_concentration(pd_ctx *ctx, co
         double c = pdi_setup_eval_expr(&m->setup->initial_c, x, 0.0);
         if (!(c >= 0.0) || !(c < 1e100))
             return pd_fail(ctx, PD_ERR_STATE, "model",
-                            "initial gives C = %g mol/m3 at x = %g m, expected a finite value of at least 0", c, x[0]);
+                           "initial gives C = %g mol/m3 at x = %g m, expected a finite value of at least 0", c, x[0]);
         field[node] = c;
     }
     return PD_OK;

@@ -281,15 +281,15 @@ static pd_status pdi_cell_solve(pd_ctx *ctx, pd_cell *cell, double t)
         cell->circuit[n].value = cell->desc.given(cell->desc.user, n, t);
     if (cell->desc.share)
         PD_TRY(cell->desc.share(ctx, cell->desc.user, cell->potential.contacts.list, cell->potential.contacts.count,
-                                 t));
+                                t));
     pd_status status = pd_potential_solve(ctx, &cell->potential, &cell->result);
     if (status < 0) return status;
     if (status != PD_OK)
         return pd_fail(ctx, PD_ERR_DIVERGED, "potential", "at t = %g s the balances of currents lack %.3g of them "
-                        "after %d steps of Newton's method, most at %s, expected at most %g: a larger tolerance of "
-                        "[potential] accepts it", t, cell->result.residual,
-                        cell->result.newton, pdi_circuit_electrode(&cell->potential, cell->result.worst, name),
-                        cell->potential.desc.tolerance);
+                       "after %d steps of Newton's method, most at %s, expected at most %g: a larger tolerance of "
+                       "[potential] accepts it", t, cell->result.residual,
+                       cell->result.newton, pdi_circuit_electrode(&cell->potential, cell->result.worst, name),
+                       cell->potential.desc.tolerance);
     cell->time = t;
     cell->solves++;
     cell->newton += cell->result.newton;
@@ -427,11 +427,11 @@ static pd_status pdi_cell_lawful(pd_ctx *ctx, const pd_cell *cell, double t)
         const pd_contact *c = &p->contacts.list[k];
         if (!isnan(p->surface[k]) || !(cell->kinds[c->electrode] & cell->desc.reads)) continue;
         return pd_fail(ctx, PD_ERR_STATE, "potential",
-                        "at t = %g s the law of the metal of %s reads E, which nothing "
-                        "tells beside %s m: curves there carry current into the metal only, and nothing else closes "
-                        "the circuit; expected an anodic branch of its curve, too",
-                        t, pdi_circuit_electrode(p, c->electrode, name),
-                        pdi_grid_format_position(cell->grid, c->node, place));
+                       "at t = %g s the law of the metal of %s reads E, which nothing "
+                       "tells beside %s m: curves there carry current into the metal only, and nothing else closes "
+                       "the circuit; expected an anodic branch of its curve, too",
+                       t, pdi_circuit_electrode(p, c->electrode, name),
+                       pdi_grid_format_position(cell->grid, c->node, place));
     }
     return PD_OK;
 }

@@ -116,13 +116,13 @@ static pd_status pdi_circuit_ranges(pd_ctx *ctx, pd_potential *p, double *low, d
         if (p->fixed[root] || (low[root] < 0.0 && high[root] > 0.0)) continue;
         if (p->desc.idle) continue;
         return pd_fail(ctx, PD_ERR_STATE, "potential",
-                        "the metal around the electrolyte at %s m (%s) cannot carry a "
-                        "current %s: there is no solution; expected %s reaction of one of the electrodes there, or a "
-                        "side that holds a potential",
-                        pdi_grid_format_position(p->grid, p->contacts.list[c].node, text),
-                        pdi_circuit_electrode(p, p->contacts.list[c].electrode, name),
-                        low[root] < 0.0 ? "out of itself" : "into itself",
-                        low[root] < 0.0 ? "an anodic" : "a cathodic");
+                       "the metal around the electrolyte at %s m (%s) cannot carry a "
+                       "current %s: there is no solution; expected %s reaction of one of the electrodes there, or a "
+                       "side that holds a potential",
+                       pdi_grid_format_position(p->grid, p->contacts.list[c].node, text),
+                       pdi_circuit_electrode(p, p->contacts.list[c].electrode, name),
+                       low[root] < 0.0 ? "out of itself" : "into itself",
+                       low[root] < 0.0 ? "an anodic" : "a cathodic");
     }
     return pdi_circuit_idle(ctx, p, low, high);
 }
@@ -219,12 +219,12 @@ static pd_status pdi_circuit_carries(pd_ctx *ctx, const pd_potential *p, int n)
     pdi_circuit_name(p, n, name);
     if (!touched)
         return pd_fail(ctx, PD_ERR_STATE, "potential", "%s is to give %g %s, and no metal of it touches fluid where a "
-                        "current can pass: there is no solution; expected `until` before its metal is used up, or a "
-                        "current of 0", name, wanted, pdi_circuit_unit(p));
+                       "current can pass: there is no solution; expected `until` before its metal is used up, or a "
+                       "current of 0", name, wanted, pdi_circuit_unit(p));
     return pd_fail(ctx, PD_ERR_STATE, "potential", "%s is to give %g %s, and its curves carry between %g and %g %s: "
-                    "there is no solution; expected a current between them, a larger limit, or, for both directions, "
-                    "both branches (butler_volmer)", name, wanted, pdi_circuit_unit(p), low, high,
-                    pdi_circuit_unit(p));
+                   "there is no solution; expected a current between them, a larger limit, or, for both directions, "
+                   "both branches (butler_volmer)", name, wanted, pdi_circuit_unit(p), low, high,
+                   pdi_circuit_unit(p));
 }
 
 /* Where no potential is given, currents add up to zero. */
@@ -241,9 +241,9 @@ static pd_status pdi_circuit_balanced(pd_ctx *ctx, const pd_potential *p, int n)
     }
     if (fabs(sum) <= PDI_CIRCUIT_BALANCED * size) return PD_OK;
     return pd_fail(ctx, PD_ERR_STATE, "potential", "the given currents of all that %s hangs together with add up to "
-                    "%g %s: there is no solution; expected a sum of zero, or a given potential of one of them or a "
-                    "side",
-                    pdi_circuit_name(p, n, name), sum, pdi_circuit_unit(p));
+                   "%g %s: there is no solution; expected a sum of zero, or a given potential of one of them or a "
+                   "side",
+                   pdi_circuit_name(p, n, name), sum, pdi_circuit_unit(p));
 }
 
 PDI_FN pd_status pdi_circuit_find(pd_ctx *ctx, pd_potential *p)

@@ -182,13 +182,13 @@ static pd_status pdi_distribution_check_values(pd_ctx *ctx, const pd_potential *
     for (int n = 0; n < p->desc.circuits; n++)
         if (!(fabs(p->desc.circuit[n].value) < PDI_POTENTIAL_FAR))
             return pd_fail(ctx, PD_ERR_ARGUMENT, "potential", "%s: the given %s is %g, expected -1e6 to 1e6",
-                            pdi_circuit_name(p, n, name),
-                            p->desc.circuit[n].control == PD_CIRCUIT_POTENTIAL ? "potential" : "current",
-                            p->desc.circuit[n].value);
+                           pdi_circuit_name(p, n, name),
+                           p->desc.circuit[n].control == PD_CIRCUIT_POTENTIAL ? "potential" : "current",
+                           p->desc.circuit[n].value);
     for (int s = 0; s < 2 * PD_DIM; s++)
         if (p->desc.held[s] && !(fabs(p->desc.hold[s]) < PDI_POTENTIAL_FAR))
             return pd_fail(ctx, PD_ERR_ARGUMENT, "potential", "side %d holds %g V, expected between -1e6 and 1e6", s,
-                            p->desc.hold[s]);
+                           p->desc.hold[s]);
     return PD_OK;
 }
 
@@ -272,8 +272,8 @@ static pd_status pdi_distribution_newton(pd_ctx *ctx, pd_potential *p, pd_potent
         result->residual = size.currents > 0.0 ? size.lack / size.currents : 0.0;
         if (!(size.lack < HUGE_VAL))
             return pd_fail(ctx, PD_ERR_DIVERGED, "potential", "the current of %s is not finite after %d steps of "
-                            "Newton's method; expected a curve that gives numbers", pdi_distribution_wrong(p, name),
-                            result->newton);
+                           "Newton's method; expected a curve that gives numbers", pdi_distribution_wrong(p, name),
+                           result->newton);
         if (size.lack <= most) {
             pdi_balance_still(p, size.lack);
             return PD_OK;
@@ -297,8 +297,8 @@ static pd_status pdi_distribution_newton(pd_ctx *ctx, pd_potential *p, pd_potent
         far = pd_max(far, pdi_par_max_abs(ctx, total, p->level));
         if (!(far < PDI_POTENTIAL_FAR) || !(pdi_par_max_abs(ctx, total, p->phi) < PDI_POTENTIAL_FAR))
             return pd_fail(ctx, PD_ERR_STATE, "potential", "the potential of %s leaves every bound: there is no "
-                            "solution; expected curves, limits and given values that let its current pass",
-                            pdi_circuit_name(p, pdi_distribution_farthest(p), name));
+                           "solution; expected curves, limits and given values that let its current pass",
+                           pdi_circuit_name(p, pdi_distribution_farthest(p), name));
     }
 }
 
@@ -371,22 +371,22 @@ static pd_status pdi_distribution_check(pd_ctx *ctx, const pd_grid *grid, const 
     if (!(desc->conductivity > 0.0) || !(desc->conductivity < 1e100) || !(desc->tolerance >= 0.0) ||
         !(desc->tolerance < 1.0))
         return pd_fail(ctx, PD_ERR_ARGUMENT, where, "conductivity %g S/m, tolerance %g: expected a positive one, and "
-                        "one from 0 to 1", desc->conductivity, desc->tolerance);
+                       "one from 0 to 1", desc->conductivity, desc->tolerance);
     if (desc->electrodes < 1 || desc->electrodes > PD_ELECTRODES || !desc->electrode || desc->circuits < 1 ||
         !desc->circuit)
         return pd_fail(ctx, PD_ERR_ARGUMENT, where, "%d electrodes and %d circuits, expected 1 to %d and at least 1",
-                        desc->electrodes, desc->circuits, PD_ELECTRODES);
+                       desc->electrodes, desc->circuits, PD_ELECTRODES);
     for (int e = 0; e < desc->electrodes && desc->member; e++)
         if (desc->member[e] < 0 || desc->member[e] >= desc->circuits)
             return pd_fail(ctx, PD_ERR_ARGUMENT, where, "electrode %d is in circuit %d of %d", e, desc->member[e],
-                            desc->circuits);
+                           desc->circuits);
     for (int s = 0; s < 2 * PD_DIM; s++)
         if (desc->held[s] && grid->side[s] != PD_SIDE_WALL && grid->side[s] != PD_SIDE_INLET)
             return pd_fail(ctx, PD_ERR_ARGUMENT, where, "side %d cannot hold a potential, expected a wall or an inlet",
-                            s);
+                           s);
     if (desc->wide && desc->wide->reach > grid->ghost)
         return pd_fail(ctx, PD_ERR_ARGUMENT, where, "the wide family reaches over %d cells, the grid has %d layers of "
-                        "ghosts", desc->wide->reach, grid->ghost);
+                       "ghosts", desc->wide->reach, grid->ghost);
     return PD_OK;
 }
 
@@ -398,12 +398,12 @@ static pd_status pdi_distribution_check_nodes(pd_ctx *ctx, const pd_potential *p
         const pd_potential_desc *desc = &p->desc;
         if (p->grid->kind[i] == PD_SOLID && desc->metal && desc->metal[i] >= desc->electrodes)
             return pd_fail(ctx, PD_ERR_ARGUMENT, "potential", "the metal at %s m is electrode %d of %d",
-                            pdi_grid_format_position(p->grid, i, text), desc->metal[i], desc->electrodes);
+                           pdi_grid_format_position(p->grid, i, text), desc->metal[i], desc->electrodes);
         if (p->grid->kind[i] == PD_FLUID && desc->field && !(desc->field[i] > 0.0 && desc->field[i] < 1e100))
             return pd_fail(ctx, PD_ERR_ARGUMENT, "potential",
-                            "conductivity %g S/m at %s m, expected a positive "
-                            "number",
-                            desc->field[i], pdi_grid_format_position(p->grid, i, text));
+                           "conductivity %g S/m at %s m, expected a positive "
+                           "number",
+                           desc->field[i], pdi_grid_format_position(p->grid, i, text));
     }
     return PD_OK;
 }

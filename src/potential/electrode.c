@@ -165,20 +165,20 @@ static pd_status pdi_electrode_check_table(pd_ctx *ctx, int k, const pd_electrod
 {
     if (t->points < 2 || !t->potential || !t->current)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "electrode", "term %d: a table of %d points, expected at least 2", k,
-                        t->points);
+                       t->points);
     for (int p = 0; p < t->points; p++)
         if (!(fabs(t->potential[p]) < 1e100) || !(fabs(t->current[p]) < 1e100))
             return pd_fail(ctx, PD_ERR_ARGUMENT, "electrode", "term %d: point %d of the table is (%g V, %g A/m2), "
-                            "expected finite numbers", k, p, t->potential[p], t->current[p]);
+                           "expected finite numbers", k, p, t->potential[p], t->current[p]);
     for (int p = 1; p < t->points; p++) {
         if (!(t->potential[p] > t->potential[p - 1]))
             return pd_fail(ctx, PD_ERR_ARGUMENT, "electrode", "term %d: the potentials %g and %g V of points %d and "
-                            "%d do not ascend", k, t->potential[p - 1], t->potential[p], p - 1, p);
+                           "%d do not ascend", k, t->potential[p - 1], t->potential[p], p - 1, p);
         if (t->current[p] < t->current[p - 1])
             return pd_fail(ctx, PD_ERR_ARGUMENT, "electrode", "term %d: the current falls from %g to %g A/m2 between "
-                            "%g and %g V, so a field would have several solutions; expected a curve that rises or "
-                            "stays (cathodic currents are negative)", k, t->current[p - 1], t->current[p],
-                            t->potential[p - 1], t->potential[p]);
+                           "%g and %g V, so a field would have several solutions; expected a curve that rises or "
+                           "stays (cathodic currents are negative)", k, t->current[p - 1], t->current[p],
+                           t->potential[p - 1], t->potential[p]);
     }
     return PD_OK;
 }
@@ -190,18 +190,18 @@ static pd_status pdi_electrode_check(pd_ctx *ctx, int k, const pd_electrode_term
         return pd_fail(ctx, PD_ERR_ARGUMENT, "electrode", "term %d: there is no kind %d", k, (int)t->kind);
     if (!(fabs(t->equilibrium) < 1e100))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "electrode", "term %d: equilibrium at %g V, expected a finite number", k,
-                        t->equilibrium);
+                       t->equilibrium);
     if (t->kind == PD_ELECTRODE_LINEAR) {
         if (pdi_electrode_positive(t->resistance)) return PD_OK;
         return pd_fail(ctx, PD_ERR_ARGUMENT, "electrode", "term %d: resistance %g m2/S, expected a positive number",
-                        k, t->resistance);
+                       k, t->resistance);
     }
     if (!pdi_electrode_positive(t->exchange) || !pdi_electrode_least_zero(t->anodic) ||
         !pdi_electrode_least_zero(t->cathodic) || !(t->anodic + t->cathodic > 0.0) ||
         !pdi_electrode_least_zero(t->anodic_limit) || !pdi_electrode_least_zero(t->cathodic_limit))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "electrode", "term %d: exchange %g A/m2, anodic %g V, cathodic %g V, "
-                        "limits %g and %g A/m2: expected a positive exchange current, and at least one branch", k,
-                        t->exchange, t->anodic, t->cathodic, t->anodic_limit, t->cathodic_limit);
+                       "limits %g and %g A/m2: expected a positive exchange current, and at least one branch", k,
+                       t->exchange, t->anodic, t->cathodic, t->anodic_limit, t->cathodic_limit);
     return PD_OK;
 }
 
@@ -248,7 +248,7 @@ pd_status pd_electrode_build(pd_ctx *ctx, const pd_electrode_desc *desc, pd_elec
     if (given.count < 0 || (given.count > 0 && !given.term) || !pdi_electrode_least_zero(given.film) ||
         !(fabs(given.equilibrium) < 1e100))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "electrode", "%d terms, equilibrium %g V, film %g m2/S: expected "
-                        "terms, and finite numbers of at least 0", given.count, given.equilibrium, given.film);
+                       "terms, and finite numbers of at least 0", given.count, given.equilibrium, given.film);
     int64_t points = 0;
     for (int k = 0; k < given.count; k++) {
         PD_TRY(pdi_electrode_check(ctx, k, &given.term[k]));

@@ -47,7 +47,7 @@ static pd_status pdi_pieces_walk_all(pd_ctx *ctx, const pdi_pieces_walk *w, cons
         int e = pdi_pieces_electrode(p, w->piece[i], material ? material[i] : 0);
         if (e < 0)
             return pd_fail(ctx, PD_ERR_SIZE, "pieces", "the metals of all pieces are more than %d electrodes",
-                            PD_ELECTRODES);
+                           PD_ELECTRODES);
         electrode[i] = (uint8_t)e;
     }
     return PD_OK;

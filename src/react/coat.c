@@ -71,7 +71,7 @@ PDI_FN pd_status pdi_coat_build(pd_ctx *ctx, pd_reactive *r, const pd_coat_desc 
             char place[PDI_GRID_POSITION_LENGTH];
             status =
                 pd_fail(ctx, PD_ERR_STATE, "surface", "%s begins with %g at %s m, expected a value from %g to %g",
-                         desc->name[k], y, pdi_grid_format_position(r->grid, i, place), desc->low[k], desc->high[k]);
+                        desc->name[k], y, pdi_grid_format_position(r->grid, i, place), desc->low[k], desc->high[k]);
             pdi_coat_free(ctx, s);
             return status;
         }
@@ -294,11 +294,11 @@ static pd_status pdi_coat_refuse(pd_ctx *ctx, const pd_coat *s, int32_t p, doubl
     pdi_grid_format_position(s->reactive->grid, i, place);
     if (state < 0)
         return pd_fail(ctx, PD_ERR_STATE, "surface", "no steps follow the rates of states at %s m from t = %g s on: "
-                        "one jumps back and forth or grows beyond all bounds, expected a rate that is continuous, or "
-                        "min and max where it ends", place, t);
+                       "one jumps back and forth or grows beyond all bounds, expected a rate that is continuous, or "
+                       "min and max where it ends", place, t);
     return pd_fail(ctx, PD_ERR_STATE, "surface", "the rate of %s is no finite number at %s m (pH %.4g) from t = %g s "
-                    "on, where it is %g, expected a law that holds there", s->desc.name[state], place,
-                    pd_reactive_ph(s->reactive, i), t, s->start[state * (int64_t)s->reactive->grid->total + i]);
+                   "on, where it is %g, expected a law that holds there", s->desc.name[state], place,
+                   pd_reactive_ph(s->reactive, i), t, s->start[state * (int64_t)s->reactive->grid->total + i]);
 }
 
 /* All places over dt from t; `stuck`: trials after which equations that no steps follow are refused. */

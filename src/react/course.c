@@ -89,10 +89,10 @@ static pd_status pdi_course_make(pd_ctx *ctx, pd_reactive *r, const pd_course_de
     memset(a, 0, sizeof *a);
     if (!(desc->cover >= 0.0) || !(desc->cover < 1e100) || (desc->cover > 0.0) != (desc->bare != NULL))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "course", "minerals %g m thick cover metal, expected a finite value "
-                        "of at least 0, and above 0 an array for the bare share", desc->cover);
+                       "of at least 0, and above 0 an array for the bare share", desc->cover);
     if (!(desc->rtol >= 0.0) || !(desc->largest >= 0.0) || !(desc->rtol + desc->largest < 1e100))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "course", "rtol %g and a largest step of %g s, expected finite values of "
-                        "at least 0", desc->rtol, desc->largest);
+                       "at least 0", desc->rtol, desc->largest);
     a->desc = *desc;
     if (!(a->desc.rtol > 0.0)) a->desc.rtol = 1e-3;
     a->desc.shed = NULL;
@@ -563,9 +563,9 @@ static pd_status pdi_course_short(pd_ctx *ctx, const pd_course *a, double t)
     while (n + 1 < a->desc.species_count && r->components.solute_of_species[n] != solute) n++;
     const char *name = a->desc.species ? a->desc.species[n].name : "a species";
     return pd_fail(ctx, PD_ERR_STATE, "chemistry",
-                    "at t = %g s more %s is taken up beside %s m than is there: "
-                    "expected a rate or current that falls to 0 with it, such as one with the factor [%s]/(1 mM)",
-                    t, name, pdi_grid_format_position(r->grid, r->short_at, place), name);
+                   "at t = %g s more %s is taken up beside %s m than is there: "
+                   "expected a rate or current that falls to 0 with it, such as one with the factor [%s]/(1 mM)",
+                   t, name, pdi_grid_format_position(r->grid, r->short_at, place), name);
 }
 
 static pd_status pdi_course_stuck(pd_ctx *ctx, void *self, const pd_step *s)
@@ -578,32 +578,32 @@ static pd_status pdi_course_stuck(pd_ctx *ctx, void *self, const pd_step *s)
     char place[PDI_GRID_POSITION_LENGTH];
     if (metal && metal->odd && !(s->error < HUGE_VAL))
         return pd_fail(ctx, PD_ERR_STATE, "chemistry",
-                        "the law of metal is no number beside %s m after t = %g s, "
-                        "however short the step: expected one for all that comes to its surface, such as "
-                        "sqrt(max(1 - [Mg2+]/(1 mM), 0))",
-                        pdi_grid_format_position(metal->reactive->grid, metal->node[metal->odd - 1], place), s->time);
+                       "the law of metal is no number beside %s m after t = %g s, "
+                       "however short the step: expected one for all that comes to its surface, such as "
+                       "sqrt(max(1 - [Mg2+]/(1 mM), 0))",
+                       pdi_grid_format_position(metal->reactive->grid, metal->node[metal->odd - 1], place), s->time);
     if (a->desc.surface && a->desc.surface->electrode && !(s->error < HUGE_VAL))
         return pd_fail(ctx, PD_ERR_STATE, "chemistry",
-                        "this current cannot pass: no step of %g s was found at t = "
-                        "%g s. Expected one that the ions beside %s m can carry, where %.3g mol/m3 are left; and the "
-                        "curve of an electrode that takes up no more of a species than reaches the metal, and falls "
-                        "to 0 with it, as i = -1 A/m2*[O2]/(0.25 mol/m3)%s",
-                        s->dt, s->time, pdi_grid_format_position(metal->reactive->grid, least, place), ions,
-                        a->desc.surface->share ? ", or a factor leaves metal without a current that balances" : "");
+                       "this current cannot pass: no step of %g s was found at t = "
+                       "%g s. Expected one that the ions beside %s m can carry, where %.3g mol/m3 are left; and the "
+                       "curve of an electrode that takes up no more of a species than reaches the metal, and falls "
+                       "to 0 with it, as i = -1 A/m2*[O2]/(0.25 mol/m3)%s",
+                       s->dt, s->time, pdi_grid_format_position(metal->reactive->grid, least, place), ions,
+                       a->desc.surface->share ? ", or a factor leaves metal without a current that balances" : "");
     if (a->desc.drained && a->desc.feed &&
         pdi_positivity_drained(a->reactive, PDI_COURSE_DRAINED * s->dt, &solute, &node))
         return a->desc.drained(ctx, a->desc.feeder, node, solute, s->time);
     if (a->reactive->short_of) return pdi_course_short(ctx, a, s->time);
     if (a->reactive->migration.on && !(s->error < HUGE_VAL))
         return pd_fail(ctx, PD_ERR_STATE, "chemistry", "no step of %g s was found at t = %g s for ions that migrate: "
-                        "fluid with next to none beside fluid with many conducts too little, expected some "
-                        "everywhere, as those of water, [species H+] and [species OH-] with initial = 1e-4 mol/m3",
-                        s->dt, s->time);
+                       "fluid with next to none beside fluid with many conducts too little, expected some "
+                       "everywhere, as those of water, [species H+] and [species OH-] with initial = 1e-4 mol/m3",
+                       s->dt, s->time);
     if (a->desc.coat && a->desc.coat->error > 1.0)
         return pd_fail(ctx, PD_ERR_STATE, "surface", "states of surfaces change faster than any step follows at t = "
-                        "%g s: expected a rate that stays finite", s->time);
+                       "%g s: expected a rate that stays finite", s->time);
     return pd_fail(ctx, PD_ERR_STATE, "chemistry", "the error of a step of %g s at t = %g s is %g of the largest "
-                    "concentrations, expected it to fall with the step", s->dt, s->time, a->error);
+                   "concentrations, expected it to fall with the step", s->dt, s->time, a->error);
 }
 
 /* 1: steps have no solution, or hardly any, and shorter ones do not help. */
@@ -656,7 +656,7 @@ static pd_status pdi_course_settle(pd_ctx *ctx, pd_course *a)
         a->desc.surface->charge[e] = 0.0; /* no time has passed */
     if (status == PD_OK) return pd_reactive_begin(ctx, r);
     return pd_fail(ctx, PD_ERR_DIVERGED, "chemistry", "no steady concentrations were found in %d steps of Newton, "
-                    "expected time = implicit, which follows them to there", result.newton);
+                   "expected time = implicit, which follows them to there", result.newton);
 }
 
 static pd_status pdi_course_start(pd_ctx *ctx, void *self, double t)

@@ -479,7 +479,7 @@ pd_status pd_etch_build(pd_ctx *ctx, pd_reactive *r, const pd_etch_desc *desc, p
     if (desc->more_count < 0 || desc->more_count > UINT8_MAX || (desc->more_count && !desc->more) ||
         (desc->more_count && (!desc->electrodes.count || desc->solid > 0.0)))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "etch", "%d metals beside the first one, expected 0 to %d and their "
-                        "list, with electrodes, and none that fills what it leaves", desc->more_count, UINT8_MAX);
+                       "list, with electrodes, and none that fills what it leaves", desc->more_count, UINT8_MAX);
     s->desc = *desc;
     s->reactive = r;
     s->kinds = desc->more_count + 1;

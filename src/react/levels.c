@@ -321,7 +321,7 @@ static pd_status pdi_levels_given(pd_ctx *ctx, const pd_etch *metal)
     }
     if (!(fabs(sum) > PDI_LEVELS_SLACK * size)) return PD_OK;
     return pd_fail(ctx, PD_ERR_ARGUMENT, "reactive", "the currents that are given to metals sum to %g A, and no inlet "
-                    "or wall that holds species lets a current pass, expected 0, or a given potential", sum);
+                   "or wall that holds species lets a current pass, expected 0, or a given potential", sum);
 }
 
 PDI_FN void pdi_levels_ties(pd_reactive *r)
@@ -342,8 +342,8 @@ PDI_FN pd_status pdi_levels_sources(pd_ctx *ctx, pd_reactive *r, double dt)
     else if (r->surface && r->surface->count &&
              (r->surface->desc.reads_phi || fabs(r->surface->kind->charge) > PDI_LEVELS_SLACK))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "reactive", "metal that dissolves %s, and no inlet or wall that holds "
-                        "species has a potential and lets a current pass, expected one",
-                        r->surface->desc.reads_phi ? "by the potential" : "gives a charge");
+                       "species has a potential and lets a current pass, expected one",
+                       r->surface->desc.reads_phi ? "by the potential" : "gives a charge");
     for (int32_t i = 0; i < (int32_t)total; i++) {
         double around = pd_grid_circumference(r->grid, i);
         if (r->grid->kind[i] != PD_FLUID) continue;
@@ -361,7 +361,7 @@ PDI_FN pd_status pdi_levels_sources(pd_ctx *ctx, pd_reactive *r, double dt)
     double most = pd_max(PDI_LEVELS_SLACK * size, PDI_LEVELS_FAINT * held / dt);
     if (!(fabs(pdi_compensated_sum_total(&sum) - late) > most)) return PD_OK;
     return pd_fail(ctx, PD_ERR_ARGUMENT, "reactive",
-                    "sources give a charge of %g of what they give, and no inlet or "
-                    "wall lets a current pass, expected 0",
-                    pdi_compensated_sum_total(&sum) / size);
+                   "sources give a charge of %g of what they give, and no inlet or "
+                   "wall lets a current pass, expected 0",
+                   pdi_compensated_sum_total(&sum) / size);
 }

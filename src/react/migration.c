@@ -44,7 +44,7 @@ PDI_FN pd_status pdi_migration_begin(pd_ctx *ctx, double temperature, const doub
     if (!m->on) return PD_OK;
     if (!(temperature > 0.0) || !(temperature < 1e4))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "reactive", "the temperature is %g K, expected a positive one for "
-                        "migration", temperature);
+                       "migration", temperature);
     m->volt = PD_GAS_CONSTANT * temperature / PD_FARADAY;
     m->ratio = ratio;
     m->wall = wall;
@@ -228,8 +228,8 @@ PDI_FN pd_status pdi_migration_setup(pd_ctx *ctx, pd_migration *m, const double 
                                            NULL, m->compact.dirichlet, m->compact.mass);
     if (status != PD_ERR_ARGUMENT) return status;
     return pd_fail(ctx, PD_ERR_DIVERGED, "migration", "concentrations up to %g mol/m3, D = %g m2/s and h = %g m give "
-                    "conductances beyond the range of numbers of the solver: expected those of ions in water", most,
-                    m->flux->diffusion->desc.diffusivity, grid->h[0]);
+                   "conductances beyond the range of numbers of the solver: expected those of ions in water", most,
+                   m->flux->diffusion->desc.diffusivity, grid->h[0]);
 }
 
 PDI_FN void pdi_migration_apply(pd_ctx *ctx, pd_migration *m, const double *current, double *y)

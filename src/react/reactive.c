@@ -296,7 +296,7 @@ static pd_status pdi_reactive_neutral(pd_ctx *ctx, const pd_reactive *r, const c
     if (!r->migration.on) return PD_OK;
     if (fabs(charge) > PDI_REACTIVE_NEUTRAL * size)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "reactive", "%s: the charges sum to %g mol/m3, expected 0 for migration",
-                        where, charge);
+                       where, charge);
     pdi_migration_neutralise(&r->migration, c);
     return PD_OK;
 }
@@ -308,7 +308,7 @@ static pd_status pdi_reactive_settle(pd_ctx *ctx, const pd_reactive *r, const ch
     for (int n = 0; n < r->components.solutes; n++)
         if (!(c[n] >= 0.0) || !(c[n] < 1e100))
             return pd_fail(ctx, PD_ERR_ARGUMENT, "reactive", "%s: solute %d of %d has %g mol/m3, expected a finite "
-                            "value of at least 0", where, n + 1, r->components.solutes, c[n]);
+                           "value of at least 0", where, n + 1, r->components.solutes, c[n]);
     PD_TRY(pdi_reactive_neutral(ctx, r, where, c));
     pdi_components_compute_totals(&r->components, c, total);
     if (pdi_components_solve(&r->components, total, c) == PD_OK) return pdi_reactive_neutral(ctx, r, where, c);
@@ -420,7 +420,7 @@ static pd_status pdi_reactive_diffusivities(pd_ctx *ctx, const pd_species *speci
         if (n < 0) continue;
         if (!(d >= 0.0) || !(d < 1e100))
             return pd_fail(ctx, PD_ERR_ARGUMENT, "reactive", "%s has D = %g m2/s, expected a finite value of at least "
-                            "0", species[i].name, d);
+                           "0", species[i].name, d);
         of[n] = d;
         if (d > 0.0) least = pd_min(least, d);
         most = pd_max(most, d);
@@ -546,7 +546,7 @@ pd_status pd_reactive_system(pd_ctx *ctx, const pd_reactive_desc *desc, pd_react
     int count =
         pdi_mineral_copy_solid_free_reactions(desc->species, desc->count, desc->reactions, desc->reaction_count, rest);
     PD_TRY(pdi_components_build(ctx, desc->species, desc->count, rest, count, desc->activity, desc->temperature,
-                                 &r->components));
+                                &r->components));
     return pdi_mineral_build(ctx, &r->components, desc->species, desc->count, desc->reactions, desc->reaction_count,
                               desc->minerals, desc->mineral_count, &r->minerals);
 }
@@ -555,12 +555,12 @@ static pd_status pdi_reactive_fill_solids(pd_ctx *ctx, const pd_reactive_desc *d
 {
     if (!(desc->tortuosity >= 0.0) || !(desc->tortuosity < 1e100))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "reactive", "the tortuosity is %g, expected a positive number, or 0 for "
-                        "1", desc->tortuosity);
+                       "1", desc->tortuosity);
     for (int s = 0; s < r->minerals.count; s++) {
         double n = desc->initial[r->minerals.mineral[s].species];
         if (!(n >= 0.0) || !(n < 1e100))
             return pd_fail(ctx, PD_ERR_ARGUMENT, "reactive", "mineral %d of %d has %g mol/m3, expected a finite value "
-                            "of at least 0", s + 1, r->minerals.count, n);
+                           "of at least 0", s + 1, r->minerals.count, n);
         for (int32_t i = 0; i < r->grid->total; i++)
             if (r->grid->kind[i] == PD_FLUID) r->solid[(int64_t)s * r->grid->total + i] = n;
     }
@@ -576,8 +576,8 @@ static pd_status pdi_reactive_make(pd_ctx *ctx, const pd_grid *grid, const pd_bo
     if (!(desc->tolerance >= 0.0) || !(desc->tolerance < 1.0) || desc->most < 0 || desc->order < 0 ||
         desc->order > 2 || !desc->initial)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "reactive", "tolerance %g, %d steps of Newton, order %d, concentrations "
-                        "at the start: %s; expected a tolerance of 0 to 1, at least 0 steps, order 1 or 2, "
-                        "concentrations", desc->tolerance, desc->most, desc->order, desc->initial ? "yes" : "none");
+                       "at the start: %s; expected a tolerance of 0 to 1, at least 0 steps, order 1 or 2, "
+                       "concentrations", desc->tolerance, desc->most, desc->order, desc->initial ? "yes" : "none");
     r->desc = *desc;
     if (!(r->desc.tolerance > 0.0)) r->desc.tolerance = PDI_REACTIVE_TOLERANCE;
     if (!r->desc.most) r->desc.most = PDI_REACTIVE_STEPS;
@@ -600,7 +600,7 @@ static pd_status pdi_reactive_make(pd_ctx *ctx, const pd_grid *grid, const pd_bo
         r->closed[n] = r->wall[n] == r->wall[n] ? 0.0 : NAN;
         if (r->wall[n] < 0.0 || r->wall[n] > 1e100)
             return pd_fail(ctx, PD_ERR_ARGUMENT, "reactive", "a wall holds %g mol/m3, expected a finite value of at "
-                            "least 0", r->wall[n]);
+                           "least 0", r->wall[n]);
     }
     PD_TRY(pdi_array_registry_build(ctx, pdi_reactive_list, r));
     pdi_reactive_pick(r, desc->inlet ? desc->inlet : desc->initial, r->inlet);

@@ -14,7 +14,7 @@ static pd_status pdi_checkpoint_store_scene(pd_ctx *ctx, const pd_setup *setup, 
     if (!archive->is_reading) return PD_ARCHIVE_ARRAY(ctx, archive, "scene", setup->fingerprint, size);
     if (size < 0 || size > PDI_CHECKPOINT_MAX_SCENE_BYTES)
         return pd_fail(ctx, PD_ERR_ARGUMENT, archive->name, "it keeps a scene of %.0f bytes, expected at most %d",
-                        (double)size, PDI_CHECKPOINT_MAX_SCENE_BYTES);
+                       (double)size, PDI_CHECKPOINT_MAX_SCENE_BYTES);
     PD_TRY(PD_NEW(ctx, "checkpoint", size + 1, kept));
     pd_status status = PD_ARCHIVE_ARRAY(ctx, archive, "scene", kept, size);
     if (status == PD_OK) status = pdi_fingerprint_check(ctx, setup, kept, archive->name);

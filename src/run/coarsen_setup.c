@@ -121,8 +121,8 @@ static pd_status pdi_coarsen_setup_reject_feature(pd_ctx *ctx, const pdi_coarsen
     pd_setup_format_value(coarse->grid.h[axis], "m", spacing);
     pd_setup_format_value(x[0], "m", place);
     return pd_fail(ctx, PD_ERR_GEOMETRY, "coarser",
-                    "the lattice at h = %s cannot hold the scene: the %s near x = %s %s", spacing,
-                    names[pdi_coarsen_setup_kind(&fine->grid, node)], place, what);
+                   "the lattice at h = %s cannot hold the scene: the %s near x = %s %s", spacing,
+                   names[pdi_coarsen_setup_kind(&fine->grid, node)], place, what);
 }
 
 /* Check that every feature is at least one coarse cell wide, corners aside, and has nodes on the coarse lattice. */
@@ -188,8 +188,8 @@ static pd_status pdi_coarsen_setup_check_box(pd_ctx *ctx, const pd_setup *setup,
         int cells = pd_setup_count_cells(setup, d);
         if (cells % factor)
             return pd_fail(ctx, PD_ERR_GEOMETRY, "coarser",
-                            "the lattice at %d h cannot hold the scene: the box has %d cells along %c, expected a"
-                            " multiple of %d", factor, cells, "xyz"[d], factor);
+                           "the lattice at %d h cannot hold the scene: the box has %d cells along %c, expected a"
+                           " multiple of %d", factor, cells, "xyz"[d], factor);
     }
     return PD_OK;
 }
@@ -205,8 +205,8 @@ static pd_status pdi_coarsen_setup_check_face(pd_ctx *ctx, const pd_setup *setup
     if (!inside || fabs(index - whole) > PDI_COARSEN_SETUP_TOLERANCE || (int)whole % factor == 0) return PD_OK;
     pd_setup_format_value(place, "m", text);
     return pd_fail(ctx, PD_ERR_GEOMETRY, "coarser",
-                    "the lattice at %d h cannot hold the scene: the face of a shape at %c = %s is cell %d of the box, "
-                    "expected a multiple of %d", factor, "xyz"[axis], text, (int)whole, factor);
+                   "the lattice at %d h cannot hold the scene: the face of a shape at %c = %s is cell %d of the box, "
+                   "expected a multiple of %d", factor, "xyz"[axis], text, (int)whole, factor);
 }
 
 /* Check all faces of boxes and half spaces that are normal to an axis. */
@@ -234,12 +234,12 @@ static pd_status pdi_coarsen_setup_add_plane(pd_ctx *ctx, const pd_setup_monitor
         int k = coarser->setup.monitors;
         if (low + side < 1 || low + side > cells / factor - 1)
             return pd_fail(ctx, PD_ERR_GEOMETRY, "coarser",
-                            "the lattice at %d h has no plane beside [plane %s], too near to the end of the box",
-                            factor, m->name);
+                           "the lattice at %d h has no plane beside [plane %s], too near to the end of the box",
+                           factor, m->name);
         if (k == PD_SETUP_MONITORS)
             return pd_fail(ctx, PD_ERR_SIZE, "coarser",
-                            "more than %d sections, because planes between those of the lattice count twice",
-                            PD_SETUP_MONITORS);
+                           "more than %d sections, because planes between those of the lattice count twice",
+                           PD_SETUP_MONITORS);
         coarser->setup.monitor[k] = *m;
         coarser->setup.monitor[k].index = low + side;
         coarser->monitor_weight[k] = side ? rest / (double)factor : 1.0 - rest / (double)factor;

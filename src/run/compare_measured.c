@@ -47,7 +47,7 @@ static pd_status pdi_compare_measured_reject_output(pd_ctx *ctx, const pd_measur
         snprintf(list + used, sizeof list - used, "%s%s", k ? ", " : "", name);
     }
     return pd_fail(ctx, PD_ERR_ARGUMENT, "measured", "found of = %.80s, expected a figure that the run watches: %s",
-                    r->output_name, list[0] ? list : "it watches none");
+                   r->output_name, list[0] ? list : "it watches none");
 }
 
 /* Check that a measured set names an output of the run, with the same physical dimension. */
@@ -65,9 +65,9 @@ static pd_status pdi_compare_measured_check_figure(pd_ctx *ctx, const pd_measure
     pd_units_describe(&r->dims, found);
     pd_units_describe(&dims, wanted);
     return pd_fail(ctx, PD_ERR_ARGUMENT, "measured",
-                    "the values of %.60s are %s, expected %s as %.80s is: write the"
-                    " unit of the column behind 'in'",
-                    r->name, found, wanted, r->output_name);
+                   "the values of %.60s are %s, expected %s as %.80s is: write the"
+                   " unit of the column behind 'in'",
+                   r->name, found, wanted, r->output_name);
 }
 
 /* Inner part of the build. */
@@ -226,7 +226,7 @@ PDI_FN void pdi_compare_measured_print(const pd_measured_comparison *c, pd_print
                  r->output_name, unit);
         char *figures = text + strlen(text);
         pd_append(text, sizeof text, " points=%d rms=%.4g largest=%.4g at=%.9g", result.points, result.rms,
-                   result.max_difference, result.max_difference_time);
+                  result.max_difference, result.max_difference_time);
         if (r->spread) pd_append(text, sizeof text, " within_spread=%d", result.within_spread);
         pdi_result_line_remove_nonfinite(figures);
         print(user, PD_PRINT_RESULT, text);

@@ -32,7 +32,7 @@ typedef struct pdi_fit {
 static pd_status pdi_fit_reject_range(pd_ctx *ctx, const char *range, const char *expected)
 {
     return pd_fail(ctx, PD_ERR_ARGUMENT, "fit", "found '%.100s', expected %s, such as dissolve.rate_scale=0.5..2 or "
-                    "\"transport.D=1e-10..1e-8 m2/s\"", range, expected);
+                   "\"transport.D=1e-10..1e-8 m2/s\"", range, expected);
 }
 
 /* Length of the number at text, which is not taken to reach into "..". 0: there is none. */
@@ -99,7 +99,7 @@ static pd_status pdi_fit_parse_ranges(pd_ctx *ctx, const pd_fit_desc *desc, pd_f
 {
     if (desc->ranges < 1 || desc->ranges > PD_LEAST_SQUARES_PARAMETERS)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "fit", "found %d parameters, expected 1 to %d", desc->ranges,
-                        PD_LEAST_SQUARES_PARAMETERS);
+                       PD_LEAST_SQUARES_PARAMETERS);
     for (int k = 0; k < desc->ranges; k++) {
         PD_TRY(pdi_fit_parse_range(ctx, desc->range[k], &fit->parameter[k]));
         for (int j = 0; j < k; j++)
@@ -116,7 +116,7 @@ static void pdi_fit_format_overrides(pd_fit *fit, const double *value)
     for (int k = 0; k < fit->parameters; k++) {
         fit->override[k][0] = '\0';
         pd_append(fit->override[k], sizeof fit->override[k], "%s=%.17g%s%s", fit->parameter[k].key, value[k],
-                   fit->parameter[k].unit[0] ? " " : "", fit->parameter[k].unit);
+                  fit->parameter[k].unit[0] ? " " : "", fit->parameter[k].unit);
     }
 }
 
@@ -133,7 +133,7 @@ pd_status pd_fit_read_setup(pd_ctx *ctx, const pd_fit_desc *desc, const char *co
     pd_status status = desc->measured ? pdi_read_measured_replace(ctx, "--to", desc->measured, setup) : PD_OK;
     if (status == PD_OK && setup->measured_count == 0)
         status = pd_fail(ctx, PD_ERR_ARGUMENT, "fit", "found no [measured NAME] section in the scene, expected one or "
-                          "--to FILE");
+                         "--to FILE");
     if (status < 0) pd_setup_free(ctx, setup);
     return status;
 }
@@ -148,7 +148,7 @@ static pd_status pdi_fit_prefix_message(pdi_fit *f, pd_status status)
         snprintf(values + used, sizeof values - used, "%s%.80s", k ? " " : "", f->fit->override[k]);
     }
     pd_fail(f->ctx, status, "fit", "the run at %s%s failed: %.360s", values,
-             f->factor == 4 ? " on 4 h" : f->factor == 2 ? " on 2 h" : "", message);
+            f->factor == 4 ? " on 4 h" : f->factor == 2 ? " on 2 h" : "", message);
     return status;
 }
 
@@ -214,15 +214,15 @@ static pd_status pdi_fit_check_std_devs(pd_ctx *ctx, const pd_setup *setup, int 
         for (int p = 0; p < r->points && r->spread; p++)
             if (pdi_read_measured_is_in_run(r, p, setup->end_time) && !(r->spread[p] > 0.0))
                 return pd_fail(ctx, PD_ERR_ARGUMENT, "fit", "found a spread of 0 in %.60s at t = %g s, expected a "
-                                "positive one: points weigh by it", r->name, r->time[p]);
+                               "positive one: points weigh by it", r->name, r->time[p]);
     }
     *known = with > 0;
     if (with == 0 && setup->measured_count == 1) return PD_OK;
     if (with == setup->measured_count) return PD_OK;
     return pd_fail(ctx, PD_ERR_ARGUMENT, "fit",
-                    "found %d of %d sets of points with a spread, expected it in all: "
-                    "points of different figures weigh by it",
-                    with, setup->measured_count);
+                   "found %d of %d sets of points with a spread, expected it in all: "
+                   "points of different figures weigh by it",
+                   with, setup->measured_count);
 }
 
 /* Collect measured values and weights of points after the start and before the end of the run. */
@@ -260,7 +260,7 @@ static pd_status pdi_fit_allocate_work(pdi_fit *f, const pd_setup *setup)
     f->fit->h = setup->h[0];
     if (f->fit->points >= f->fit->parameters) return PD_OK;
     return pd_fail(f->ctx, PD_ERR_ARGUMENT, "fit", "found %d point%s for %d parameters, expected as many at least",
-                    f->fit->points, f->fit->points == 1 ? "" : "s", f->fit->parameters);
+                   f->fit->points, f->fit->points == 1 ? "" : "s", f->fit->parameters);
 }
 
 /* ---- lattices ---- */
@@ -309,9 +309,9 @@ static pd_status pdi_fit_solve_on_grid(pdi_fit *f, const double *start)
     if (status >= 0 || !f->fit->result.ineffective) return status;
     f->fit->bad_input = 1;
     return pd_fail(f->ctx, status, "fit",
-                    "found that %.100s has no effect on the points, expected one that changes "
-                    "%s",
-                    f->fit->parameter[f->fit->result.ineffective - 1].key, f->fit->output);
+                   "found that %.100s has no effect on the points, expected one that changes "
+                   "%s",
+                   f->fit->parameter[f->fit->result.ineffective - 1].key, f->fit->output);
 }
 
 /* 1: the caller wants to stop. */
@@ -403,16 +403,16 @@ void pd_fit_format_result(const pd_fit *fit, char *text, size_t size)
     if (size == 0) return;
     text[0] = '\0';
     pd_append(text, size, "result case=%s fit=%s points=%d", fit->name,
-               fit->measured_sets == 1 ? fit->output : "several", fit->points);
+              fit->measured_sets == 1 ? fit->output : "several", fit->points);
     char *figures = text + strlen(text);
     pd_append(text, size, " rms=%.4g unit=%s", fit->rms, fit->measured_sets == 1 && fit->unit[0] ? fit->unit : "-");
     if (fit->has_spread) pd_append(text, size, " chi2=%.4g", s->sum);
     pd_append(text, size, " freedom=%d evals=%d fine_evals=%d converged=%s h=%.6g", s->degrees_of_freedom,
-               fit->evaluations, s->evaluations, s->converged ? "yes" : "no", fit->h);
+              fit->evaluations, s->evaluations, s->converged ? "yes" : "no", fit->h);
     for (int k = 0; k < fit->parameters; k++) {
         const char *key = fit->parameter[k].key;
         pd_append(text, size, " %s=%.6g %s.error=%.3g %s.low=%.5g %s.high=%.5g", key, s->value[k], key,
-                   s->standard_error[k], key, s->low[k], key, s->high[k]);
+                  s->standard_error[k], key, s->low[k], key, s->high[k]);
         if (s->active_bound[k]) pd_append(text, size, " %s.bound=%s", key, s->active_bound[k] < 0 ? "low" : "high");
         for (int l = 0; l < k; l++)
             pd_append(text, size, " correlation_%d_%d=%.3g", l + 1, k + 1, s->correlation[k][l]);

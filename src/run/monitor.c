@@ -667,12 +667,12 @@ static pd_status pdi_monitor_reject_probe(pd_ctx *ctx, const pd_model *model, co
     char deep[PD_UNITS_TEXT];
     if (u->wall < 0 || !pd_shape_is_smooth(u->shape, u->wall))
         return pd_fail(ctx, PD_ERR_GEOMETRY, "probe",
-                        "'%s' stands in the wall, expected a place in the fluid or metal, or on a surface: move it",
-                        probe->name);
+                       "'%s' stands in the wall, expected a place in the fluid or metal, or on a surface: move it",
+                       probe->name);
     pd_setup_format_value(fabs(pd_shape_distance(u->shape, u->wall, probe->position)), "m", deep);
     return pd_fail(ctx, PD_ERR_GEOMETRY, "probe",
-                    "'%s' stands in the wall, %s behind its surface, expected a place in the fluid or metal, or on a "
-                    "surface: move it by that much", probe->name, deep);
+                   "'%s' stands in the wall, %s behind its surface, expected a place in the fluid or metal, or on a "
+                   "surface: move it by that much", probe->name, deep);
 }
 
 /* Inner part of the build: checks probes and computes all outputs once. */

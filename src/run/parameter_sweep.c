@@ -59,7 +59,7 @@ static size_t pdi_parameter_sweep_find_number_length(const char *text, size_t le
 static pd_status pdi_parameter_sweep_reject_axis(pd_ctx *ctx, const char *axis, const char *why)
 {
     return pd_fail(ctx, PD_ERR_ARGUMENT, "--sweep", "found '%.200s', expected %s, such as mean=0.01,0.05,0.2 m/s",
-                    axis, why);
+                   axis, why);
 }
 
 /* Number of values of an axis. unit [PD_PARAMETER_SWEEP_VALUE_BYTES]: the unit behind the last one when all are numbers
@@ -156,8 +156,8 @@ static pd_status pdi_parameter_sweep_parse_axes(pd_ctx *ctx, const pd_parameter_
     if (desc->axis_count < 1 || desc->axis_count > PD_PARAMETER_SWEEP_MAX_AXES ||
         desc->count > PD_PARAMETER_SWEEP_MAX_OVERRIDES)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "--sweep",
-                        "found %d sweeps and %d overrides, expected 1 to %d and at most %d", desc->axis_count,
-                        desc->count, PD_PARAMETER_SWEEP_MAX_AXES, PD_PARAMETER_SWEEP_MAX_OVERRIDES);
+                       "found %d sweeps and %d overrides, expected 1 to %d and at most %d", desc->axis_count,
+                       desc->count, PD_PARAMETER_SWEEP_MAX_AXES, PD_PARAMETER_SWEEP_MAX_OVERRIDES);
     s->runs = 1;
     for (int k = 0; k < desc->axis_count; k++) {
         s->axes++;
@@ -170,7 +170,7 @@ static pd_status pdi_parameter_sweep_parse_axes(pd_ctx *ctx, const pd_parameter_
         s->runs *= s->axis[k].count;
         if (s->runs > PD_PARAMETER_SWEEP_MAX_RUNS)
             return pd_fail(ctx, PD_ERR_ARGUMENT, "--sweep", "found more than %d runs, expected fewer values",
-                            PD_PARAMETER_SWEEP_MAX_RUNS);
+                           PD_PARAMETER_SWEEP_MAX_RUNS);
     }
     return PD_OK;
 }
@@ -184,7 +184,7 @@ static pd_status pdi_parameter_sweep_format_paths(pd_ctx *ctx, const pd_paramete
     PD_TRY(pd_file_join(ctx, s->folder, name, folder));
     if (pdi_file_is_link(folder)) /* runs write below the folder that they were given */
         return pd_fail(ctx, PD_ERR_FILE, "sweep",
-                        "'%.300s' is a link, expected the folder of a run or none: remove it", folder);
+                       "'%.300s' is a link, expected the folder of a run or none: remove it", folder);
     return pd_file_join(ctx, folder, PDI_PARAMETER_SWEEP_STATUS_FILE, result);
 }
 

@@ -446,7 +446,7 @@ static void pdi_run_set_result(const pdi_run *r, pd_run_result *result)
     result->current = m->cell.result.anodic;
     if (m->dissolution_laws.species_electrodes.setup)
         result->current = pd_species_electrodes_compute_total_current(&m->dissolution_laws.species_electrodes,
-                                                                       &result->current_balance);
+                                                                      &result->current_balance);
     result->has_flux = r->observables.has_flux;
     result->flux_error = r->observables.flux_error;
     result->layer_flux_error = r->observables.layer_flux_error;
@@ -574,7 +574,7 @@ void pd_run_format_result(const pd_run_result *r, char *text, size_t size)
     pd_append(text, size, "result case=%s", r->name);
     char *figures = text + strlen(text);
     pd_append(text, size, " dim=%d h=%.6g m=%.6g volume_loss=%.9g ledger=%.3g", PD_DIM, r->h, r->m, r->volume_loss,
-               r->mass_balance_error);
+              r->mass_balance_error);
     if (r->is_steady) pd_append(text, size, " defect=%.3g", r->steady_imbalance);
     if (r->unconverged_steps) pd_append(text, size, " unsolved=%.0f", (double)r->unconverged_steps);
     if (r->evolves_gas) pd_append(text, size, " gas=%.9g gas_mL=%.6g", r->gas, r->gas_volume * 1e6);

@@ -68,12 +68,12 @@ PDI_FN pd_status pdi_scalar_outputs_collect(pd_ctx *ctx, pd_model *model, const 
     f->order = u->has_flow && model->flow.order > 0 ? model->flow.order : 0;
     if (u->has_dissolve)
         PD_TRY(pdi_scalar_outputs_add(ctx, f, "scene", "", -1, "volume_loss", "-",
-                                       pd_time_loop_volume_loss(&model->time_loop)));
+                                      pd_time_loop_volume_loss(&model->time_loop)));
     for (int k = 0; k < u->monitors; k++) {
         const pd_monitor *m = &monitors->monitor[k];
         for (int j = 0; j < m->count; j++)
             PD_TRY(pdi_scalar_outputs_add(ctx, f, pd_setup_monitor_section_name(m->desc->kind), m->desc->name, k,
-                                           m->output[j].key, m->output[j].unit, m->output[j].value));
+                                          m->output[j].key, m->output[j].unit, m->output[j].value));
     }
     pd_fields fields = 0;
     for (int k = 0; k < u->probes && all; k++) fields |= u->probe[k].fields;

@@ -44,7 +44,7 @@ pd_status pd_sim_step(pd_ctx *ctx, pd_sim *sim, double t_limit)
 {
     if (!(t_limit > sim->time))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "sim", "a step from %g s to %g s, expected a time ahead", sim->time,
-                        t_limit);
+                       t_limit);
     pd_status status = pd_time_loop_step(ctx, &sim->model.time_loop, t_limit);
     sim->time = sim->model.time_loop.time;
     sim->steps = sim->model.time_loop.steps;

@@ -1,5 +1,6 @@
 /* speciation_report: see speciation_report.h */
 #include "run/speciation_report.h"
+#include "scene/input_files.h"
 #include "setup/setup.h"
 #include <math.h>
 #include <stdarg.h>
@@ -161,9 +162,9 @@ typedef struct pdi_speciation_report_titration {
 static pd_status pdi_speciation_report_reject_titration(pd_ctx *ctx, const char *text)
 {
     return pd_fail(ctx, PD_ERR_PARSE, "titrate",
-                    "found '%.80s', expected a reagent, a range with its unit and a "
-                    "number of rows from 2 to %d, such as Na+ + OH- 0..1 mM 21",
-                    text, PDI_SPECIATION_REPORT_MAX_ROWS);
+                   "found '%.80s', expected a reagent, a range with its unit and a "
+                   "number of rows from 2 to %d, such as Na+ + OH- 0..1 mM 21",
+                   text, PDI_SPECIATION_REPORT_MAX_ROWS);
 }
 
 /* Parse "REAGENT FROM..TO UNIT ROWS". */
@@ -240,7 +241,7 @@ static pd_status pdi_speciation_report_print_titration(pd_ctx *ctx, const pdi_sp
             c[i] = w->electrolyte.initial[i] + added * t->reagent[i];
             if (c[i] < 0.0 && w->electrolyte.species[i].phase != PD_PHASE_SOLVENT)
                 return pd_fail(ctx, PD_ERR_ARGUMENT, "titrate", "%g mol/m3 of the reagent take more %s than there is",
-                                added, w->electrolyte.species[i].name);
+                               added, w->electrolyte.species[i].name);
         }
         PD_TRY(pd_electrolyte_solve(ctx, &w->electrolyte, c, &s));
         if (!k) first = s.ph;

@@ -17,7 +17,7 @@ static void pdi_stall_note_append_attempt(const pd_attempt *now, char *line, siz
     pd_append(line, size, ": %s tries a step of %s from t = %s", now->name, dt, time);
     if (now->accepted_steps)
         pd_append(line, size, ", after %.0f step%s of its own", (double)now->accepted_steps,
-                   now->accepted_steps > 1 ? "s" : "");
+                  now->accepted_steps > 1 ? "s" : "");
     if (!now->rejected) return;
     pd_append(line, size, ", attempt %d", now->rejected + 1);
     if (!(now->error < HUGE_VAL)) pd_append(line, size, "; the one before found no solution");

@@ -57,7 +57,7 @@ pd_status pd_tolerance_presets_apply(pd_ctx *ctx, double accuracy, pd_setup *set
     memset(&a, 0, sizeof a);
     if (!(accuracy >= PD_ACCURACY_MIN) || !(accuracy <= PD_ACCURACY_MAX))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "accuracy", "found %g, expected a share from %g to %g", accuracy,
-                        PD_ACCURACY_MIN, PD_ACCURACY_MAX);
+                       PD_ACCURACY_MIN, PD_ACCURACY_MAX);
     a.accuracy = accuracy;
     a.setup = setup;
     pdi_tolerance_presets_set_all(&a);

@@ -110,15 +110,15 @@ PDI_FN pd_status pdi_fingerprint_check(pd_ctx *ctx, const pd_setup *u, const cha
     }
     if (old && fresh)
         return pd_fail(ctx, PD_ERR_ARGUMENT, where, "it is of another scene: found '%.*s', expected '%.*s'",
-                        (int)(pdi_fingerprint_line_length(old) < 200 ? pdi_fingerprint_line_length(old) : 200), old,
-                        (int)(pdi_fingerprint_line_length(fresh) < 200 ? pdi_fingerprint_line_length(fresh) : 200),
-                        fresh);
+                       (int)(pdi_fingerprint_line_length(old) < 200 ? pdi_fingerprint_line_length(old) : 200), old,
+                       (int)(pdi_fingerprint_line_length(fresh) < 200 ? pdi_fingerprint_line_length(fresh) : 200),
+                       fresh);
     if (old || fresh) {
         const char *line = old ? old : fresh;
         return pd_fail(ctx, PD_ERR_ARGUMENT, where, "it is of another scene: found %s'%.*s', expected %s",
-                        old ? "" : "no ",
-                        (int)(pdi_fingerprint_line_length(line) < 200 ? pdi_fingerprint_line_length(line) : 200), line,
-                        old ? "none" : "one");
+                       old ? "" : "no ",
+                       (int)(pdi_fingerprint_line_length(line) < 200 ? pdi_fingerprint_line_length(line) : 200), line,
+                       old ? "none" : "one");
     }
     return pd_fail(ctx, PD_ERR_ARGUMENT, where, "it is of a scene with the same pairs in another order");
 }

@@ -25,7 +25,8 @@ PDI_FN pd_status pdi_input_files_fail(pd_ctx *ctx, const pd_text *text, int sect
     return ctx->status = pd_is_fatal(status) ? status : refused;
 }
 
-PDI_FN pd_status pdi_input_files_read_output_folder(pd_ctx *ctx, pd_text *text, int section, const char *key, pd_setup *setup)
+PDI_FN pd_status pdi_input_files_read_output_folder(pd_ctx *ctx, pd_text *text, int section, const char *key,
+                                                    pd_setup *setup)
 {
     const char *folder;
     char own[PD_SETUP_NAME + 16];

@@ -52,7 +52,7 @@ static pd_status pdi_key_check_key(pd_ctx *ctx, const pd_text *text, const pd_te
     pd_units_format_suggestion(&near_word, hint);
     if (e->line > 0) snprintf(where, sizeof where, "%.280s:%d", e->file, e->line);
     return pd_fail(ctx, PD_ERR_PARSE, where, "found the unknown key '%.40s' in [%.40s%s%.40s], expected one of %s%s",
-                    e->key, s->name, s->label[0] ? " " : "", s->label, list, hint);
+                   e->key, s->name, s->label[0] ? " " : "", s->label, list, hint);
 }
 
 PDI_FN pd_status pdi_key_check_all(pd_ctx *ctx, const pd_text *text)

@@ -108,9 +108,9 @@ static pd_status pdi_read_chemistry_minerals(pdi_reader *s)
     int left_out = 0, stays[PD_SPECIES_MAX] = {0};
     PD_TRY(pdi_read_chemistry_check_minerals(s));
     PD_TRY(pdi_read_chemistry_nonnegative(s, pdi_text_get_section(s->ctx, s->text, "chemistry", NULL), "tortuosity",
-                                           "", "1", HUGE_VAL, &u->tortuosity));
+                                          "", "1", HUGE_VAL, &u->tortuosity));
     PD_TRY(pdi_read_chemistry_nonnegative(s, pdi_text_get_section(s->ctx, s->text, "chemistry", NULL), "cover", "m",
-                                           "0", HUGE_VAL, &u->shielding_thickness));
+                                          "0", HUGE_VAL, &u->shielding_thickness));
     for (int k = 0; k < e->count; k++) {
         const char *name = e->species[k].name;
         int section = pdi_read_chemistry_find_section(s, name),
@@ -148,7 +148,7 @@ static pd_status pdi_read_chemistry_minerals(pdi_reader *s)
     }
     if (left_out)
         pd_setup_add_note(s->setup, "%d solids of the electrolyte are left out: they have no [mineral ...] section",
-                           left_out);
+                          left_out);
     pd_electrolyte_remove_undissolved(e, stays);
     for (int k = 0, next = 0; k < e->count; k++)
         if (e->species[k].phase == PD_PHASE_SOLID) u->mineral[next++].species = k;

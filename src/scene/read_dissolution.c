@@ -111,7 +111,7 @@ static pd_status pdi_read_dissolution_check_rate(pdi_reader *s, int section, con
     if (strcmp(key, "law") != 0) return PD_OK;
     pd_setup_format_value(s->setup->h[0], "m", slow);
     pd_setup_add_note(s->setup, "law: one layer of %s a unit of the rate: %.6g um/h = %.6g mm/year at C = 0", slow,
-                       v * 1e6 * 3600.0, v * 1e3 * 31557600.0);
+                      v * 1e6 * 3600.0, v * 1e3 * 31557600.0);
     return PD_OK;
 }
 
@@ -416,7 +416,7 @@ PDI_FN pd_status pdi_read_dissolution_corrode(pdi_reader *s)
     PD_TRY(pdi_read_dissolution_corrode_fluid(s, section));
     if (pdi_text_has_key(s->ctx, s->text, section, "repassivation"))
         PD_TRY(pdi_reader_get_bounded(s, section, "repassivation", "mol/m3", NULL, 0.0, u->saturation, 1,
-                                       &u->repassivation));
+                                      &u->repassivation));
     if (u->activation && u->repassivation > 0.0)
         return pdi_text_fail_key(s->ctx, s->text, section, "repassivation",
                                  "found beside control = activation, expected diffusion: there all fluid holds bulk");

@@ -61,7 +61,7 @@ PDI_FN pd_status pdi_read_gas_read(pd_ctx *ctx, pd_text *text, pd_setup *u)
     PD_TRY(pdi_read_gas_positive_expr(ctx, text, section, "p", "Pa", &u->gas_p));
     for (int d = 0; d < PD_DIM; d++)
         PD_TRY(pdi_text_get_expr(ctx, text, section, keys[d], "m/s", pd_setup_get_position_symbols(), PD_DIM, "0",
-                                  &u->initial_velocity[d]));
+                                 &u->initial_velocity[d]));
     PD_TRY(pdi_text_get_choice(ctx, text, section, "order", orders, "second", &order));
     u->gas_order = (pd_gas_order)order;
     return pdi_read_gas_bounded(ctx, text, section, "cfl", "0.8", 0.0, 1.0, &u->gas_cfl);

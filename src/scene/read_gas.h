@@ -1,6 +1,7 @@
 /* read_gas: the section [gas] of a scene, and what sides mean for a gas. */
 #ifndef PD_READ_GAS_H
 #define PD_READ_GAS_H
+#include "scene/text.h"
 #include "setup/setup.h"
 
 #ifdef PDI_APP_INTERNAL

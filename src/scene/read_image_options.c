@@ -205,7 +205,7 @@ static pd_status pdi_read_image_options_contour_values(pdi_read_image_options_st
                                      PD_SETUP_CONTOURS, name);
         snprintf(one, sizeof one, "%.*s %s", (int)length, at, behind);
         PD_TRY(pdi_read_image_options_eval_value(r, "contours", one, unit,
-                                                  &drawing->contour_value[field][drawing->contours[field]++]));
+                                                 &drawing->contour_value[field][drawing->contours[field]++]));
         at += length;
     }
     if (drawing->contours[field] > 0) return PD_OK;
@@ -365,7 +365,7 @@ static pd_status pdi_read_image_options_plane_images(pdi_read_image_options_stat
     r->drawn_fields = r->setup->images;
     PD_TRY(pdi_read_image_options_contours(r));
     PD_TRY(pdi_read_image_options_flow_lines(r, "streamlines", PDI_READ_IMAGE_OPTIONS_DEFAULT_STREAMLINES,
-                                              drawing->streamlines));
+                                             drawing->streamlines));
     PD_TRY(pdi_read_image_options_flow_lines(r, "vectors", PDI_READ_IMAGE_OPTIONS_DEFAULT_VECTORS, drawing->vectors));
     PD_TRY(pdi_text_get_choice(r->ctx, r->text, r->section, "cells", cells, "blocky", &drawing->smooth));
     return pdi_text_get_integer(r->ctx, r->text, r->section, "width", PD_FIELD_PLOT_MIN_WIDTH, PD_FIELD_PLOT_MAX_WIDTH,

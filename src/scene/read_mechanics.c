@@ -153,7 +153,7 @@ static pd_status pdi_read_mechanics_poisson(pdi_reader *s, int section)
         return PD_OK;
     }
     PD_TRY(pdi_reader_get_bounded(s, section, "nu", "", NULL, rubber && b->plane == PD_PLANE_STRESS ? 0.0 : -0.999,
-                                   0.499, 0, &b->poisson));
+                                  0.499, 0, &b->poisson));
     if (!pdi_read_mechanics_is_bond_based(b) || fabs(b->poisson - own) < 1e-3) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, section, "nu",
                              "found %g with material = springs, expected their %g, or "
@@ -260,7 +260,7 @@ static pd_status pdi_read_mechanics_material(pdi_reader *s, int section)
     pd_setup_mechanics *b = &s->setup->metal_body;
     int plane = 0, influence, material;
     PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "material", pdi_read_mechanics_material_names,
-                                "correspondence", &material));
+                               "correspondence", &material));
     b->material = (pd_solid_coupling_material)material;
     PD_TRY(pdi_reader_get_positive(s, section, "E", "Pa", NULL, &b->young));
     if (b->young < 1e-30)
@@ -271,7 +271,7 @@ static pd_status pdi_read_mechanics_material(pdi_reader *s, int section)
     PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "influence", influences, "constant", &influence));
     b->influence = (pd_influence)influence;
     PD_TRY(pdi_reader_get_bounded(s, section, "m", "", pdi_read_mechanics_is_bond_based(b) ? "3" : "2", 1.0, 6.0, 0,
-                                   &b->m));
+                                  &b->m));
     PD_TRY(pdi_reader_get_bounded(s, section, "rtol", "", "1e-8", 1e-13, 1e-3, 0, &b->rtol));
     PD_TRY(pdi_read_mechanics_dynamics(s, section));
     return pdi_read_mechanics_plasticity_failure(s, section);
@@ -293,18 +293,18 @@ PDI_FN void pdi_read_mechanics_add_notes(pdi_reader *s)
     if (!u->has_solid) return;
     for (int k = 1; k < u->metals; k++)
         pd_setup_add_note(u,
-                           "solid: %.40s has the E and nu of %.40s, since [solid] has one of each; expected the metal "
-                           "that bears the load alone with kind = solid, and a grip where the other one holds it",
-                           u->metal[k].material.name, u->metal[0].material.name);
+                          "solid: %.40s has the E and nu of %.40s, since [solid] has one of each; expected the metal "
+                          "that bears the load alone with kind = solid, and a grip where the other one holds it",
+                          u->metal[k].material.name, u->metal[0].material.name);
     if (b->toughness > 0.0 && !b->precracks)
         pd_setup_add_note(u, "solid: toughness without a [cut]: the load that begins a crack in smooth metal, or at a "
-                              "notch, depends on h, about as 1/sqrt(h); expected a [cut ...], or strength = ...");
+                          "notch, depends on h, about as 1/sqrt(h); expected a [cut ...], or strength = ...");
     if (PD_DIM > 1 && !stress && families &&
         b->poisson > (b->m > 1.0 ? PDI_READ_MECHANICS_NU_LOCKING : PDI_READ_MECHANICS_NU_LOCKING_M1))
         pd_setup_add_note(u,
-                           "solid: nu = %g with material = %s: metal that is bent over 16 cells is too stiff by more "
-                           "than 5 %%, near 1/2 by half; expected nu up to %g, material = ordinary, or plane = stress",
-                           b->poisson, pdi_read_mechanics_material_names[b->material], PDI_READ_MECHANICS_NU_LOCKING);
+                          "solid: nu = %g with material = %s: metal that is bent over 16 cells is too stiff by more "
+                          "than 5 %%, near 1/2 by half; expected nu up to %g, material = ordinary, or plane = stress",
+                          b->poisson, pdi_read_mechanics_material_names[b->material], PDI_READ_MECHANICS_NU_LOCKING);
 }
 
 /* Read the factor by which stress changes the dissolution rate (key `speed_factor`). */

@@ -1,5 +1,6 @@
 /* read_param_file: see read_param_file.h */
 #include "scene/read_param_file.h"
+#include "scene/input_files.h"
 #include "setup/fields.h"
 #include "scene/override.h"
 #include "core/vec.h"
@@ -202,7 +203,7 @@ static void pdi_read_param_file_flow(const pdi_read_param_file_values *f, pd_set
     setup->side[0].mean_speed = f->Q_flow / (PD_PI * f->R_tube * f->R_tube);
     setup->side[1].kind = PD_SIDE_OUTLET;
     pd_setup_add_note(setup, "flow_conv_tol = %g is the tolerance of the residuals, not of the change per step",
-                       f->flow_conv_tol);
+                      f->flow_conv_tol);
 }
 
 /* Set diffusivity and concentrations; fractions of the file refer to the intact metal, rho_m over the molar mass. */
@@ -261,9 +262,9 @@ static double pdi_read_param_file_speed_by_rate(const pdi_read_param_file_values
     double layer = (f->C_solid_init - f->C_thresh) / (f->k_corr * exposure), speed = f->dx_file / layer;
     setup->gb_factor = f->gb_corr_factor;
     pd_setup_add_note(setup,
-                       "k_corr = %g 1/s: a layer of dx = %g m in %.4g min: recession at %.6g um/h = %.6g mm/year, "
-                       "for every dx",
-                       f->k_corr, f->dx_file, layer / 60.0, speed * 1e6 * 3600.0, speed * 1e3 * 31557600.0);
+                      "k_corr = %g 1/s: a layer of dx = %g m in %.4g min: recession at %.6g um/h = %.6g mm/year, "
+                      "for every dx",
+                      f->k_corr, f->dx_file, layer / 60.0, speed * 1e6 * 3600.0, speed * 1e3 * 31557600.0);
     return speed;
 }
 
@@ -276,9 +277,9 @@ static double pdi_read_param_file_speed_by_diffusion(const pdi_read_param_file_v
     double layer = log(f->C_solid_init / f->C_thresh) / (grain * bonds), speed = f->dx_file / layer;
     setup->gb_factor = pdi_read_param_file_harmonic_mean(f->D_liquid, f->D_gb) / grain;
     pd_setup_add_note(setup,
-                       "D_grain = %g, no k_corr: a layer of dx = %g m in %.4g min: recession at %.6g um/h = %.6g "
-                       "mm/year, for every dx",
-                       f->D_grain, f->dx_file, layer / 60.0, speed * 1e6 * 3600.0, speed * 1e3 * 31557600.0);
+                      "D_grain = %g, no k_corr: a layer of dx = %g m in %.4g min: recession at %.6g um/h = %.6g "
+                      "mm/year, for every dx",
+                      f->D_grain, f->dx_file, layer / 60.0, speed * 1e6 * 3600.0, speed * 1e3 * 31557600.0);
     pd_setup_add_note(setup, "D_gb = %g: %.6g times that speed in grain boundaries", f->D_gb, setup->gb_factor);
     return speed;
 }
@@ -318,7 +319,7 @@ static pd_status pdi_read_param_file_dissolve(pd_ctx *ctx, const pd_text *text, 
     setup->saturation = f->C_sat * intact;
     if (f->C_sat > 0.0)
         pd_setup_add_note(setup, "C_sat = %g: the rate falls as 1 - C/Csat, Csat = %.6g mol/m3; there it stops at it",
-                           f->C_sat, setup->saturation);
+                          f->C_sat, setup->saturation);
     return pdi_read_param_file_rate_law(ctx,
                                         f->by_diffusion ? pdi_read_param_file_speed_by_diffusion(f, setup)
                                                         : pdi_read_param_file_speed_by_rate(f, setup),
@@ -338,7 +339,7 @@ static void pdi_read_param_file_grains(const pdi_read_param_file_values *f, pd_s
     setup->grain.seed = 1;
     setup->grain.boundary_width = (1.0 + 2.0 * f->gb_width_cells) * f->dx_file;
     pd_setup_add_note(setup, "gb_width_cells = %g: grain boundaries are %.6g um wide, for every dx", f->gb_width_cells,
-                       setup->grain.boundary_width * 1e6);
+                      setup->grain.boundary_width * 1e6);
 }
 
 /* Set end time, output interval and fields; all fields that exist are written. */

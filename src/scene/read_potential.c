@@ -192,7 +192,7 @@ static pd_status pdi_read_potential_species_curve(pdi_reader *s, int section, pd
     vars[1].name = "pH";
     vars[1].unit = "";
     PD_TRY(pdi_read_surface_states_species_symbols(s, section, "i", vars, name, &count, e->species_index,
-                                                    &e->species_count));
+                                                   &e->species_count));
     PD_TRY(pdi_text_get_expr(s->ctx, s->text, section, "i", "A/m2", vars, count, NULL, &e->species_curve));
     e->has_species_curve = 1;
     if ((e->species_curve.variables_used >> 1 & 1u) && pd_electrolyte_find_species(&s->setup->electrolyte, "H+") < 0)
@@ -234,7 +234,7 @@ static pd_status pdi_read_potential_kinetics(pdi_reader *s, int section, pd_setu
     PD_TRY(pdi_reader_get_nonnegative(s, section, "film", "ohm m2", "0", &e->film_resistance));
     if (curve == PDI_READ_POTENTIAL_EXPRESSION) return pdi_read_potential_expression_curve(s, section, e);
     PD_TRY(pdi_reader_get_bounded(s, section, "E0", "V", "0", -PDI_READ_POTENTIAL_MAX_VOLTAGE,
-                                   PDI_READ_POTENTIAL_MAX_VOLTAGE, 0, &e->term.equilibrium));
+                                  PDI_READ_POTENTIAL_MAX_VOLTAGE, 0, &e->term.equilibrium));
     e->primary = curve == PDI_READ_POTENTIAL_PRIMARY;
     if (e->primary && s->setup->has_migration)
         return pdi_text_fail_key(s->ctx, s->text, section, "curve",
@@ -362,7 +362,7 @@ static pd_status pdi_read_potential_sides(pdi_reader *s)
                                      "found beside migration = yes of [chemistry],"
                                      " expected species = inlet, which holds ions at the potential 0");
         PD_TRY(pdi_reader_get_bounded(s, section, "potential", "V", NULL, -PDI_READ_POTENTIAL_MAX_VOLTAGE,
-                                       PDI_READ_POTENTIAL_MAX_VOLTAGE, 0, &u->potential.fixed_potential[k]));
+                                      PDI_READ_POTENTIAL_MAX_VOLTAGE, 0, &u->potential.fixed_potential[k]));
         u->potential.has_fixed_potential[k] = 1;
         if (u->side[k].kind == PD_SIDE_WALL || u->side[k].kind == PD_SIDE_INLET) continue;
         return pdi_text_fail_key(s->ctx, s->text, section, "potential",

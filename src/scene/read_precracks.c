@@ -13,7 +13,7 @@ static pd_status pdi_read_precracks_corners(pdi_reader *s, int section, pd_setup
     static const char *const what[] = {"one place", "2 or more corners of a line", "3 or more corners of a polygon"};
     int count;
     PD_TRY(pdi_text_get_numbers(s->ctx, s->text, section, "points", "m", NULL, PDI_READ_PRECRACKS_MAX_COORDINATES,
-                                 cut->corner, &count));
+                                cut->corner, &count));
     cut->corners = count / PD_DIM;
     if (count % PD_DIM || cut->corners < PDI_READ_PRECRACKS_MIN_CORNERS || (PD_DIM == 1 && count > 1))
         return pdi_text_fail_key(s->ctx, s->text, section, "points", "found %d number%s, expected %s, %d number%s each",

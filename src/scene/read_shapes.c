@@ -236,10 +236,10 @@ static pd_status pdi_read_shapes_stl(pdi_read_shapes_state *s, pd_shape *shape)
         return pdi_input_files_fail(s->ctx, s->text, s->section, "stl");
     if (surface->flipped)
         pd_setup_add_note(s->setup, "%.200s is inside out, its normals point inward: all its triangles are turned",
-                           path);
+                          path);
     if (surface->merged)
         pd_setup_add_note(s->setup, "%.200s is closed where corners within 3e-6 of its extent are one: %d have moved",
-                           path, (int)surface->merged);
+                          path, (int)surface->merged);
     return PD_OK;
 }
 

@@ -101,7 +101,7 @@ static pd_status pdi_read_surface_states_state(pdi_reader *s, int section)
     state->low = -HUGE_VAL;
     state->high = HUGE_VAL;
     PD_TRY(pdi_text_get_expr(s->ctx, s->text, section, "initial", NULL, pd_setup_get_position_symbols(), PD_DIM, NULL,
-                              &state->initial));
+                             &state->initial));
     u->states++; /* from here on it is freed */
     if (!pdi_read_constants_format_unit(s->ctx, &state->initial.dims, state->unit))
         return pdi_text_fail_key(s->ctx, s->text, section, "initial",
@@ -273,7 +273,7 @@ static pd_status pdi_read_surface_states_rate(pdi_reader *s, int section, pd_set
     vars[PD_SETUP_RATE_PH].name = "pH";
     vars[PD_SETUP_RATE_PH].unit = "";
     PD_TRY(pdi_read_surface_states_symbols(s, section, "rate", vars, name, &count, state->species_index,
-                                            &state->species_count));
+                                           &state->species_count));
     PD_TRY(pdi_text_get_expr(s->ctx, s->text, section, "rate", NULL, vars, count, NULL, &state->rate));
     dims.exponent[2] -= 1.0; /* per s */
     pd_units_describe(&state->rate.dims, found);
@@ -333,7 +333,7 @@ static pd_status pdi_read_surface_states_check_uses(pdi_reader *s)
         for (int n = 0; n < u->states; n++)
             if (u->state[n].rate.variables_used >> (PD_SETUP_RATE_PH + 1 + u->state[n].species_count + k) & 1u)
                 PD_TRY(pdi_read_surface_states_check_carried(s, pdi_read_surface_states_find_section(s, &u->state[n]),
-                                                              "rate", k, u->state[n].electrodes));
+                                                             "rate", k, u->state[n].electrodes));
         for (int e = 0; e < u->potential.electrodes; e++)
             if (u->potential.electrode[e].current_factor.variables_used >> (PD_SETUP_POSITION_VARS + k) & 1u)
                 PD_TRY(pdi_read_surface_states_check_carried(

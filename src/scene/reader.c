@@ -37,7 +37,7 @@ PDI_FN pd_status pdi_reader_read_initial(pdi_reader *s, int section)
 {
     pd_expr *initial = &s->setup->initial_c;
     PD_TRY(pdi_text_get_expr(s->ctx, s->text, section, "initial", "mol/m3", pd_setup_get_position_symbols(), PD_DIM,
-                              "0", initial));
+                             "0", initial));
     if (pd_expr_is_constant(initial) && pd_expr_eval(initial, NULL) < 0.0)
         return pdi_text_fail_key(s->ctx, s->text, section, "initial", "found %.6g mol/m3, expected at least 0",
                                  pd_expr_eval(initial, NULL));

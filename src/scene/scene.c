@@ -2,6 +2,7 @@
 #include "scene/scene.h"
 #include "setup/fields.h"
 #include "scene/picture_memory.h"
+#include "scene/input_files.h"
 #include "scene/key_check.h"
 #include "scene/read_constants.h"
 #include "scene/read_tables.h"
@@ -204,7 +205,7 @@ static pd_status pdi_scene_read_shared_value(pdi_reader *s, int section, const c
 {
     double found;
     PD_TRY(pdi_reader_get_bounded(s, section, key, unit, "0", key[0] == 'p' ? -PDI_READER_MAX_NUMBER : 0.0,
-                                   PDI_READER_MAX_NUMBER, 0, &found));
+                                  PDI_READER_MAX_NUMBER, 0, &found));
     if (*seen && !pdi_reader_is_equal(found, *value))
         return pdi_text_fail_key(s->ctx, s->text, section, key, "found %.6g, another side has %.6g, expected one value",
                                  found, *value);
@@ -370,7 +371,7 @@ static pd_status pdi_scene_read_flow_time(pdi_reader *s, int section)
                                  " implicit or explicit: a given flow does not enter where metal was");
     for (int d = 0; d < PD_DIM; d++)
         PD_TRY(pdi_text_get_expr(s->ctx, s->text, section, keys[d], "m/s", pd_setup_get_position_symbols(), PD_DIM,
-                                  "0", &u->initial_velocity[d]));
+                                 "0", &u->initial_velocity[d]));
     if (u->flow_time == PD_FLOW_PRESCRIBED) return PD_OK;
     if (u->flow_time == PD_FLOW_IMPLICIT) {
         pdi_scene_mark_given(s, section, "rtol", PD_SOLVER_SETTING_FLOW_RTOL);
@@ -391,7 +392,7 @@ static pd_status pdi_scene_read_ignored_eos(pdi_reader *s, int section)
     PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "eos", states, "tait", &state));
     if (given) PD_TRY(pdi_reader_get_positive(s, section, "c0", "m/s", NULL, &sound));
     pd_setup_add_note(s->setup,
-                       "eos and c0 belong to time = explicit; the steady solver is incompressible and ignores them");
+                      "eos and c0 belong to time = explicit; the steady solver is incompressible and ignores them");
     return PD_OK;
 }
 
@@ -503,7 +504,7 @@ static pd_status pdi_scene_check_steady_scene(pdi_reader *s)
         const pd_setup_side *side = &u->side[k];
         int section = pdi_text_get_section(s->ctx, s->text, "side", pd_setup_side_name(k));
         PD_TRY(pdi_scene_check_time_independent(s, section, side->flow_rate > 0.0 ? "flow_rate" : "mean",
-                                                 &side->inflow_of_time, 1));
+                                                &side->inflow_of_time, 1));
         for (int d = 0; d < PD_DIM; d++)
             PD_TRY(pdi_scene_check_time_independent(s, section, keys[d], &side->velocity[d], 1));
         PD_TRY(pdi_scene_check_time_independent(s, section, "C", &side->inlet_c, 1));
@@ -522,11 +523,11 @@ static pd_status pdi_scene_check_steady_scene(pdi_reader *s)
         PD_TRY(pdi_scene_check_time_independent(s, grip->section, "pressure", &grip->pressure, 1));
     }
     PD_TRY(pdi_scene_check_time_independent(s, pdi_text_get_section(s->ctx, s->text, "solid", NULL), "force",
-                                             u->metal_body.force, PD_DIM));
+                                            u->metal_body.force, PD_DIM));
     for (int k = 0; k < u->potential.electrodes; k++) {
         const pd_setup_electrode *e = &u->potential.electrode[k];
         PD_TRY(pdi_scene_check_time_independent(s, pdi_text_get_section(s->ctx, s->text, "electrode", e->name),
-                                                 e->has_fixed_potential ? "potential" : "current", &e->fixed_value, 1));
+                                                e->has_fixed_potential ? "potential" : "current", &e->fixed_value, 1));
     }
     return pdi_scene_check_time_independent(s, pdi_text_get_section(s->ctx, s->text, "flow", NULL), "force",
                                             u->body_force, PD_DIM);
@@ -616,9 +617,9 @@ static pd_status pdi_scene_read_output(pdi_reader *s)
                                  "found %.3g frames until the end, expected at most 900000",
                                  u->end_time / u->output_interval);
     PD_TRY(pdi_read_monitors_fields(s->ctx, s->text, u, section, "fields",
-                                     u->has_gas ? "density, v, p, energy, kind" :
-                                     u->has_solid ? "C, v, p, kind, grain, u, mises, sigma_h, eps_p, broken" :
-                                     "C, v, p, kind, grain, pH, phi", &u->fields));
+                                    u->has_gas ? "density, v, p, energy, kind" :
+                                    u->has_solid ? "C, v, p, kind, grain, u, mises, sigma_h, eps_p, broken" :
+                                    "C, v, p, kind, grain, pH, phi", &u->fields));
     int given = pdi_text_has_key(s->ctx, s->text, section, "fields");
     for (int k = pd_fields_first_registered(u), i; !given && pd_fields_find_registered(u, k, &i) >= 0; k++)
         u->fields |= pd_fields_bit(k);

@@ -310,7 +310,7 @@ static pd_status pdi_text_parse(pd_ctx *ctx, pd_text *text, const char *name, co
     PD_TRY(pdi_text_find_or_add_section(ctx, text, "", "", &section));
     if (size > PD_TEXT_SIZE)
         return pd_fail(ctx, PD_ERR_SIZE, text->name, "found %.0f bytes, expected at most %d", (double)size,
-                        PD_TEXT_SIZE);
+                       PD_TEXT_SIZE);
     PD_TRY(pdi_text_check_bytes(ctx, text, bytes, size));
     PD_TRY(pdi_text_copy_string(ctx, text, bytes, size, &t));
     text->is_flat = 1;
@@ -388,7 +388,7 @@ static pd_status pdi_text_mark_asked(pd_ctx *ctx, pd_text *text, int section, co
     if (text->pending_status) return pdi_text_fail_memory(ctx, text);
     if (section < 0 || section >= text->section_count)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "text", "section %d of %d was asked for '%.40s'", section,
-                        text->section_count, key);
+                       text->section_count, key);
     int group = text->section[section].group_first;
     text->section[group].is_looked_up = 1;
     for (int k = 0; k < text->asked_count; k++)
@@ -453,7 +453,7 @@ static pd_status pdi_text_fail_value(pd_ctx *ctx, const pdi_text_value *v, size_
     char found[PD_UNITS_TEXT];
     pd_expr_quote_token(v->value + at, found);
     return pd_fail(ctx, PD_ERR_PARSE, v->location, "column %d: found %s, expected %s", v->column + (int)at, found,
-                    expected);
+                   expected);
 }
 
 /* Compile bytes first .. end of the value as an expression of the given dimension in vars[var_count]. */
@@ -467,9 +467,9 @@ static pd_status pdi_text_compile_expr(pd_ctx *ctx, const pd_text *text, const p
     memset(expr, 0, sizeof *expr);
     if (end - first > PD_EXPR_LENGTH)
         return pd_fail(ctx, PD_ERR_PARSE, v->location,
-                        "column %d: found an expression of more than %d characters,"
-                        " expected a shorter one",
-                        v->column + (int)first, PD_EXPR_LENGTH);
+                       "column %d: found an expression of more than %d characters,"
+                       " expected a shorter one",
+                       v->column + (int)first, PD_EXPR_LENGTH);
     while (first < end && pd_units_is_blank(v->value[first])) first++;
     memcpy(item, v->value + first, end - first);
     item[end - first] = '\0';
@@ -569,7 +569,7 @@ PDI_FN pd_status pdi_text_get_integer(pd_ctx *ctx, pd_text *text, int section, c
     PD_TRY(pdi_text_eval_constant(ctx, text, &v, 0, strlen(v.value), "", &number));
     if (!(number >= low && number <= high) || number != floor(number))
         return pd_fail(ctx, PD_ERR_PARSE, v.location, "column %d: found %.6g, expected a whole number from %d to %d",
-                        v.column, number, low, high);
+                       v.column, number, low, high);
     *value = (int)number;
     return PD_OK;
 }
@@ -650,9 +650,9 @@ static pd_status pdi_text_parse_range(pd_ctx *ctx, const pd_text *text, const pd
     PD_TRY(pdi_text_eval_constant(ctx, text, v, dots + 2, end, unit, high));
     if (*low < *high) return PD_OK;
     return pd_fail(ctx, PD_ERR_PARSE, v->location,
-                    "column %d: found a range from %.6g to %.6g, expected its start below"
-                    " its end",
-                    v->column + (int)at, *low, *high);
+                   "column %d: found a range from %.6g to %.6g, expected its start below"
+                   " its end",
+                   v->column + (int)at, *low, *high);
 }
 
 PDI_FN pd_status pdi_text_get_ranges(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,

@@ -90,7 +90,7 @@ static pd_status pdi_expr_fail(pdi_expr_parser *p, size_t at, const char *format
     vsnprintf(message, sizeof message, format, args);
     va_end(args);
     return pd_fail(p->ctx, PD_ERR_PARSE, p->desc->location ? p->desc->location : "expr", "column %d: %s", column,
-                    message);
+                   message);
 }
 
 /* Report the token at the current position and what was expected. Returns PD_ERR_PARSE. */
@@ -356,7 +356,7 @@ static pd_status pdi_expr_get_symbol_dims(pdi_expr_parser *p, const pd_expr_symb
 {
     if (pd_units_parse(p->ctx, symbol->unit ? symbol->unit : "", NULL, dims) == PD_OK) return PD_OK;
     return pd_fail(p->ctx, PD_ERR_ARGUMENT, "expr", "the symbol '%.40s' was declared with the unit '%.40s', expected"
-                    " a unit such as m/s", symbol->name, symbol->unit);
+                   " a unit such as m/s", symbol->name, symbol->unit);
 }
 
 /* ---- grammar ---- */
@@ -732,7 +732,7 @@ pd_status pd_expr_build(pd_ctx *ctx, const pd_expr_desc *desc, pd_expr *expr)
     if (!desc->text) return pd_fail(ctx, PD_ERR_ARGUMENT, "expr", "desc.text is NULL, expected an expression");
     if (desc->var_count < 0 || desc->var_count > PD_EXPR_VARS || desc->const_count < 0)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "expr", "%d variables and %d constants, expected at most %d variables",
-                        desc->var_count, desc->const_count, PD_EXPR_VARS);
+                       desc->var_count, desc->const_count, PD_EXPR_VARS);
     PD_TRY(PD_NEW(ctx, "expr", 1, p));
     p->ctx = ctx;
     p->desc = desc;

@@ -208,11 +208,11 @@ pd_status pd_setup_set_breaks(pd_ctx *ctx, pd_setup *u, const char *key, const d
     PD_TRY(pdi_setup_find_expr(ctx, u, key, 0, &expr));
     if (!expr->fn || count < 0)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "setup", "%d breaks of '%.40s', expected at least 0, and a function in "
-                        "its place", count, key);
+                       "its place", count, key);
     for (int k = 0; k < count; k++)
         if (!(fabs(t[k]) < HUGE_VAL) || (k && !(t[k] > t[k - 1])))
             return pd_fail(ctx, PD_ERR_ARGUMENT, "setup", "break %d of '%.40s' is %g s, expected a finite time behind "
-                            "the one before", k, key, t[k]);
+                           "the one before", k, key, t[k]);
     PD_DELETE(ctx, expr->discontinuity_count, expr->discontinuities);
     expr->discontinuity_count = count;
     expr->time_variable = strncmp(key, "rate", 4) == 0 ? 1 : PD_DIM;

@@ -32,7 +32,7 @@ PD_API pd_status pd_units_parse(pd_ctx *ctx, const char *unit, double *scale, pd
 /* A product of units with its scale as a quotient: value * num / den rounds once, so that "80 um" is the double
  * 80e-6. */
 typedef struct pd_units_product {
-    double num, den;
+    double num, den; /* [-] scale = num/den */
     pd_dims dims;
 } pd_units_product;
 

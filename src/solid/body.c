@@ -140,7 +140,7 @@ static pd_status pdi_body_sort_points(pd_ctx *ctx, const pd_body *body, pdi_body
     PD_DELETE(ctx, body->count, place);
     if (twin < 0) return PD_OK;
     return pd_fail(ctx, PD_ERR_GEOMETRY, "body", "points %d and %d are at one place", (int)c->point_of_rank[twin - 1],
-                    (int)c->point_of_rank[twin]);
+                   (int)c->point_of_rank[twin]);
 }
 
 /* Builds the cell list; points of a cell stand by rank. */
@@ -499,9 +499,9 @@ static pd_status pdi_body_store_incomplete_families(pd_ctx *ctx, pd_body *body, 
     room += lists * body->stencil_bonds;
     if (room >= INT32_MAX)
         return pd_fail(ctx, PD_ERR_SIZE, "body",
-                        "%g families of %d bonds have lists of their own, too many: use a "
-                        "shorter horizon",
-                        (double)lists, (int)body->stencil_bonds);
+                       "%g families of %d bonds have lists of their own, too many: use a "
+                       "shorter horizon",
+                       (double)lists, (int)body->stencil_bonds);
     PD_TRY(PD_GROW(ctx, "body", body->table_entries, room, body->point_table));
     body->table_entries = room;
     PD_TRY(PD_GROW(ctx, "body", body->shifts, 2 * (int64_t)body->stencil_bonds, body->stencil_shift));
@@ -725,7 +725,7 @@ static pd_status pdi_body_check_period(pd_ctx *ctx, const pd_body_desc *desc)
     int apart = hi - lo < length * (1.0 - PDI_BODY_ROUNDING);
     if (apart && length >= least && most < 1e100) return PD_OK;
     return pd_fail(ctx, PD_ERR_ARGUMENT, "body", "points that repeat after %g m along the last axis, expected a finite"
-                    " length of more than the %g m of the points and at least %g m", length, hi - lo, least);
+                   " length of more than the %g m of the points and at least %g m", length, hi - lo, least);
 }
 
 /* PD_ERR_ARGUMENT: a value of the description is out of range. */
@@ -733,24 +733,24 @@ static pd_status pdi_body_check(pd_ctx *ctx, const pd_body_desc *desc)
 {
     if (desc->rim != PD_PARTIAL_VOLUME_LINEAR && (desc->rim != PD_PARTIAL_VOLUME_EXACT || !(desc->spacing > 0.0)))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "body",
-                        "rim %d with a spacing of %g m, expected one of pd_partial_volume, and a"
-                        " lattice for exact parts", (int)desc->rim, desc->spacing);
+                       "rim %d with a spacing of %g m, expected one of pd_partial_volume, and a"
+                       " lattice for exact parts", (int)desc->rim, desc->spacing);
     if (desc->count < 1 || !(desc->horizon > 0.0) || !(desc->horizon < 1e100) || !(desc->spacing >= 0.0) ||
         !(desc->spacing <= desc->horizon))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "body",
-                        "%d points, horizon %g m, spacing %g m: expected at least one point and a finite horizon of at "
-                        "least a spacing", (int)desc->count, desc->horizon, desc->spacing);
+                       "%d points, horizon %g m, spacing %g m: expected at least one point and a finite horizon of at "
+                       "least a spacing", (int)desc->count, desc->horizon, desc->spacing);
     for (int32_t i = 0; i < desc->count; i++) {
         int good = desc->volume[i] > 0.0 && desc->volume[i] < 1e100;
         for (int d = 0; d < PD_DIM; d++) good = good && fabs(desc->position[(int64_t)i * PD_DIM + d]) < 1e100;
         if (!good)
             return pd_fail(ctx, PD_ERR_ARGUMENT, "body", "point %d at x = %g m has the volume %g, expected finite "
-                            "places and positive volumes", (int)i, desc->position[(int64_t)i * PD_DIM],
-                            desc->volume[i]);
+                           "places and positive volumes", (int)i, desc->position[(int64_t)i * PD_DIM],
+                           desc->volume[i]);
     }
     if (desc->faces < 0 || (desc->faces && !desc->face) || (desc->faces && desc->period[PD_DIM - 1] > 0.0))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "body", "%g faces%s, expected some or none, and none of a body that "
-                        "repeats", (double)desc->faces, desc->face ? "" : " without corners");
+                       "repeats", (double)desc->faces, desc->face ? "" : " without corners");
     return pdi_body_check_period(ctx, desc);
 }
 

@@ -219,9 +219,9 @@ pd_status pd_correspondence_update(pd_ctx *ctx, pd_correspondence *e)
     }
     if (flat >= 0)
         return pd_fail(ctx, PD_ERR_GEOMETRY, "elastic",
-                        "the %.0f bonds of point %d at x = %g m do not span all directions: the body is too thin there "
-                        "for its horizon",
-                        (double)pdi_body_count_intact(body, flat), (int)flat, body->position[(int64_t)flat * PD_DIM]);
+                       "the %.0f bonds of point %d at x = %g m do not span all directions: the body is too thin there "
+                       "for its horizon",
+                       (double)pdi_body_count_intact(body, flat), (int)flat, body->position[(int64_t)flat * PD_DIM]);
     PD_TRY(pdi_point_batch_update(ctx, &e->band));
     pdi_correspondence_compute_edges(ctx, e);
     return PD_OK;
@@ -235,12 +235,12 @@ static pd_status pdi_correspondence_build_inner(pd_ctx *ctx, pd_body *body, cons
     memset(e, 0, sizeof *e);
     if (!(desc->young > 0.0) || !(desc->young < 1e100) || !(nu > -1.0) || !(nu < 0.5))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "elastic",
-                        "E = %g Pa and nu = %g, expected a finite positive E and nu between -1 and 0.5", desc->young,
-                        desc->poisson);
+                       "E = %g Pa and nu = %g, expected a finite positive E and nu between -1 and 0.5", desc->young,
+                       desc->poisson);
     if (!(desc->yield >= 0.0) || !(desc->yield < 1e100) || !(desc->hardening >= 0.0) || !(desc->hardening < 1e100) ||
         (desc->yield > 0.0 && PD_DIM == 2 && desc->plane == PD_PLANE_STRESS))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "elastic", "a yield stress of %g Pa that hardens by %g Pa: expected "
-                        "finite and positive values, and in 2D plane strain", desc->yield, desc->hardening);
+                       "finite and positive values, and in 2D plane strain", desc->yield, desc->hardening);
     e->desc = *desc;
     e->body = body;
     e->mu = PD_DIM == 1 ? 0.0 : 0.5 * desc->young / (1.0 + nu);
@@ -256,8 +256,8 @@ static pd_status pdi_correspondence_build_inner(pd_ctx *ctx, pd_body *body, cons
     PD_TRY(pdi_bond_weights_build(ctx, body, &e->weights));
     PD_TRY(pdi_bond_weights_compute_influence(ctx, &e->weights, desc->influence));
     PD_TRY(pdi_point_batch_build(ctx, body, &e->weights,
-                                  e->plastic.count > 0 ? PDI_POINT_BATCH_FIELDS : PDI_POINT_BATCH_PLASTIC_STRESS,
-                                  &e->band));
+                                 e->plastic.count > 0 ? PDI_POINT_BATCH_FIELDS : PDI_POINT_BATCH_PLASTIC_STRESS,
+                                 &e->band));
     return pd_correspondence_update(ctx, e);
 }
 

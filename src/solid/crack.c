@@ -64,11 +64,11 @@ static pd_status pdi_crack_check(pd_ctx *ctx, pdi_crack_fields *c)
                desc->thickness > 0.0 && desc->thickness < 1e100;
     if (!good)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "crack", "radii of %g and %g m: expected a finite tip, a direction%s and "
-                        "an outer radius beyond the inner one", desc->inner, desc->outer,
-                        PD_DIM == 3 ? ", a front at a right angle to it, its length" : "");
+                       "an outer radius beyond the inner one", desc->inner, desc->outer,
+                       PD_DIM == 3 ? ", a front at a right angle to it, its length" : "");
     if (c->solid->force_state ? !c->solid->density : !c->solid->stress || !c->solid->linear)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "crack", "the %s material has neither springs nor a stress that is linear"
-                        " in small strains", c->solid->name);
+                       " in small strains", c->solid->name);
     return PD_OK;
 }
 
@@ -137,15 +137,15 @@ static pd_status pdi_crack_compute_gradients(pd_ctx *ctx, const pdi_crack_fields
     }
     if (!(size > 0.0))
         return pd_fail(ctx, PD_ERR_GEOMETRY, "crack", "no point of the body lies between the radii of %g and %g m "
-                        "about the tip", c->desc.inner, c->desc.outer);
+                       "about the tip", c->desc.inner, c->desc.outer);
     if (fabs(slope) > PDI_CRACK_OPEN_SURFACE * size)
         return pd_fail(ctx, PD_ERR_GEOMETRY, "crack", "between the radii of %g and %g m about the tip lies a surface "
-                        "that is not parallel to the crack, or too few points", c->desc.inner, c->desc.outer);
+                       "that is not parallel to the crack, or too few points", c->desc.inner, c->desc.outer);
     for (int32_t i = 0; i < body->count; i++) {
         int near = pdi_crack_needs_gradient(c, i);
         if ((near || c->q[i] > 0.0) && !pdi_crack_compute_gradient(c, u, i) && near && pdi_body_count_intact(body, i))
             return pd_fail(ctx, PD_ERR_GEOMETRY, "crack", "the bonds of point %d do not span all directions: they "
-                            "give no gradient", (int)i);
+                           "give no gradient", (int)i);
     }
     return PD_OK;
 }
@@ -259,7 +259,7 @@ pd_status pd_crack_tip(pd_ctx *ctx, const pd_body *body, const double *way, doub
     memcpy(unit, way, sizeof unit);
     if (!(share >= 0.0) || !(share <= 1.0) || !pdi_crack_normalise(unit))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "crack", "a tip where points have lost %g of their bonds, expected 0 to "
-                        "1, and a direction", share);
+                       "1, and a direction", share);
     return pdi_crack_find_farthest(body, NULL, unit, share > 0.0 ? share : PDI_CRACK_TIP_DAMAGE, tip);
 }
 

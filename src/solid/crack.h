@@ -38,7 +38,7 @@ PD_API pd_status pd_crack_tip(pd_ctx *ctx, const pd_body *body, const double *wa
  * neighbours. left [count]: metal left in a point; points where it is not positive are skipped. tip and errors as of
  * pd_crack_tip. */
 PD_API pd_status pd_crack_find_tip(pd_ctx *ctx, const pd_body *body, int corners, const double *corner,
-                                    const double *left, const double *way, double *tip);
+                                   const double *left, const double *way, double *tip);
 
 
 #endif

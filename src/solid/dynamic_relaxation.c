@@ -105,9 +105,9 @@ static pd_status pdi_dynamic_relaxation_solve_inner(pdi_dynamic_relaxation *r, d
     result->residual = r->problem.scale > 0.0 ? result->residual / r->problem.scale : 0.0;
     if (status != PD_ERR_DIVERGED) return status;
     return pd_fail(r->problem.ctx, status, "relaxation",
-                    "the body moves without end after %d steps: its loads turn it, "
-                    "or it has no stiffness against them",
-                    result->iterations);
+                   "the body moves without end after %d steps: its loads turn it, "
+                   "or it has no stiffness against them",
+                   result->iterations);
 }
 
 pd_status pd_dynamic_relaxation_solve(pd_ctx *ctx, const pd_material_interface *solid, const pd_equilibrium_desc *desc,

@@ -145,7 +145,7 @@ static pd_status pdi_equilibrium_check_finite(const pdi_equilibrium *q, const do
     for (int64_t k = 0; x && k < q->n; k++)
         if (!(fabs(x[k]) < 1e200))
             return pd_fail(q->ctx, PD_ERR_STATE, "equilibrium", "the %s of point %.0f is %g", what,
-                            (double)(k / PD_DIM), x[k]);
+                           (double)(k / PD_DIM), x[k]);
     return PD_OK;
 }
 
@@ -176,8 +176,8 @@ static pd_status pdi_equilibrium_check_forces(const pdi_equilibrium *q, const in
     for (int a = 0; a < PD_DIM; a++)
         if (!pdi_equilibrium_is_balanced(q->solid->body, q->desc->prescribed, q->load, a, piece, count, &sum))
             return pd_fail(q->ctx, PD_ERR_STATE, "equilibrium",
-                            "a piece of %d points, one of them point %d, is not held along axis %d, and its loads sum "
-                            "to %g N: hold it, or balance the loads", (int)count, (int)piece[0], a, sum);
+                           "a piece of %d points, one of them point %d, is not held along axis %d, and its loads sum "
+                           "to %g N: hold it, or balance the loads", (int)count, (int)piece[0], a, sum);
     return PD_OK;
 }
 
@@ -207,9 +207,9 @@ static pd_status pdi_equilibrium_check_component(pdi_equilibrium *q, const pd_ri
     q->has_rigid_motions = q->has_rigid_motions || rigid->motions;
     if (!pdi_equilibrium_has_unbalanced_moment(q->solid, q->desc->prescribed, q->load, rigid)) return PD_OK;
     return pd_fail(q->ctx, PD_ERR_DIVERGED, "equilibrium",
-                    "a piece of %d points, one of them point %d, can turn, and "
-                    "its loads turn it: hold it, or balance their moments",
-                    (int)rigid->count, (int)rigid->component[0]);
+                   "a piece of %d points, one of them point %d, can turn, and "
+                   "its loads turn it: hold it, or balance their moments",
+                   (int)rigid->count, (int)rigid->component[0]);
 }
 
 /* Removes the mean rigid motions of a component from the step. */
@@ -331,7 +331,7 @@ static pd_status pdi_equilibrium_solve_krylov(pdi_equilibrium *q, pd_krylov *kry
     if (follows || status != PD_ERR_DIVERGED || !q->solid->linear) return status;
     if (pdi_equilibrium_check_mechanism(q, krylov->work + q->n)) return status;
     return pd_fail(q->ctx, PD_NOT_CONVERGED, "equilibrium", "a direction without stiffness after %d iterations: "
-                    "residual %.3g N, target %.3g N", linear.iterations, linear.residual, target);
+                   "residual %.3g N, target %.3g N", linear.iterations, linear.residual, target);
 }
 
 /* Conjugate gradients look for a mechanism, without interpolation, after GMRES has failed: GMRES does not see one. */
@@ -469,7 +469,7 @@ PDI_FN pd_status pdi_equilibrium_begin(pdi_equilibrium *q, const double *u, doub
     pd_status status = pdi_equilibrium_compute_residual(q, u, norm);
     if (status == PD_RETRY)
         return pd_fail(q->ctx, PD_ERR_STATE, "equilibrium", "the guess of the displacements, with what is held, is no "
-                        "state of the %s material: take shorter steps", q->solid->name);
+                       "state of the %s material: take shorter steps", q->solid->name);
     if (status < 0) return status;
     pdi_equilibrium_compute_blocks(q);
     q->rounding = pdi_equilibrium_estimate_rounding(q, u);
@@ -501,7 +501,7 @@ static pd_status pdi_equilibrium_solve_inner(pdi_equilibrium *q, double *u, pd_e
     }
     if (status == PD_ERR_DIVERGED)
         return pd_fail(q->ctx, status, "equilibrium", "the body can turn, or a part of it can about a hinge, and its "
-                        "loads turn it: hold it, or balance their moments");
+                       "loads turn it: hold it, or balance their moments");
     result->residual = q->scale > 0.0 ? result->residual / q->scale : 0.0;
     return status;
 }

@@ -185,9 +185,9 @@ static pd_status pdi_finite_strain_ops_update(pd_ctx *ctx, void *self)
         if (!(pdi_finite_strain_stiffness_factor(f, i) >= (f->desc.detach_singular ? 0.0 : 1e-100)) ||
             !(pdi_finite_strain_stiffness_factor(f, i) < 1e100))
             return pd_fail(ctx, PD_ERR_ARGUMENT, "finite",
-                            "the stiffness of point %d has the factor %g, expected a "
-                            "finite positive one%s",
-                            (int)i, pdi_finite_strain_stiffness_factor(f, i), f->desc.detach_singular ? ", or 0" : "");
+                           "the stiffness of point %d has the factor %g, expected a "
+                           "finite positive one%s",
+                           (int)i, pdi_finite_strain_stiffness_factor(f, i), f->desc.detach_singular ? ", or 0" : "");
     int32_t flat = pdi_finite_strain_compute_families(ctx, f);
     while (flat >= 0 && f->desc.detach_singular) {
         for (int32_t i = flat; i < body->count; i++)
@@ -196,9 +196,9 @@ static pd_status pdi_finite_strain_ops_update(pd_ctx *ctx, void *self)
     }
     if (flat >= 0)
         return pd_fail(ctx, PD_ERR_GEOMETRY, "finite",
-                        "the %.0f bonds of point %d at x = %g m do not span all directions: the body is too thin there "
-                        "for its horizon",
-                        (double)pdi_body_count_intact(body, flat), (int)flat, body->position[(int64_t)flat * PD_DIM]);
+                       "the %.0f bonds of point %d at x = %g m do not span all directions: the body is too thin there "
+                       "for its horizon",
+                       (double)pdi_body_count_intact(body, flat), (int)flat, body->position[(int64_t)flat * PD_DIM]);
     pdi_finite_strain_sum_forces(ctx, f, body->count, f->surface_vector);
     return PD_OK;
 }
@@ -221,7 +221,7 @@ static pd_status pdi_finite_strain_build_inner(pd_ctx *ctx, pd_body *body, const
     PD_TRY(pdi_constitutive_law_init(ctx, &desc->law, &moduli));
     if ((int)desc->control < 0 || (int)desc->control > 2 || (int)desc->law.kind < 0 || (int)desc->law.kind > 2)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "finite", "control %d of law %d, expected ones of 0 to 2",
-                        (int)desc->control, (int)desc->law.kind);
+                       (int)desc->control, (int)desc->law.kind);
     if (desc->control == PD_FINITE_STRAIN_SILLING && (!(desc->penalty > 0.0) || !(desc->penalty < 1e100)))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "finite", "penalty %g, expected a finite positive one", desc->penalty);
     f->desc = *desc;
@@ -415,7 +415,7 @@ static pd_status pdi_finite_strain_ops_force(pd_ctx *ctx, void *self, const doub
     int32_t folded = pdi_finite_strain_compute_states(ctx, f, NULL);
     if (folded >= 0)
         return pd_fail(ctx, PD_RETRY, "finite", "the family of point %d at x = %g m is turned inside out", (int)folded,
-                        f->body->position[(int64_t)folded * PD_DIM]);
+                       f->body->position[(int64_t)folded * PD_DIM]);
     pdi_finite_strain_sum_forces(ctx, f, f->body->real_count, force);
     return PD_OK;
 }

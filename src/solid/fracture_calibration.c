@@ -208,9 +208,9 @@ PDI_FN pd_status pdi_fracture_calibration_compute_critical(pd_ctx *ctx, const pd
         (body->horizon < PDI_FRACTURE_CALIBRATION_MIN_HORIZON * h * (1.0 - PDI_FRACTURE_CALIBRATION_MARGIN) ||
          body->horizon > PDI_FRACTURE_CALIBRATION_MAX_HORIZON * h * (1.0 + PDI_FRACTURE_CALIBRATION_MARGIN)))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "toughness",
-                        "a horizon of %g spacings with the energy of a crack in 3D, "
-                        "expected %g to %g",
-                        body->horizon / h, PDI_FRACTURE_CALIBRATION_MIN_HORIZON, PDI_FRACTURE_CALIBRATION_MAX_HORIZON);
+                       "a horizon of %g spacings with the energy of a crack in 3D, "
+                       "expected %g to %g",
+                       body->horizon / h, PDI_FRACTURE_CALIBRATION_MIN_HORIZON, PDI_FRACTURE_CALIBRATION_MAX_HORIZON);
     pd_status status = pdi_fracture_calibration_solve_strip(ctx, body, elastic, &t, &most);
     pd_bond_failure_free(ctx, &t.criterion);
     pd_correspondence_free(ctx, &t.elastic);

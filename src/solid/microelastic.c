@@ -221,11 +221,11 @@ static pd_status pdi_microelastic_build_inner(pd_ctx *ctx, pd_body *body, const 
     if (!(desc->young > 0.0) || !(desc->young < 1e100) || !(desc->fracture >= 0.0) || !(desc->fracture < 1e100) ||
         !(body->spacing > 0.0) || pd_body_is_periodic(body))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "microelastic", "E = %g Pa, %g J/m2 of a crack, a spacing of %g m and a "
-                        "period of %g m: expected positive and finite values, and no period", desc->young,
-                        desc->fracture, body->spacing, body->period[PD_DIM - 1]);
+                       "period of %g m: expected positive and finite values, and no period", desc->young,
+                       desc->fracture, body->spacing, body->period[PD_DIM - 1]);
     if ((int)desc->surface < 0 || desc->surface > PD_MICROELASTIC_NONE)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "microelastic", "method %d of surfaces, expected 0 to %d",
-                        (int)desc->surface, (int)PD_MICROELASTIC_NONE);
+                       (int)desc->surface, (int)PD_MICROELASTIC_NONE);
     m->desc = *desc;
     m->body = body;
     PD_TRY(pdi_array_registry_build(ctx, pdi_microelastic_list, m));

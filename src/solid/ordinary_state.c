@@ -540,9 +540,9 @@ static pd_status pdi_ordinary_state_compute_stable_laws(pd_ctx *ctx, pd_ordinary
     }
     if (bad < 0) return PD_OK;
     return pd_fail(ctx, PD_ERR_GEOMETRY, "ordinary", "the %.0f bonds of point %d at x = %g m %s",
-                    (double)pdi_body_count_intact(body, bad), (int)bad, body->position[(int64_t)bad * PD_DIM],
-                    o->energy_bound[bad] < 0.0 ? "leave a strain without energy: use the position method"
-                                               : "do not tell all strains: the body is too thin there for its horizon");
+                   (double)pdi_body_count_intact(body, bad), (int)bad, body->position[(int64_t)bad * PD_DIM],
+                   o->energy_bound[bad] < 0.0 ? "leave a strain without energy: use the position method"
+                                              : "do not tell all strains: the body is too thin there for its horizon");
 }
 
 /* Multiplies the laws by the stiffness factors of points. PD_ERR_ARGUMENT: a factor out of range. */
@@ -552,7 +552,7 @@ static pd_status pdi_ordinary_state_apply_stiffness(pd_ctx *ctx, const pd_ordina
         double part = o->desc.stiffness_factor[i];
         if (!(part >= 0.0) || !(part < 1e100))
             return pd_fail(ctx, PD_ERR_ARGUMENT, "ordinary", "point %d has the part %g of E, expected a finite one of "
-                            "at least 0", (int)i, part);
+                           "at least 0", (int)i, part);
         o->alpha[i] *= part;
         o->energy_bound[i] *= part;
         for (int k = 0; k < PDI_MANDEL_MATRIX_SIZE; k++) o->law[i * PDI_MANDEL_MATRIX_SIZE + k] *= part;
@@ -620,13 +620,13 @@ static pd_status pdi_ordinary_state_build_inner(pd_ctx *ctx, pd_body *body, cons
     memset(o, 0, sizeof *o);
     if (!(desc->young > 0.0) || !(desc->young < 1e100) || !(nu > -1.0) || !(nu < 0.5))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "ordinary",
-                        "E = %g Pa and nu = %g, expected a finite positive E and nu between -1 and 0.5", desc->young,
-                        desc->poisson);
+                       "E = %g Pa and nu = %g, expected a finite positive E and nu between -1 and 0.5", desc->young,
+                       desc->poisson);
     if ((int)desc->surface < 0 || desc->surface > PD_ORDINARY_STATE_VOLUME || (mends && !(body->spacing > 0.0)))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "ordinary",
-                        "method %d of surfaces and a spacing of %g m, expected 0 to "
-                        "%d, and a spacing for those that compare with a whole family",
-                        (int)desc->surface, body->spacing, (int)PD_ORDINARY_STATE_VOLUME);
+                       "method %d of surfaces and a spacing of %g m, expected 0 to "
+                       "%d, and a spacing for those that compare with a whole family",
+                       (int)desc->surface, body->spacing, (int)PD_ORDINARY_STATE_VOLUME);
     o->desc = *desc;
     o->body = body;
     o->mu = 0.5 * desc->young / (1.0 + nu);

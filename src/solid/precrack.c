@@ -110,7 +110,7 @@ static pd_status pdi_precrack_reject(pd_ctx *ctx, int index, const pd_precrack *
 {
     const double *x = cut->corner;
     return pd_fail(ctx, PD_ERR_ARGUMENT, "cut", "cut %d of %d corners, the first one at x = %g m: %s", index,
-                    cut->corners, x && cut->corners > 0 ? x[0] : 0.0, text);
+                   cut->corners, x && cut->corners > 0 ? x[0] : 0.0, text);
 }
 
 /* Bounding box and size of the pre-crack. Returns 0: a corner is not finite. */

@@ -46,9 +46,9 @@ pd_status pd_quasi_static_build(pd_ctx *ctx, const pd_material_interface *solid,
     memset(q, 0, sizeof *q);
     if (!(desc->break_fraction <= 1.0) || !(desc->rtol >= 0.0) || !(desc->rtol < 1.0))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "quasi_static",
-                        "%g of what is beyond the criterion and rtol = %g: "
-                        "expected 0 to 1",
-                        desc->break_fraction, desc->rtol);
+                       "%g of what is beyond the criterion and rtol = %g: "
+                       "expected 0 to 1",
+                       desc->break_fraction, desc->rtol);
     q->desc = *desc;
     if (!(desc->break_fraction >= 0.0)) q->desc.break_fraction = PDI_QUASI_STATIC_DEFAULT_EAGER;
     q->solid = *solid;
@@ -262,7 +262,7 @@ static pd_status pdi_quasi_static_compute_force(pd_ctx *ctx, pd_quasi_static *q)
     pd_status status = q->solid.force(ctx, q->solid.self, q->u, q->force);
     if (status <= PD_OK) return status;
     return pd_fail(ctx, PD_ERR_STATE, "quasi_static", "the balance at %g s is no state of the %s material", q->time,
-                    q->solid.name);
+                   q->solid.name);
 }
 
 /* Updates the material after bonds or stiffness have changed at fixed displacements; adds the energy lost to *taken. */
@@ -348,9 +348,9 @@ static pd_status pdi_quasi_static_iterate_boundary(pd_ctx *ctx, pd_quasi_static 
         if (status != PD_OK) return status;
     }
     return pd_fail(ctx, PD_ERR_STATE, "quasi_static",
-                    "what holds the body at %g s depends on how it moves, and does "
-                    "not come to rest in %d rounds, as where the %s material beside it flows without end",
-                    t, PDI_QUASI_STATIC_MAX_ROUNDS, q->solid.name);
+                   "what holds the body at %g s depends on how it moves, and does "
+                   "not come to rest in %d rounds, as where the %s material beside it flows without end",
+                   t, PDI_QUASI_STATIC_MAX_ROUNDS, q->solid.name);
 }
 
 /* Equilibrium at the fraction `part` of the step, with boundary values that may depend on it. Plastic states are those
@@ -408,8 +408,8 @@ static pd_status pdi_quasi_static_advance(pd_ctx *ctx, pd_quasi_static *q, doubl
         part *= 0.5;
         if (part < least)
             return pd_fail(ctx, PD_ERR_STATE, "quasi_static", "no balance from %g to %g s: after %.4g of the step the "
-                            "%s material bears no more, as where metal flows without end, or the body buckles",
-                            q->time, t, done, q->solid.name);
+                           "%s material bears no more, as where metal flows without end, or the body buckles",
+                           q->time, t, done, q->solid.name);
     }
     return PD_OK;
 }

@@ -30,8 +30,8 @@ pd_status pd_verlet_build(pd_ctx *ctx, const pd_material_interface *solid, const
     if (!(desc->density > 0.0) || !(desc->density < 1e100) || !(desc->step_fraction >= 0.0) ||
         !(desc->step_fraction <= PDI_VERLET_MAX_FRACTION))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "verlet",
-                        "a density of %g kg/m3 and %g of the stable step, expected a positive density and 0 to 1",
-                        desc->density, desc->step_fraction);
+                       "a density of %g kg/m3 and %g of the stable step, expected a positive density and 0 to 1",
+                       desc->density, desc->step_fraction);
     d->desc = *desc;
     d->solid = *solid;
     d->max_step = (desc->step_fraction > 0.0 ? desc->step_fraction : PDI_VERLET_DEFAULT_FRACTION) *
@@ -149,7 +149,7 @@ static pd_status pdi_verlet_compute_force(pd_ctx *ctx, pd_verlet *d, const doubl
     pd_status status = solid->force(ctx, solid->self, d->u, d->force);
     if (status <= PD_OK) return status;
     return pd_fail(ctx, PD_ERR_STATE, "verlet", "at t = %g s displacements are no state of the %s material", d->time,
-                    solid->name);
+                   solid->name);
 }
 
 /* Process callback: one velocity Verlet step. PD_ERR_STATE: displacements diverge. */
@@ -163,7 +163,7 @@ static pd_status pdi_verlet_process_attempt(pd_ctx *ctx, void *self, pd_step *s)
     d->steps++;
     if (most < PDI_VERLET_DIVERGED * d->solid.body->horizon) return PD_OK;
     return pd_fail(ctx, PD_ERR_STATE, "verlet", "displacements of %g m at t = %g s: a piece is free and is loaded, or "
-                    "the step of %g s is too long", most, s->time, s->dt);
+                   "the step of %g s is too long", most, s->time, s->dt);
 }
 
 /* Process callback: the step is accepted; commits the material. */

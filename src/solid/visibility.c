@@ -123,7 +123,7 @@ PDI_FN pd_status pdi_visibility_build(pd_ctx *ctx, double bond_length, pdi_visib
     for (int64_t k = 0; k < v->faces * PDI_VISIBILITY_FACE; k++) {
         if (!(fabs(v->face[k]) < 1e100))
             return pd_fail(ctx, PD_ERR_ARGUMENT, "body", "face %.0f of the surface has a corner at %g m, expected a "
-                            "finite place", (double)(k / PDI_VISIBILITY_FACE), v->face[k]);
+                           "finite place", (double)(k / PDI_VISIBILITY_FACE), v->face[k]);
         v->lo[k % PD_DIM] = pd_min(v->lo[k % PD_DIM], v->face[k]);
         hi[k % PD_DIM] = pd_max(hi[k % PD_DIM], v->face[k]);
     }

@@ -84,9 +84,9 @@ PDI_FN pd_status pdi_weight_calibration_calibrate(pd_ctx *ctx, pdi_weight_calibr
     pdi_weight_calibration_sum_family(o, 1.0, o->anisotropy, &o->whole);
     if (o->whole.min_weight > 0.0) return PD_OK;
     return pd_fail(ctx, PD_ERR_ARGUMENT, "ordinary",
-                    "no weights make a horizon of %g spacings the same in all "
-                    "directions: use the position method, or a larger horizon",
-                    o->body->horizon / o->body->spacing);
+                   "no weights make a horizon of %g spacings the same in all "
+                   "directions: use the position method, or a larger horizon",
+                   o->body->horizon / o->body->spacing);
 }
 
 /* ---- weights ---- */

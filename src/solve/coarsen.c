@@ -95,7 +95,7 @@ static pd_status pdi_coarsen_reserve_links(pd_ctx *ctx, int symmetric, pd_smooth
     level->symmetric = symmetric;
     if (other || links > level->link_capacity || !level->a)
         PD_TRY(pdi_array_registry_rebuild(ctx, pdi_coarsen_link_list, level, &level->link_capacity,
-                                           links + PDI_COARSEN_SPARE_LINKS));
+                                          links + PDI_COARSEN_SPARE_LINKS));
     level->reverse = symmetric ? level->a : level->a + level->link_capacity;
     return PD_OK;
 }

@@ -100,11 +100,11 @@ PDI_FN pd_status pdi_krylov_init(pd_ctx *ctx, const pd_krylov_desc *desc, pd_kry
     if (d->n < 1) return pd_fail(ctx, PD_ERR_ARGUMENT, "krylov", "n = %.0f, needs at least 1", (double)d->n);
     if (d->spans && (d->components < 1 || d->n != (int64_t)d->components * d->spans->total))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "krylov", "n = %.0f, expected %d times %d", (double)d->n, d->components,
-                        (int)d->spans->total);
+                       (int)d->spans->total);
     krylov->length = d->spans ? (int64_t)d->components * d->spans->packed_length : d->n;
     if (d->restart < 1 || d->restart > 1000 || d->initial_vectors < 0)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "krylov", "restart = %d, needs 1 .. 1000 (0: 30); least = %d", d->restart,
-                        d->initial_vectors);
+                       d->initial_vectors);
     if (d->low_memory && (d->method != PD_KRYLOV_GMRES || d->flexible || !d->zero_guess))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "krylov", "lean without GMRES and zero_guess, or flexible");
     krylov->base_columns = d->initial_vectors && d->initial_vectors < d->restart ? d->initial_vectors : d->restart;
@@ -112,7 +112,7 @@ PDI_FN pd_status pdi_krylov_init(pd_ctx *ctx, const pd_krylov_desc *desc, pd_kry
         krylov->base_columns = 2 * pdi_krylov_iterate_size(d) + 1;
     if (d->max_iterations < 1)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "krylov", "max_iterations = %d, needs at least 1 (0: 200)",
-                        d->max_iterations);
+                       d->max_iterations);
     if (!(d->rtol > 0.0 && d->rtol < 1.0))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "krylov", "rtol = %g, needs 0 < rtol < 1 (0: 1e-8)", d->rtol);
     if (!(d->atol >= 0.0 && d->atol <= DBL_MAX))
@@ -164,7 +164,7 @@ static size_t pdi_krylov_entry_bytes(const pd_krylov *krylov)
 static pd_status pdi_krylov_resize_hessenberg(pd_ctx *ctx, pd_krylov *krylov, int columns)
 {
     PD_TRY(PD_GROW(ctx, "krylov", pdi_krylov_dense_size(&krylov->desc, krylov->columns),
-                     pdi_krylov_dense_size(&krylov->desc, columns), krylov->dense));
+                   pdi_krylov_dense_size(&krylov->desc, columns), krylov->dense));
     krylov->columns = columns;
     return PD_OK;
 }
@@ -174,7 +174,7 @@ PDI_FN void pdi_krylov_free_growth(pd_ctx *ctx, pd_krylov *krylov)
     if (!krylov->chunk_count && krylov->columns <= krylov->built_columns) return;
     while (krylov->chunk_count)
         pd_free(ctx, (size_t)pdi_krylov_chunk_size(krylov), pdi_krylov_entry_bytes(krylov),
-                 &krylov->chunk[--krylov->chunk_count]);
+                &krylov->chunk[--krylov->chunk_count]);
     if (krylov->columns <= krylov->built_columns ||
         pdi_krylov_resize_hessenberg(ctx, krylov, krylov->built_columns) == PD_OK)
         return;
@@ -396,16 +396,16 @@ static const char *pdi_krylov_name(const pdi_krylov_state *run)
 static pd_status pdi_krylov_fail_nan(const pdi_krylov_state *run, const char *what)
 {
     return pd_fail(run->ctx, PD_ERR_DIVERGED, pdi_krylov_name(run),
-                    "%s is not finite in iteration %d of its linear solver: expected values and steps whose products "
-                    "a double holds",
-                    what, run->result->iterations);
+                   "%s is not finite in iteration %d of its linear solver: expected values and steps whose products "
+                   "a double holds",
+                   what, run->result->iterations);
 }
 
 static pd_status pdi_krylov_fail_stall(const pdi_krylov_state *run, const char *why)
 {
     return pd_fail(run->ctx, PD_NOT_CONVERGED, pdi_krylov_name(run),
-                    "%s after %d iterations: residual %.3g, target %.3g", why, run->result->iterations,
-                    run->result->residual, run->target);
+                   "%s after %d iterations: residual %.3g, target %.3g", why, run->result->iterations,
+                   run->result->residual, run->target);
 }
 
 /* ---- GMRES: x += M^-1 V y, y minimises |beta e1 - H y| ---- */
@@ -697,7 +697,7 @@ static pd_status pdi_krylov_cg_cycle(const pdi_krylov_state *run, pdi_krylov_bes
         if (!pdi_krylov_is_finite(rho_next)) return pdi_krylov_fail_nan(run, "the preconditioned residual");
         if (rho_next <= 0.0)
             return pd_fail(run->ctx, PD_ERR_DIVERGED, pdi_krylov_name(run),
-                            "r.z = %.3g in CG: the preconditioner is not positive definite", rho_next);
+                           "r.z = %.3g in CG: the preconditioner is not positive definite", rho_next);
         double beta = first ? 0.0 : -alpha * pdi_krylov_dot(run, z, q) / rho;
         pdi_krylov_scale_add(run, beta, p, z);
         pdi_krylov_apply(run, p, q);
@@ -706,10 +706,10 @@ static pd_status pdi_krylov_cg_cycle(const pdi_krylov_state *run, pdi_krylov_bes
         double flat = pdi_krylov_singular_limit(run);
         if (flat > 0.0 && fabs(curvature) <= flat)
             return pd_fail(run->ctx, PD_ERR_DIVERGED, pdi_krylov_name(run),
-                            "p.Ap = %.3g in CG, where %.3g is rounding: the operator is singular", curvature, flat);
+                           "p.Ap = %.3g in CG, where %.3g is rounding: the operator is singular", curvature, flat);
         if (curvature <= 0.0)
             return pd_fail(run->ctx, PD_ERR_DIVERGED, pdi_krylov_name(run),
-                            "p.Ap = %.3g in CG: the operator is not positive definite (use GMRES)", curvature);
+                           "p.Ap = %.3g in CG: the operator is not positive definite (use GMRES)", curvature);
         rho = rho_next;
         alpha = pdi_krylov_dot(run, p, r) / curvature;
         pdi_krylov_axpy(run, -alpha, q, r);

@@ -165,7 +165,7 @@ static pd_status pdi_least_squares_compute_jacobian(pdi_least_squares *s)
         s->result->ineffective = size > 10.0 * noise ? 0 : k + 1;
         if (s->result->ineffective)
             return pd_fail(s->ctx, PD_ERR_ARGUMENT, "squares", "parameter %d has no effect on the points: they change"
-                            " by %.3g between its bounds, and by %.3g without it", k + 1, size, noise);
+                           " by %.3g between its bounds, and by %.3g without it", k + 1, size, noise);
         s->step[k] = pd_min(PDI_LEAST_SQUARES_MAX_INCREMENT,
                              pd_max(PDI_LEAST_SQUARES_MIN_INCREMENT, cbrt(3.0 * noise / size)));
     }
@@ -336,16 +336,16 @@ static pd_status pdi_least_squares_check(pd_ctx *ctx, const pd_least_squares_des
 {
     if (d->parameters < 1 || d->parameters > PDI_LEAST_SQUARES_N)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "squares", "%d parameters, expected 1 to %d", d->parameters,
-                        PDI_LEAST_SQUARES_N);
+                       PDI_LEAST_SQUARES_N);
     if (d->points < d->parameters)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "squares", "%d points for %d parameters, expected as many at least",
-                        d->points, d->parameters);
+                       d->points, d->parameters);
     for (int k = 0; k < d->parameters; k++)
         if (!(d->low[k] < d->high[k]) || !(d->high[k] - d->low[k] < HUGE_VAL) || !(d->start[k] >= d->low[k]) ||
             !(d->start[k] <= d->high[k]))
             return pd_fail(ctx, PD_ERR_ARGUMENT, "squares", "parameter %d starts at %g between %g and %g, expected"
-                            " finite bounds that rise and a start between them", k + 1, d->start[k], d->low[k],
-                            d->high[k]);
+                           " finite bounds that rise and a start between them", k + 1, d->start[k], d->low[k],
+                           d->high[k]);
     return PD_OK;
 }
 

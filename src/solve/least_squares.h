@@ -52,7 +52,7 @@ typedef struct pd_least_squares_result {
  * points than parameters, a parameter without effect. PD_NOT_CONVERGED: no step lowers the sum any more, but the
  * tolerance is not reached. Errors of fn. */
 PD_API pd_status pd_least_squares_solve(pd_ctx *ctx, const pd_least_squares_desc *desc,
-                                         pd_least_squares_result *result);
+                                        pd_least_squares_result *result);
 #ifdef PDI_INTERNAL
 /* The 97.5 % quantile of Student's t distribution; freedom 0: of the normal distribution. */
 PDI_FN double pdi_least_squares_student_quantile(int freedom);

@@ -90,7 +90,7 @@ PDI_FN pd_status pdi_multigrid_init(pd_ctx *ctx, const pd_multigrid_desc *desc, 
     for (int d = 0; d < PD_DIM; d++) {
         if (desc->n[d] < 1 || desc->stride[d] < 1 || desc->first < 0)
             return pd_fail(ctx, PD_ERR_ARGUMENT, "multigrid", "axis %d: n = %d, stride = %d, first = %d", d,
-                            desc->n[d], (int)desc->stride[d], (int)desc->first);
+                           desc->n[d], (int)desc->stride[d], (int)desc->first);
         cells *= desc->n[d];
         if (cells > INT32_MAX / (2 * PD_DIM))
             return pd_fail(ctx, PD_ERR_SIZE, "multigrid", "the box has more than %d cells", INT32_MAX / (2 * PD_DIM));
@@ -225,7 +225,7 @@ PDI_NOINLINE static pd_status pdi_multigrid_check_field(pd_ctx *ctx, const pd_mu
     if (*largest <= FLT_MAX) return PD_OK;
     while (pdi_multigrid_is_valid(field[bad], sign_free)) bad++;
     return pd_fail(ctx, PD_ERR_ARGUMENT, "multigrid", "%s is %g at cell %d, needs to be finite%s", name,
-                    (double)field[bad], (int)bad, sign_free ? "" : " and >= 0");
+                   (double)field[bad], (int)bad, sign_free ? "" : " and >= 0");
 }
 
 /* Power of two that scales `largest` to about 1, as far as the range of double allows; 1 for zero, NaN and infinity. */
@@ -392,7 +392,7 @@ PDI_FN pd_status pdi_multigrid_update_mass(pd_ctx *ctx, pd_multigrid *mg, const 
     float largest = 0.0f;
     if (mg->levels == 0 || !mg->desc.symmetric)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "multigrid", "other masses %s",
-                        mg->levels ? "with flow" : "before a successful setup");
+                       mg->levels ? "with flow" : "before a successful setup");
     PD_TRY(pdi_multigrid_check_field(ctx, mg, wall, 0, "wall", &largest));
     PD_TRY(pdi_multigrid_check_field(ctx, mg, mass, 0, "mass", &largest));
     pdi_multigrid_compute_diagonal(ctx, mg, active, NULL, wall, mass);

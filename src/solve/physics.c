@@ -26,9 +26,9 @@ static pd_status pdi_physics_fail_underflow(pd_ctx *ctx, const pd_physics *p, co
 {
     if (p->report_underflow) return p->report_underflow(ctx, p->self, s);
     return pd_fail(ctx, PD_ERR_STATE, p->name,
-                    "steps of %g s do not lead on from t = %g s to %g s, after %d attempts "
-                    "that were not good enough",
-                    s->dt, s->time, s->latest_end, s->rejected);
+                   "steps of %g s do not lead on from t = %g s to %g s, after %d attempts "
+                   "that were not good enough",
+                   s->dt, s->time, s->latest_end, s->rejected);
 }
 
 PDI_FN pd_status pdi_physics_check_progress(pd_ctx *ctx, const char *name, pdi_physics_progress *pace, double time,
@@ -40,9 +40,9 @@ PDI_FN pd_status pdi_physics_check_progress(pd_ctx *ctx, const char *name, pdi_p
     pace->since = time;
     if (!(by * (PDI_PHYSICS_MAX_STEPS / PDI_PHYSICS_PROGRESS_STEPS) < end - time)) return PD_OK;
     return pd_fail(ctx, PD_ERR_STATE, name,
-                    "the last %d steps led on by %g s, to t = %g s: so the end at %g s is "
-                    "more than %g steps away; expected a shorter run, or laws and values that let steps be longer",
-                    PDI_PHYSICS_PROGRESS_STEPS, by, time, end, PDI_PHYSICS_MAX_STEPS);
+                   "the last %d steps led on by %g s, to t = %g s: so the end at %g s is "
+                   "more than %g steps away; expected a shorter run, or laws and values that let steps be longer",
+                   PDI_PHYSICS_PROGRESS_STEPS, by, time, end, PDI_PHYSICS_MAX_STEPS);
 }
 
 /* Publish the present attempt as progress information. */

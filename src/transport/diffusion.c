@@ -526,7 +526,7 @@ static pd_status pdi_diffusion_make(pd_ctx *ctx, const pd_bonds *bonds, const pd
     d->bonds = bonds;
     if (!(desc->diffusivity >= 0.0) || !(desc->diffusivity < 1e100))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "diffusion", "D = %g m2/s, expected a finite value of at least 0",
-                        desc->diffusivity);
+                       desc->diffusivity);
     d->metals = bonds->grid->solid_count > 0; /* all of it may dissolve */
     PD_TRY(pdi_array_registry_build(ctx, pdi_diffusion_list, d));
     for (int32_t i = 0; i < bonds->grid->total; i++) d->place[i] = -1;
@@ -540,7 +540,7 @@ static pd_status pdi_diffusion_make(pd_ctx *ctx, const pd_bonds *bonds, const pd
     }
     if (desc->field)
         PD_TRY(pdi_bond_diffusivity_build(ctx, bonds->stencil, bonds->grid, desc->field, desc->level, desc->user,
-                                           &d->media));
+                                          &d->media));
     d->field = d->media.node_value;
     return pdi_diffusion_update(ctx, d);
 }

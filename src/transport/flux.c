@@ -214,7 +214,7 @@ PDI_FN pd_status pdi_flux_refresh(pd_ctx *ctx, pd_flux *t)
     const pd_bonds *bonds = t->bonds;
     if (t->diffusion->version != bonds->version)
         return pd_fail(ctx, PD_ERR_STATE, "flux", "the conductances are those of other bonds, expected a call of "
-                        "pd_transport_update after pd_bonds_update");
+                       "pd_transport_update after pd_bonds_update");
     if (!t->flow && t->conductance.version == bonds->version) return PD_OK; /* nothing has changed */
     pdi_conductance_update(ctx, &t->conductance);
     if (t->flow) pdi_flux_stream(ctx, t);

@@ -88,8 +88,8 @@ static pd_status pdi_inverse_fill(pd_ctx *ctx, pd_inverse *v, const int32_t *pin
                                            flux->flow ? (const float *const *)c->flux : NULL, c->dirichlet, c->mass);
     if (status != PD_ERR_ARGUMENT) return status;
     return pd_fail(ctx, PD_ERR_DIVERGED, "transport", "D = %g m2/s, h = %g m, speeds and the step give rates beyond "
-                    "the range of numbers of the solver: expected those of what is dissolved in a fluid",
-                    d->desc.diffusivity, flux->bonds->grid->h[0]);
+                   "the range of numbers of the solver: expected those of what is dissolved in a fluid",
+                   d->desc.diffusivity, flux->bonds->grid->h[0]);
 }
 
 PDI_FN pd_status pdi_inverse_setup(pd_ctx *ctx, pd_inverse *v, double rate, const int32_t *pinned,

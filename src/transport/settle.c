@@ -137,7 +137,7 @@ static pd_status pdi_settle_find(pd_ctx *ctx, pd_transport *t, pd_transport_resu
     int krylov = 0, limited = pdi_transport_limits(t);
     if (!(limit < 1e200))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "transport", "nothing moves what is dissolved, and a steady field "
-                        "needs that: expected D above 0, a flow, or a solution in time");
+                       "needs that: expected D above 0, a flow, or a solution in time");
     for (int step = 0; step < PDI_SETTLE_STEPS; step++) {
         double moved = 0.0, size = 0.0;
         pd_status status = pd_transport_implicit(ctx, t, PDI_SETTLE_LONG * limit, result);

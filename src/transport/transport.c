@@ -578,8 +578,8 @@ static pd_status pdi_transport_inlets(pd_ctx *ctx, pd_transport *t)
         t->c[i] = t->desc.entering ? t->desc.entering(t->desc.user, x) : t->desc.inlet;
         if (!(t->c[i] >= 0.0) || !(t->c[i] < 1e100))
             return pd_fail(ctx, PD_ERR_ARGUMENT, "transport",
-                            "C = %g mol/m3 enters at x = %g m and t = %g s, expected a finite value of at least 0",
-                            t->c[i], x[0], t->time);
+                           "C = %g mol/m3 enters at x = %g m and t = %g s, expected a finite value of at least 0",
+                           t->c[i], x[0], t->time);
     }
     return PD_OK;
 }
@@ -590,8 +590,8 @@ static pd_status pdi_transport_holds(pd_ctx *ctx, const pd_transport *t)
     const pd_diffusion *d = &t->diffusion;
     if (!d->wall_rate || (d->held_least >= 0.0 && d->held_most < 1e100)) return PD_OK;
     return pd_fail(ctx, PD_ERR_ARGUMENT, "transport",
-                    "a wall holds C = %g mol/m3 at t = %g s, expected a finite value of at least 0",
-                    d->held_least >= 0.0 ? d->held_most : d->held_least, t->time);
+                   "a wall holds C = %g mol/m3 at t = %g s, expected a finite value of at least 0",
+                   d->held_least >= 0.0 ? d->held_most : d->held_least, t->time);
 }
 
 PDI_FN pd_status pdi_transport_at(pd_ctx *ctx, pd_transport *t, double time)
@@ -702,8 +702,8 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     if (!(desc->diffusivity >= 0.0) || !(desc->inlet >= 0.0) || !(desc->initial >= 0.0) || !(desc->tolerance >= 0.0) ||
         !(desc->diffusivity + desc->inlet + desc->initial < 1e100))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "transport",
-                        "D = %g m2/s, inlet %g mol/m3, initial %g mol/m3, tolerance %g: expected finite values of at "
-                        "least 0", desc->diffusivity, desc->inlet, desc->initial, desc->tolerance);
+                       "D = %g m2/s, inlet %g mol/m3, initial %g mol/m3, tolerance %g: expected finite values of at "
+                       "least 0", desc->diffusivity, desc->inlet, desc->initial, desc->tolerance);
     t->desc = *desc;
     t->seen[1] = -(t->ceiling = t->seen[0] = HUGE_VAL); /* nothing yet */
     if (desc->clock) *desc->clock = 0.0;

@@ -45,8 +45,8 @@ static pd_status pdi_two_stage_make(pd_ctx *ctx, pd_transport *transport, const 
     if (!(desc->rtol >= 0.0) || !(desc->first >= 0.0) || !(desc->largest >= 0.0) ||
         !(desc->rtol + desc->first + desc->largest < 1e100))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "two_stage",
-                        "rtol %g, first %g s, largest %g s: expected finite values of at least 0", desc->rtol,
-                        desc->first, desc->largest);
+                       "rtol %g, first %g s, largest %g s: expected finite values of at least 0", desc->rtol,
+                       desc->first, desc->largest);
     if (!(a->desc.rtol > 0.0)) a->desc.rtol = 1e-3;
     a->transport = transport;
     return pdi_array_registry_build(ctx, pdi_two_stage_list, a);
@@ -254,8 +254,8 @@ static pd_status pdi_two_stage_stuck(pd_ctx *ctx, void *self, const pd_step *s)
 {
     const pd_two_stage *a = (const pd_two_stage *)self;
     return pd_fail(ctx, PD_ERR_STATE, "transport",
-                    "the error of a step of %g s at t = %g s is %g, expected it to fall with the step", s->dt, s->time,
-                    a->error);
+                   "the error of a step of %g s at t = %g s is %g, expected it to fall with the step", s->dt, s->time,
+                   a->error);
 }
 
 static pd_status pdi_two_stage_settle(pd_ctx *ctx, pd_two_stage *a)
@@ -266,11 +266,11 @@ static pd_status pdi_two_stage_settle(pd_ctx *ctx, pd_two_stage *a)
     a->krylov += r->krylov;
     if (status <= 0) return status;
     return pd_fail(ctx, PD_ERR_DIVERGED, "transport",
-                    "the concentration is not steady: what the balances of the nodes lack is %.3g of what passes, "
-                    "expected %g, and a step still changes %.3g of it; the largest at %s m. Solve in time, with "
-                    "advection = upwind, or on a finer grid",
-                    r->defect, PDI_SETTLE_DEFECT, r->change,
-                    pdi_grid_format_position(a->transport->grid, a->transport->worst, place));
+                   "the concentration is not steady: what the balances of the nodes lack is %.3g of what passes, "
+                   "expected %g, and a step still changes %.3g of it; the largest at %s m. Solve in time, with "
+                   "advection = upwind, or on a finer grid",
+                   r->defect, PDI_SETTLE_DEFECT, r->change,
+                   pdi_grid_format_position(a->transport->grid, a->transport->worst, place));
 }
 
 static pd_status pdi_two_stage_start(pd_ctx *ctx, void *self, double t)

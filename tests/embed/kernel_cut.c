@@ -1,5 +1,4 @@
 /* Kernels alone: core, lattice, solve; the rest is left out. */
-#define PDCORR_NO_IO
 #define PDCORR_NO_PHYSICS
 #define PDCORR_IMPLEMENTATION
 #include "pdcorr.h"

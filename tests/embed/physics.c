@@ -1,5 +1,4 @@
-/* All physics, without scenes and files: offers them to other files. */
-#define PDCORR_NO_SCENE
-#define PDCORR_NO_IO
+/* All physics, without setups: offers them to other files. */
+#define PDCORR_NO_MODEL
 #define PDCORR_IMPLEMENTATION
 #include "pdcorr.h"

@@ -68,14 +68,14 @@ figure() {
     esac
 }
 
-# plain DIM: $object holds all of the header in that dimension, compiled without optimisation and OpenMP. It is that of
-# `make`, or one of its own where make has none of this header.
+# plain DIM: $object holds all of both headers in that dimension, compiled without optimisation and OpenMP. It is that
+# of `make`, or one of its own where make has none of these headers.
 plain() {
     object=$build/plain/pdcorr${1}d.o
-    [ -f "$object" ] && [ -z "$(find "$root/pdcorr.h" -newer "$object")" ] && return
+    [ -f "$object" ] && [ -z "$(find "$root/pdcorr.h" "$root/pdcorr_app.h" -newer "$object")" ] && return
     object=$dir/pdcorr${1}d.o
     [ -f "$object" ] || ${CC:-cc} -std=c99 -O0 -fPIC -ffp-contract=off -DPD_DIM="$1" -DPDCORR_IMPLEMENTATION -x c \
-        -c "$root/pdcorr.h" -o "$object" > "$dir/log" 2>&1
+        -c "$root/pdcorr_app.h" -o "$object" > "$dir/log" 2>&1
 }
 
 # find_python CODE: $python is the first Python that runs CODE; empty: none does.

@@ -44,7 +44,8 @@ static void list(const char *scene, char *text)
         CHECK_INT(view.components, info.components);
         CHECK_STR(view.label, info.label);
         CHECK(strncmp(info.label, info.name, strlen(info.name)) == 0);
-        CHECK_INT(info.scale == PD_FIELD_SCALE_CATEGORY, strcmp(info.name, "kind") == 0 || strcmp(info.name, "phase") == 0);
+        int is_category = strcmp(info.name, "kind") == 0 || strcmp(info.name, "phase") == 0;
+        CHECK_INT(info.scale == PD_FIELD_SCALE_CATEGORY, is_category);
         snprintf(text + strlen(text), 400 - strlen(text), "%s%s", listed ? ", " : "", info.name);
     }
     for (int field = 0; field < PD_FIELD_COUNT; field++) {

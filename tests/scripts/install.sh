@@ -29,7 +29,8 @@ short=${version%.*}
     for dim in 1 2 3; do
         echo "bin/pd${dim}d share/man/man1/pd${dim}d.1 share/bash-completion/completions/pd${dim}d"
     done
-    echo "include/pdcorr.h lib/libpdcorr.a lib/libpdcorr.so lib/libpdcorr.so.$short lib/libpdcorr.so.$version"
+    echo "include/pdcorr.h include/pdcorr_app.h"
+    echo "lib/libpdcorr.a lib/libpdcorr.so lib/libpdcorr.so.$short lib/libpdcorr.so.$version"
     echo "lib/pkgconfig/pdcorr.pc lib/cmake/pdcorr/pdcorrConfig.cmake lib/cmake/pdcorr/pdcorrConfigVersion.cmake"
     echo "share/zsh/site-functions/_pd2d share/doc/pdcorr/LICENSE"
     files examples/scenes | sed 's#^#share/pdcorr/scenes/#'
@@ -53,7 +54,7 @@ if command -v pkg-config > /dev/null; then
     pc() { PKG_CONFIG_LIBDIR="$tree/lib/pkgconfig" PKG_CONFIG_SYSROOT_DIR="$dir/root" pkg-config "$@" pdcorr; }
     check "pkg-config: the version" [ "$(pc --modversion)" = "$version" ]
     # shellcheck disable=SC2046
-    $CC -std=c99 -DPD_DIM=2 -DPDCORR_STATIC -DPDCORR_NO_IO -DPDCORR_NO_PHYSICS $(pc --cflags) tests/install/main.c \
+    $CC -std=c99 -DPD_DIM=2 -DPDCORR_STATIC -DPDCORR_NO_PHYSICS $(pc --cflags) tests/install/main.c \
         -o "$dir/main" $(pc --libs) 2> "$dir/log"
     verdict "pkg-config: the header"
     check "pkg-config: the header: run" prints 2 36 "$dir/main"

@@ -9,7 +9,7 @@ cd "$dir" || exit 1
 
 # `program write`: five PNGs and their pixels as raw files. `program read FILE OUT`: the reverse.
 cat > program.c <<'END'
-#include "pdcorr.h"
+#include "pdcorr_app.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

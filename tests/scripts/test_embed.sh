@@ -1,17 +1,18 @@
 #!/bin/sh
 # slow: yes
-# Embeds pdcorr.h in small user programs: it and one source file alone in an empty folder, as C99 and C++11, in every
-# dimension; two dimensions in one program; and the mistakes that have to be caught by the compiler or the linker. With
+# Embeds pdcorr.h and pdcorr_app.h in small user programs: they and one source file alone in an empty folder, as C99 and
+# C++11, in every dimension; two dimensions in one program; and the mistakes that have to be caught by the compiler or
+# the linker. pdcorr_app.h compiles by the public part of pdcorr.h. With
 # PD_TEST_ALL=1 in every variant: without it, what check-compilers reads in every dimension is compiled in one here.
 . tests/lib/script.sh
 CC=${CC:-cc}
 case $CC in *clang*) CXX=${CXX:-clang++} ;; *gcc*) CXX=${CXX:-g++} ;; *) CXX=${CXX:-c++} ;; esac
 
-# fresh FILE...: an empty folder with pdcorr.h and the named files.
+# fresh FILE...: an empty folder with both headers and the named files.
 fresh() {
     rm -rf "$dir/box"
     mkdir "$dir/box"
-    cp "$root/pdcorr.h" "$dir/box"
+    cp "$root/pdcorr.h" "$root/pdcorr_app.h" "$dir/box"
     for file in "$@"; do cp "$root/tests/embed/$file" "$dir/box"; done
     cd "$dir/box" || exit 1
     : > "$dir/log"
@@ -89,31 +90,46 @@ for dim in 1 2 3; do
             awk 'NR == 2 { exit !($1 + $2 + $3 <= 100000) }' "$dir/log"
     fi
 done
-fresh kernel.c kernel_cut.c physics.c user.c implementation.c both.c
+fresh kernel.c kernel_cut.c physics.c user.c app.c app_alone.c both.c
 check "cost of kernels alone" costs 5 $CC -std=c99 -O3 -DPD_DIM=2 kernel.c -o prog -lm
 less="-DPDCORR_NO_SOLID -DPDCORR_NO_CHEMISTRY -DPDCORR_NO_POTENTIAL"
 check "cost of flow, transport and metal" \
     costs 33 $CC -std=c99 -O3 -DPD_DIM=2 $less -c physics.c -o physics.o
 if [ "$PD_TEST_ALL" ]; then
-    check "cost of scenes" costs 62 $CC -std=c99 -O3 -DPD_DIM=2 -c implementation.c -o scenes.o
+    check "cost of scenes" costs 62 $CC -std=c99 -O3 -DPD_DIM=2 -c app.c -o scenes.o
 else
-    check "cost of scenes, not optimised" costs 17.5 $CC -std=c99 -O0 -DPD_DIM=2 -c implementation.c -o scenes.o
+    check "cost of scenes, not optimised" costs 17.5 $CC -std=c99 -O0 -DPD_DIM=2 -c app.c -o scenes.o
 fi
 
-# The public functions: each has a user outside the library, and all are declared where users see them.
-most=228
-check "at most $most public functions" [ "$(grep -c '^PD_API .*(' pdcorr.h)" -le "$most" ]
-printf '#include "pdcorr.h"\n' > seen.c
+# The public functions: each has a user outside of its header, and all are declared where users see them.
+most=343
+count() { cat pdcorr.h pdcorr_app.h | grep -c '^PD_API .*('; }
+check "at most $most public functions" [ "$(count)" -le "$most" ]
+check "what all see stands first, in less than 8000 lines" \
+    awk 'FILENAME == "pdcorr.h" && />>internal =/ { exit !(FNR < 8000) }' pdcorr.h
+printf '#include "pdcorr_app.h"\n' > seen.c
 check "what users see" sh -c "$CC -std=c99 -E -DPD_DIM=2 seen.c > seen.i"
 check "no internal function among it" sh -c '! grep -q "pdi_[a-z_]*(.*);" seen.i'
 check "every public function among it" \
-    [ "$(grep -c '^PD_API .*(' pdcorr.h)" = "$(grep -c '^extern .*\bpd_[a-z_0-9]*_2d *(' seen.i)" ]
+    [ "$(count)" = "$(grep -c '^extern .*\bpd_[a-z_0-9]*_2d *(' seen.i)" ]
+
+# Scenes, files and pictures see of pdcorr.h what all programs see.
+check "pdcorr_app.h alone" strict -O0 -DPD_DIM=2 -c app_alone.c -o app.o
+printf '#define PDCORR_IMPLEMENTATION\n#include "pdcorr.h"\n' > kernel_alone.c
+check "pdcorr.h alone" c99 -O0 -DPD_DIM=2 -c kernel_alone.c -o kernel.o
+sed 's/^#define PDCORR_IMPLEMENTATION$//' "$root/examples/05_embed.c" > embedded.c
+check "both, linked" c99 -O0 embedded.c app.o kernel.o -o prog -lm
+check "both, linked: run" sh -c "./prog $root/examples/scenes/diffusion_bar_1d.scene > log 2>&1; test -s log"
+if command -v "$CXX" > /dev/null; then
+    check "pdcorr_app.h alone, C++11" \
+        sh -c "$CXX -std=c++11 $warn $OMP -DPD_DIM=2 -x c++ -c app_alone.c -o app.o > $dir/log 2>&1"
+fi
 
 # Rooms that are left out, from several files and private to one, without a warning.
-for cut in PDCORR_NO_SCENE PDCORR_NO_IO PDCORR_NO_SOLID PDCORR_NO_CHEMISTRY PDCORR_NO_POTENTIAL PDCORR_NO_PHYSICS; do
-    check "$cut" c99 -DPD_DIM=2 -D$cut -DPDCORR_IMPLEMENTATION -x c -fsyntax-only pdcorr.h
+for cut in PDCORR_NO_SCENE PDCORR_NO_MODEL PDCORR_NO_SOLID PDCORR_NO_CHEMISTRY PDCORR_NO_POTENTIAL PDCORR_NO_PHYSICS; do
+    check "$cut" c99 -DPD_DIM=2 -D$cut -DPDCORR_IMPLEMENTATION -x c -fsyntax-only pdcorr_app.h
     case $cut$PD_TEST_ALL in
-    *1 | PDCORR_NO_SCENE | PDCORR_NO_PHYSICS)
+    *1 | PDCORR_NO_MODEL | PDCORR_NO_PHYSICS)
         check "$cut, private" strict -DPD_DIM=2 -D$cut kernel.c -o prog -lm
         check "$cut, private: run" prints exact
         ;;
@@ -129,8 +145,8 @@ done
 check "a pin: the same bits" cmp pin pin-DPDCORR_NO_SOLID
 check "kernels alone" strict -O1 -DPD_DIM=2 -c kernel_cut.c -o kernel_cut.o
 check "kernels alone, linked" strict -O1 -DPD_DIM=2 user.c kernel_cut.o -o prog -lm
-printf '#include "pdcorr.h"\nint main(void) { pd_setup s; return sizeof s == 0; }\n' > scene.c
-check "no scene is declared" fails_with pd_setup c99 -DPD_DIM=2 -DPDCORR_NO_SCENE -c scene.c
+printf '#include "pdcorr.h"\nint main(void) { pd_setup s; return sizeof s == 0; }\n' > setup.c
+check "no setup is declared" fails_with pd_setup c99 -DPD_DIM=2 -DPDCORR_NO_MODEL -c setup.c
 check "both ways at once are refused" fails_with 'not both' c99 -DPD_DIM=2 -E both.c
 if command -v "$CXX" > /dev/null; then
     check "private, C++11" \

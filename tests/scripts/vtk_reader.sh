@@ -9,7 +9,7 @@ cd "$dir" || exit 1
 
 # Two frames and their collection; vtk_reader.py knows the same formulas.
 cat > program.c <<'END'
-#include "pdcorr.h"
+#include "pdcorr_app.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>

@@ -67,7 +67,7 @@ done
 words='spacing, one or one an axis'
 way change
 check "its test passes" grep -q '^exit 0' "$clone/build/logs/test_keys_2d.log"
-check "the header has the change" grep -q "distance of the nodes, $words" "$clone/pdcorr.h"
+check "the header has the change" grep -q "distance of the nodes, $words" "$clone/pdcorr_app.h"
 check "it is committed" [ -z "$(git -C "$clone" status --porcelain -uno)" ]
 cp docs/guide.md "$clone/docs/guide.md"
 in_clone make test T=keys_2d > "$dir/log" 2>&1

@@ -15,7 +15,7 @@ cd "$dir" || exit 1
 
 quiet() { "$@" > log 2>&1; }
 
-printf '#define PDCORR_IMPLEMENTATION\n#include "pdcorr.h"\n' > unit.cpp
+printf '#define PDCORR_IMPLEMENTATION\n#include "pdcorr_app.h"\n' > unit.cpp
 # shellcheck disable=SC2086
 {
     check "pd2d.exe as C99" quiet $cross-gcc -std=c99 -O1 -ffp-contract=off $warn \

@@ -1,0 +1,3 @@
+/* All of both headers. */
+#define PDCORR_IMPLEMENTATION
+#include "pdcorr_app.h"
