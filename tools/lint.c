@@ -179,7 +179,7 @@ static void check_header_names(const source *s)
                  !starts(line, "static inline "))
             complain(s, k, "%s: a header declares PD_API, PDI_FN or inline functions", name);
         else if (!internal_name_fits(s, name, !starts(line, "PDI_FN ")))
-            complain(s, k, "internal function %s: expected pdi_%s_... or pdi_<type of this header>_..., or pd_ and inline",
+            complain(s, k, "internal function %s: expected pdi_%s_... or pdi_<type>_... of it; inline also pd_",
                      name, s->module);
     }
 }
