@@ -2896,6 +2896,8 @@ PDI_FN pd_status pdi_surface_view_draw(pd_ctx *ctx, const pd_model *model, pd_re
 #endif
 
 /* ======== >>run/pictures.h, internal ======== */
+/* Colour map of a field by how its values lie: labels, diverging where they have both signs, else sequential. */
+PDI_FN pd_colour_map pdi_pictures_get_scale_map(pd_field_scale scale);
 /* model and folder are borrowed. */
 PDI_FN pd_status pdi_pictures_build(pd_ctx *ctx, const pd_model *model, pd_output_folder *folder,
                                     pd_output_pictures *images);
@@ -7528,7 +7530,7 @@ PDI_FN pd_status pdi_streamlines_compute(pd_ctx *ctx, const pdi_streamline_field
     s.min_speed = PDI_STREAMLINE_MIN_SPEED * pdi_streamline_find_fastest_cell(f, &fastest);
     if (fastest < 0) return PD_OK;
     s.step = pd_min(f->spacing / PDI_STREAMLINE_MIN_STEPS,
-                     PDI_STREAMLINE_MAX_STEP * pd_min(f->pixel_size[0], f->pixel_size[1]));
+                    PDI_STREAMLINE_MAX_STEP * pd_min(f->pixel_size[0], f->pixel_size[1]));
     s.step = pd_max(f->spacing / PDI_STREAMLINE_MAX_STEPS, s.step);
     s.store_interval = (int)pd_max(1.0, floor(f->spacing / PDI_STREAMLINE_STORED_POINTS / s.step));
     s.columns = (int)ceil(f->nx * f->pixel_size[0] / f->spacing);
@@ -15474,8 +15476,8 @@ static pd_status pdi_read_mechanics_displacements(pd_ctx *ctx, pd_text *text, in
     for (int d = 0; d < PD_DIM; d++) {
         if (!pdi_text_has_key(ctx, text, section, pdi_read_mechanics_displacement_keys[d])) continue;
         PD_TRY(pdi_text_get_expr(ctx, text, section, pdi_read_mechanics_displacement_keys[d], "m",
-                                  pd_setup_get_position_symbols(), PD_SETUP_POSITION_VARS, NULL,
-                                  &grip->displacement[d]));
+                                 pd_setup_get_position_symbols(), PD_SETUP_POSITION_VARS, NULL,
+                                 &grip->displacement[d]));
         grip->has_displacement[d] = 1;
     }
     return PD_OK;
@@ -15501,7 +15503,7 @@ static pd_status pdi_read_mechanics_vector(pdi_reader *s, int section, const cha
 {
     int count;
     PD_TRY(pdi_text_get_exprs(s->ctx, s->text, section, key, unit, pd_setup_get_position_symbols(),
-                               PD_SETUP_POSITION_VARS, NULL, PD_DIM, expr, &count));
+                              PD_SETUP_POSITION_VARS, NULL, PD_DIM, expr, &count));
     if (count == PD_DIM) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, section, key, "found %d components, expected %d", count, PD_DIM);
 }
@@ -15763,7 +15765,7 @@ static pd_status pdi_read_mechanics_rate_factor(pdi_reader *s, int section)
         return pdi_text_fail_key(s->ctx, s->text, section, "speed_factor",
                                  "found without metal that dissolves, expected a [dissolve] or [corrode] section");
     PD_TRY(pdi_text_get_expr(s->ctx, s->text, section, "speed_factor", "", pd_setup_get_stress_symbols(),
-                              PD_SETUP_STRESS_VARS, NULL, &b->rate_factor));
+                             PD_SETUP_STRESS_VARS, NULL, &b->rate_factor));
     b->has_rate_factor = 1;
     return PD_OK;
 }
@@ -16345,7 +16347,7 @@ static pd_status pdi_read_shapes_wall(pdi_read_shapes_state *s, int index)
     w->section = s->section;
     if (u->has_transport && pdi_text_has_key(s->ctx, s->text, s->section, "C")) {
         PD_TRY(pdi_text_get_expr(s->ctx, s->text, s->section, "C", "mol/m3", pd_setup_get_position_symbols(),
-                                  PD_SETUP_POSITION_VARS, NULL, &w->fixed_c));
+                                 PD_SETUP_POSITION_VARS, NULL, &w->fixed_c));
         if (!w->fixed_c.variables_used && !(pd_expr_eval(&w->fixed_c, NULL) >= 0.0))
             return pdi_text_fail_key(s->ctx, s->text, s->section, "C", "found %.6g mol/m3, expected at least 0",
                                      pd_expr_eval(&w->fixed_c, NULL));
@@ -16832,7 +16834,7 @@ static pd_status pdi_read_physics_keys(pdi_reader *s, int section, pd_setup_regi
         const char *fallback = strcmp(key->default_text, "required") == 0 ? NULL : key->default_text;
         if (strcmp(key->default_text, "-") == 0 && !pdi_text_has_key(s->ctx, s->text, section, key->keys)) continue;
         PD_TRY(pdi_text_get_expr(s->ctx, s->text, section, key->keys, unit, pd_setup_get_position_symbols(),
-                                  PD_SETUP_POSITION_VARS, fallback, &own->value[k]));
+                                 PD_SETUP_POSITION_VARS, fallback, &own->value[k]));
         own->given |= (uint32_t)1 << k;
     }
     return PD_OK;
@@ -16846,7 +16848,7 @@ static pd_status pdi_read_physics_sides(pdi_reader *s, pd_setup_registered *own)
         int section = pdi_text_get_section(s->ctx, s->text, "side", pd_setup_side_name(side));
         if (!pdi_text_has_key(s->ctx, s->text, section, field->name)) continue;
         PD_TRY(pdi_text_get_expr(s->ctx, s->text, section, field->name, field->unit, pd_setup_get_position_symbols(),
-                                  PD_SETUP_POSITION_VARS, NULL, &own->prescribed[side]));
+                                 PD_SETUP_POSITION_VARS, NULL, &own->prescribed[side]));
         own->prescribed_sides |= (uint32_t)1 << side;
     }
     return PD_OK;
@@ -17073,7 +17075,7 @@ static pd_status pdi_read_dissolution_potential(pdi_reader *s, int section, pd_s
                                      "found the name 'E' beside potential of [dissolve], where it is a variable, "
                                      "expected another one");
     PD_TRY(pdi_text_get_expr(s->ctx, s->text, section, "potential", "V", pd_setup_get_position_symbols(),
-                              PD_SETUP_POSITION_VARS, NULL, &metal->potential));
+                             PD_SETUP_POSITION_VARS, NULL, &metal->potential));
     metal->has_potential = 1;
     if (!(metal->potential.variables_used & ~((uint32_t)1 << PD_DIM))) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, section, "potential",
@@ -17981,7 +17983,7 @@ static pd_status pdi_read_potential_control(pdi_reader *s, int section, pd_setup
     if (!e->has_fixed_potential && !e->has_fixed_current) return PD_OK;
     const char *key = e->has_fixed_potential ? "potential" : "current";
     PD_TRY(pdi_text_get_expr(s->ctx, s->text, section, key, e->has_fixed_potential ? "V" : "A",
-                              pd_setup_get_position_symbols(), PD_SETUP_POSITION_VARS, NULL, &e->fixed_value));
+                             pd_setup_get_position_symbols(), PD_SETUP_POSITION_VARS, NULL, &e->fixed_value));
     if (!(e->fixed_value.variables_used & ~((uint32_t)1 << PD_DIM))) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, section, key, "found a function of the place, expected one of t alone");
 }
@@ -19778,7 +19780,7 @@ static pd_status pdi_scene_read_wall(pdi_reader *s, int section, int k)
     int count;
     if (s->setup->has_flow && pdi_text_has_key(s->ctx, s->text, section, "velocity")) {
         PD_TRY(pdi_text_get_exprs(s->ctx, s->text, section, "velocity", "m/s", pd_setup_get_position_symbols(),
-                                   PD_SETUP_POSITION_VARS, NULL, PD_DIM, side->wall_velocity, &count));
+                                  PD_SETUP_POSITION_VARS, NULL, PD_DIM, side->wall_velocity, &count));
         for (int d = 0; d < count; d++)
             side->has_wall_velocity = side->has_wall_velocity || side->wall_velocity[d].variables_used ||
                                       fabs(pd_expr_eval(&side->wall_velocity[d], NULL)) > 0.0;
@@ -19925,7 +19927,7 @@ static pd_status pdi_scene_read_body_force(pdi_reader *s, int section)
     int count;
     if (!pdi_text_has_key(s->ctx, s->text, section, "force")) return PD_OK;
     PD_TRY(pdi_text_get_exprs(s->ctx, s->text, section, "force", "m/s2", pd_setup_get_position_symbols(),
-                               PD_SETUP_POSITION_VARS, NULL, PD_DIM, u->body_force, &count));
+                              PD_SETUP_POSITION_VARS, NULL, PD_DIM, u->body_force, &count));
     for (int d = 0; d < count; d++) u->has_body_force_expr = u->has_body_force_expr || u->body_force[d].variables_used;
     if (u->has_body_force_expr) return PD_OK;
     for (int d = 0; d < count; d++) pd_expr_free(s->ctx, &u->body_force[d]);
@@ -20377,7 +20379,7 @@ PDI_FN pd_status pdi_field_view_get(pd_ctx *ctx, pd_model *model, pd_field_views
     char names[PD_FIELDS_NAMES_SIZE];
     if (field == PD_FIELD_COUNT)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "view", "no field has the name %.40s, expected one of %s", name,
-                        pd_fields_format_names(model->setup, names));
+                       pd_fields_format_names(model->setup, names));
     const char *needs = pd_fields_lacks(model->setup, (pd_field)field);
     if (needs) return pd_fail(ctx, PD_ERR_ARGUMENT, "view", "the field %s needs %s", name, needs);
     views->cells = 1;
@@ -20753,12 +20755,17 @@ static const char *pdi_pictures_format_title(const pd_output_pictures *im, pd_fi
     return text->title;
 }
 
+PDI_FN pd_colour_map pdi_pictures_get_scale_map(pd_field_scale scale)
+{
+    if (scale == PD_FIELD_SCALE_CATEGORY) return PD_COLOUR_MAP_LABELS;
+    return scale == PD_FIELD_SCALE_SIGNED ? PD_COLOUR_MAP_DIVERGING : PD_COLOUR_MAP_SEQUENTIAL;
+}
+
 /* Colour map of a field: given, diverging for signed ones, sequential, or labels. */
 static pd_colour_map pdi_pictures_get_colour_map(const pd_setup *setup, pd_field field)
 {
-    pd_field_scale scale = pd_fields_get_scale(field);
-    pd_colour_map map = scale == PD_FIELD_SCALE_SIGNED ? PD_COLOUR_MAP_DIVERGING : PD_COLOUR_MAP_SEQUENTIAL;
-    if (scale == PD_FIELD_SCALE_CATEGORY) return PD_COLOUR_MAP_LABELS;
+    pd_colour_map map = pdi_pictures_get_scale_map(pd_fields_get_scale(field));
+    if (map == PD_COLOUR_MAP_LABELS) return map;
     if (setup->drawing.map[field]) return (pd_colour_map)(setup->drawing.map[field] - 1);
     return setup->drawing.log >> field & 1u ? PD_COLOUR_MAP_SEQUENTIAL : map;
 }
@@ -22292,7 +22299,7 @@ static pd_status pdi_monitor_draw_line(pd_ctx *ctx, const pd_monitors *all, cons
         const char *name = pd_fields_get_name(all->model->setup, (pd_field)f);
         PD_TRY(pdi_monitor_format_path(ctx, all, m, name, frame, "png", path));
         PD_TRY(pdi_monitor_draw_profile(ctx, all, m, first[f], pd_fields_count_components((pd_field)f), "s",
-                                         pd_fields_get_label(all->model->setup, (pd_field)f), path));
+                                        pd_fields_get_label(all->model->setup, (pd_field)f), path));
     }
     return PD_OK;
 }

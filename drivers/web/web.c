@@ -86,7 +86,8 @@ static void web_fields(pd_ctx *ctx, const pd_snapshot *at)
     for (int k = 0; pd_field_info_get(at->model->setup, k, &info); k++) {
         pd_field_view view;
         if (pd_snapshot_get_field(ctx, at, info.name, &view) < 0) continue;
-        page_field(info.name, info.label, view.data, info.components, info.map, info.place);
+        page_field(info.name, info.label, view.data, info.components,
+                   pdi_pictures_get_scale_map(info.scale), info.place);
     }
     page_shown();
 }

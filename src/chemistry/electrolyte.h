@@ -59,16 +59,16 @@ PD_API pd_status pd_electrolyte_neutralise(pd_ctx *ctx, const pd_electrolyte *e,
 PD_API pd_status pd_electrolyte_solve(pd_ctx *ctx, const pd_electrolyte *e, double *c, pd_electrolyte_state *state);
 /* per[e.count], species in one unit of a neutral reagent "Na+ + OH-". PD_ERR_PARSE: an unknown species, a charge. */
 PD_API pd_status pd_electrolyte_reagent(pd_ctx *ctx, const pd_electrolyte *e, const char *text, double *per);
+/* Index of a species by name; -1: there is none. */
+PD_API int pd_electrolyte_find_species(const pd_electrolyte *e, const char *name);
 /* Builds the speciation system for concentrations c: without minerals that are absent and may not form. c NULL: with
  * all minerals. PD_ERR_ARGUMENT: reactions contradict each other. */
 PD_API pd_status pd_electrolyte_build_speciation(pd_ctx *ctx, const pd_electrolyte *e, const double *c,
                                                  pd_speciation *system);
-/* Total concentration of an element [mol/m3] (atomic number) over all species. */
-PD_API double pd_electrolyte_compute_element_total(const pd_electrolyte *e, const double *c, int element);
-/* Index of a species by name; -1: there is none. */
-PD_API int pd_electrolyte_find_species(const pd_electrolyte *e, const char *name);
 /* Removes solids and gases other than those with stays[species] = 1, and the reactions that name them. Indices of
  * species change. */
 PD_API void pd_electrolyte_remove_undissolved(pd_electrolyte *e, const int *stays);
+/* Total concentration of an element [mol/m3] (atomic number) over all species. */
+PD_API double pd_electrolyte_compute_element_total(const pd_electrolyte *e, const double *c, int element);
 
 #endif

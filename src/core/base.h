@@ -85,6 +85,8 @@ PD_API const char *pd_status_name(pd_status status);
 /* Report an error: sets ctx->status and ctx->message ("where: ...") and returns status. Every failure passes here. */
 PD_API pd_status pd_fail(pd_ctx *ctx, pd_status status, const char *where, const char *format, ...)
     PD_PRINTF_LIKE(4, 5);
+/* Append formatted text to a string in a buffer of `size` bytes. What does not fit is cut off. */
+PD_API void pd_append(char *text, size_t size, const char *format, ...) PD_PRINTF_LIKE(3, 4);
 /* 1: out of memory, or cancelled by the caller. A retry with another step, guess or file cannot help. */
 static inline int pd_is_fatal(pd_status status)
 {
@@ -93,8 +95,6 @@ static inline int pd_is_fatal(pd_status status)
 /* Ask the cancellation callback. PD_CANCELLED: the caller cancels. A step then leaves the state at its start, or at the
  * end of its last substep. */
 PD_API pd_status pd_check_cancel(pd_ctx *ctx, const char *doing, int64_t count);
-/* Append formatted text to a string in a buffer of `size` bytes. What does not fit is cut off. */
-PD_API void pd_append(char *text, size_t size, const char *format, ...) PD_PRINTF_LIKE(3, 4);
 /* Memory through the allocator of the context; slot is the address of a pointer of any type (read and written as bytes,
  * as strict aliasing asks).
  * pd_alloc: slot gets count * size zeroed bytes (count 0: one element, so that NULL always means failure). */

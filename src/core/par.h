@@ -27,12 +27,12 @@
 #define pd_par_clock PD_NAME(pd_par_clock)
 #define pd_par_threads PD_NAME(pd_par_threads)
 
-PD_API int pd_par_available_threads(const pd_ctx *ctx, int64_t work);
-/* Clock [s]: wall time with OpenMP, else processor time. */
-PD_API double pd_par_clock(void);
 /* Number of threads for a loop of `work` scalar operations: 1 when starting threads would cost more, or when one thread
  * is faster because of other programs (thread_contention.h). pd_par_available_threads: without that last test. */
 PD_API int pd_par_threads(const pd_ctx *ctx, int64_t work);
+PD_API int pd_par_available_threads(const pd_ctx *ctx, int64_t work);
+/* Clock [s]: wall time with OpenMP, else processor time. */
+PD_API double pd_par_clock(void);
 #ifdef PDI_INTERNAL
 #ifdef _OPENMP
 /* Several loops in one parallel region: PDI_PARALLEL(nt) before a block, PDI_FOR_NOWAIT before each loop in it, without
@@ -144,6 +144,7 @@ PDI_FN double pdi_par_max_abs(const pd_ctx *ctx, int64_t n, const double *x);
 PDI_FN void pdi_par_axpy(const pd_ctx *ctx, int64_t n, double a, const double *x, double *y);
 PDI_FN void pdi_par_copy(const pd_ctx *ctx, int64_t n, const double *x, double *y);
 PDI_FN void pdi_par_zero(const pd_ctx *ctx, int64_t n, double *y);
+
 /* Compensated summation (Neumaier 1974): the total is sum + carry, carry being the accumulated rounding error. */
 typedef struct pdi_compensated_sum {
     double sum, compensation; /* [unit of the terms] */

@@ -147,6 +147,7 @@ PD_API void pd_flow_free(pd_ctx *ctx, pd_flow *flow);
 #ifdef PDI_INTERNAL
 /* Lists the arrays of a pd_flow (`object`) that it has from the start, for allocation, checkpoint and freeing. */
 PDI_FN void pdi_flow_list(pdi_array_visitor *owner, void *object);
+
 /* Input fields of one evaluation of momentum and continuity. */
 typedef struct pdi_flow_operands {
     const double *advecting; /* [m/s] advecting velocity: it convects u, and its divergence is the continuity term */

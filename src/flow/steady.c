@@ -683,7 +683,7 @@ static pd_status pdi_steady_solve_pseudo_time_step(pd_ctx *ctx, pd_steady *s, pd
     if (!taken) return PD_OK;
     /* the last linear solve need not be better than the tolerance */
     path->forcing = pd_max(pdi_krylov_forcing(path->residual_norm / norm),
-                            PDI_STEADY_FINAL_FORCING / pd_max(result->residual_over_tolerance, 1.0));
+                           PDI_STEADY_FINAL_FORCING / pd_max(result->residual_over_tolerance, 1.0));
     path->forcing = pd_min(PDI_KRYLOV_FORCING_MAX, path->forcing);
     return PD_OK;
 }

@@ -386,7 +386,7 @@ PDI_FN pd_status pdi_streamlines_compute(pd_ctx *ctx, const pdi_streamline_field
     s.min_speed = PDI_STREAMLINE_MIN_SPEED * pdi_streamline_find_fastest_cell(f, &fastest);
     if (fastest < 0) return PD_OK;
     s.step = pd_min(f->spacing / PDI_STREAMLINE_MIN_STEPS,
-                     PDI_STREAMLINE_MAX_STEP * pd_min(f->pixel_size[0], f->pixel_size[1]));
+                    PDI_STREAMLINE_MAX_STEP * pd_min(f->pixel_size[0], f->pixel_size[1]));
     s.step = pd_max(f->spacing / PDI_STREAMLINE_MAX_STEPS, s.step);
     s.store_interval = (int)pd_max(1.0, floor(f->spacing / PDI_STREAMLINE_STORED_POINTS / s.step));
     s.columns = (int)ceil(f->nx * f->pixel_size[0] / f->spacing);

@@ -87,23 +87,23 @@ PD_API void pd_grid_free(pd_ctx *ctx, pd_grid *grid);
 PD_API void pd_grid_position(const pd_grid *grid, int32_t node, double *x);
 /* Node of cell index i[] of the box (ghosts: -ghost .. n+ghost-1). */
 PD_API int32_t pd_grid_node(const pd_grid *grid, const int *i);
+/* Cell index i[] of a node (negative or >= n in ghosts). */
+PD_API void pd_grid_index(const pd_grid *grid, int32_t node, int *i);
+/* 1: the cell index lies inside the box, not in ghost layers. */
+PD_API int pd_grid_is_inside(const pd_grid *grid, const int *i);
+/* Node of the box that a ghost stands for: shifted by periods behind periodic sides, the mirror image behind all
+ * others; the node itself inside the box. *flip (or NULL): bit d set when it is mirrored along axis d. */
+PD_API int32_t pd_grid_find_source(const pd_grid *grid, int32_t node, int *flip);
 /* Factor of the cell volume in sums over volume: the circumference of the ring of a node on an axisymmetric grid [m],
  * else 1. */
 static inline double pd_grid_circumference(const pd_grid *grid, int32_t node)
 {
     return PD_DIM == 2 && grid->circumference ? grid->circumference[node / grid->stride[PD_DIM - 1]] : 1.0;
 }
-/* Cell index i[] of a node (negative or >= n in ghosts). */
-PD_API void pd_grid_index(const pd_grid *grid, int32_t node, int *i);
 /* 1: the point x [m] lies in the box lo .. hi [m] or, within tolerance, on its faces: surfaces and nodes often do. */
 PD_API int pd_grid_is_between(const pd_grid *grid, const double *lo, const double *hi, const double *x);
 /* 1: fluid passes the side (inlet or outlet). */
 static inline int pd_grid_is_inlet_or_outlet(pd_side side) { return side == PD_SIDE_INLET || side == PD_SIDE_OUTLET; }
-/* 1: the cell index lies inside the box, not in ghost layers. */
-PD_API int pd_grid_is_inside(const pd_grid *grid, const int *i);
-/* Node of the box that a ghost stands for: shifted by periods behind periodic sides, the mirror image behind all
- * others; the node itself inside the box. *flip (or NULL): bit d set when it is mirrored along axis d. */
-PD_API int32_t pd_grid_find_source(const pd_grid *grid, int32_t node, int *flip);
 #ifdef PDI_INTERNAL
 /* 1: there is metal, and a periodic or mirror side behind which it has images. */
 PDI_FN int pdi_grid_has_images(const pd_grid *grid);

@@ -59,14 +59,14 @@ typedef struct pd_points_converter {
 PD_API void pd_points_free(pd_ctx *ctx, pd_points *points);
 /* Append a point at position[PD_DIM] [m]. PD_ERR_SIZE: more than int32 counts. */
 PD_API pd_status pd_points_add(pd_ctx *ctx, pd_points *points, const double *position, double volume, int32_t tag);
+/* Shrink the arrays to the number of points. */
+PD_API pd_status pd_points_shrink(pd_ctx *ctx, pd_points *points);
+/* Number of corners of a cell type. */
+PD_API int pd_points_count_corners(pd_points_cell_type form);
 /* Append a mesh cell with these corners[][3] as a point. *fault: why the cell is refused, NULL when it is not. mirrored
  * 1: a cell of negative volume is accepted. */
 PD_API pd_status pd_points_add_cell(pd_ctx *ctx, pd_points_converter *cells, pd_points_cell_type form,
                                     const double *const *corner, int mirrored, int32_t tag, const char **fault);
-/* Number of corners of a cell type. */
-PD_API int pd_points_count_corners(pd_points_cell_type form);
-/* Shrink the arrays to the number of points. */
-PD_API pd_status pd_points_shrink(pd_ctx *ctx, pd_points *points);
 
 #ifdef PDI_INTERNAL
 /* Allocate the corners of that many boundary faces. */

@@ -50,16 +50,16 @@ typedef struct pd_shape {
 /* Signed distance [m] of point x to shape `index` of a validated array, negative inside. Exact for primitives (voxel
  * masks: up to one cell, beyond it a bound); a bound of the right sign inside set operations. Lipschitz constant 1. */
 PD_API double pd_shape_distance(const pd_shape *shapes, int index, const double *x);
-/* 1: the zero level of the signed distance is a smooth description of the surface (there is no voxel mask in the
- * tree). */
-PD_API int pd_shape_is_smooth(const pd_shape *shapes, int index);
+/* [m] Distance below which a point x counts as on a surface: PD_SHAPE_TOLERANCE of the smallest spacing h [PD_DIM], or
+ * the rounding of coordinates of the size of x. */
+PD_API double pd_shape_tolerance(const double *h, const double *x);
 /* Checks `count` shapes: parameters finite, radii positive, boxes not empty, children earlier in the array.
  * PD_ERR_ARGUMENT: names the first shape and parameter at fault. PD_ERR_SIZE: PD_SHAPE_MAX or
  * PD_SHAPE_MAX_EVALUATIONS is exceeded. */
 PD_API pd_status pd_shape_validate(pd_ctx *ctx, const pd_shape *shapes, int count);
-/* [m] Distance below which a point x counts as on a surface: PD_SHAPE_TOLERANCE of the smallest spacing h [PD_DIM], or
- * the rounding of coordinates of the size of x. */
-PD_API double pd_shape_tolerance(const double *h, const double *x);
+/* 1: the zero level of the signed distance is a smooth description of the surface (there is no voxel mask in the
+ * tree). */
+PD_API int pd_shape_is_smooth(const pd_shape *shapes, int index);
 #ifdef PDI_INTERNAL
 /* 1: the point x belongs to the shape. Points on the surface do, so that mirrored, rotated and shifted bodies have
  * the same nodes. */

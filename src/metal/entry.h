@@ -9,7 +9,6 @@
 #include "lattice/bond_path.h"
 
 #ifdef PDI_INTERNAL
-
 /* Most fluid nodes among which a bond enters the fluid. */
 #define PDI_ENTRY_NODES 8
 

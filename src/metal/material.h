@@ -14,6 +14,7 @@ typedef struct pd_rate_at {
 
 /* Recession speed [m/s] there. */
 typedef double (*pd_rate_fn)(void *user, const pd_rate_at *at);
+
 /* Between which speeds [m/s] it stays there at all times from `from` to `to` [s]; infinite: not known. */
 typedef void (*pd_rate_bounds_fn)(void *user, const pd_rate_at *at, double from, double to, double *least,
                                   double *most);

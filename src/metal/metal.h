@@ -155,7 +155,6 @@ typedef struct pd_dissolve {
 } pd_dissolve;
 
 #ifdef PDI_INTERNAL
-
 /* A metal: Cs, content that it loses before it turns fluid, content at which it turns [mol/m3], law. */
 typedef struct pdi_metal_kind {
     double solid, supply, end;

@@ -21,9 +21,9 @@ typedef struct pd_depletion_notes {
 
 /* Record to which shape each solid node belongs, and count them. */
 PD_API pd_status pd_depletion_notes_build(pd_ctx *ctx, pd_model *model, pd_depletion_notes *depletion);
-PD_API void pd_depletion_notes_free(pd_ctx *ctx, pd_depletion_notes *depletion);
 /* Update after a step: print a note for each shape that has dissolved since, and each electrode that stopped to carry
  * current. print: NULL: update silently. */
 PD_API void pd_depletion_notes_update(pd_depletion_notes *depletion, pd_print_fn print, void *user);
+PD_API void pd_depletion_notes_free(pd_ctx *ctx, pd_depletion_notes *depletion);
 
 #endif

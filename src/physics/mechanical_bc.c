@@ -380,7 +380,7 @@ PDI_FN pd_status pdi_mechanical_bc_build(pd_ctx *ctx, const pd_setup *setup, pd_
         if (held) continue;
         if (grip->side >= 0)
             return pd_fail(ctx, PD_ERR_GEOMETRY, "grip", "no metal on the side %s, expected some that it holds or "
-                            "loads", pd_setup_side_name(grip->side));
+                           "loads", pd_setup_side_name(grip->side));
         return pd_fail(ctx, PD_ERR_GEOMETRY, "grip", "no metal in a shape that is to hold it");
     }
     for (int k = 0; k < b->mechanical_bcs; k++) PD_TRY(pdi_mechanical_bc_check_free_layer(ctx, g, k));

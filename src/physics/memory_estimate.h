@@ -17,5 +17,4 @@ PD_API void pd_memory_estimate_compute(const pd_setup *setup, pd_memory_estimate
  * than its error; PD_ERR_SIZE: the lattice has more nodes than an int32 counts. */
 PD_API pd_status pd_memory_estimate_check_limit(pd_ctx *ctx, const pd_setup *setup, int dry);
 
-
 #endif

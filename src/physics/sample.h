@@ -13,6 +13,9 @@
  * none, NaN where the node was just converted to fluid. Metal left in a node is in `density`; C is the dissolved
  * concentration. */
 PD_API double pd_sample_get_node(const pd_model *m, pd_field field, int32_t node);
+/* Fill the ghosts of concentrations, and compute those of `fields` that are computed on request. Call it before
+ * pd_sample_get_point, and before pd_sample_get_node of such a field, at each output time. */
+PD_API void pd_sample_prepare(pd_ctx *ctx, pd_model *m, pd_fields fields);
 /* Value of a field at the point x [m] of the box. C, species and v (its component): a least-squares quadratic through
  * nodes and surfaces around x; p along its gradient (theory: 3.6). With bond-based corrosion, and for pH: linear
  * between fluid nodes. The mean over the fluid cells that x touches. Near a smooth surface in a closed cell: from the
@@ -23,8 +26,5 @@ PD_API double pd_sample_get_point(const pd_model *m, pd_field field, int compone
 PD_API double pd_sample_get_probe(const pd_model *m, pd_field field, int component, const double *x);
 /* 1 when x touches a solid cell or fluid nodes give a value there; 0: deep in a wall. */
 PD_API int pd_sample_is_inside(const pd_model *m, const double *x);
-/* Fill the ghosts of concentrations, and compute those of `fields` that are computed on request. Call it before
- * pd_sample_get_point, and before pd_sample_get_node of such a field, at each output time. */
-PD_API void pd_sample_prepare(pd_ctx *ctx, pd_model *m, pd_fields fields);
 
 #endif

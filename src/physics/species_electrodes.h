@@ -30,12 +30,12 @@ typedef struct pd_species_electrodes {
 #define pd_species_electrodes_compute_total_current PD_NAME(pd_species_electrodes_compute_total_current)
 #define pd_species_electrodes_get_electrode PD_NAME(pd_species_electrodes_get_electrode)
 
-/* [A] (per m in planar 2D) Total anodic current of all metal; *off [-]: largest relative current imbalance of a circuit
- * with a prescribed current. */
-PD_API double pd_species_electrodes_compute_total_current(const pd_species_electrodes *p, double *off);
 /* State of an electrode at the end of the last step of the species: potential [V], current [A], area, charge [C] and
  * extremes of current density. */
 PD_API void pd_species_electrodes_get_electrode(const pd_species_electrodes *p, int electrode, pd_cell_electrode *now);
+/* [A] (per m in planar 2D) Total anodic current of all metal; *off [-]: largest relative current imbalance of a circuit
+ * with a prescribed current. */
+PD_API double pd_species_electrodes_compute_total_current(const pd_species_electrodes *p, double *off);
 #ifdef PDI_INTERNAL
 /* Set up electrodes among migrating ions, and the descriptor `electrodes` for a surface solver pd_etch that is built
  * afterwards. All is borrowed. */

@@ -162,15 +162,15 @@ PD_API double pd_reactive_neutrality(const pd_reactive *reactive);
 /* Row `row` < reactive->rows of the balance. */
 PD_API void pd_reactive_balance_of(pd_ctx *ctx, const pd_reactive *reactive, int row, pd_reactive_balance *balance);
 PD_API void pd_reactive_free(pd_ctx *ctx, pd_reactive *reactive);
+/* Components and minerals of the desc. */
+PD_API pd_status pd_reactive_system(pd_ctx *ctx, const pd_reactive_desc *desc, pd_reactive *reactive);
+/* What one of a species, by its number in the desc, has of a row: a solute or a mineral; 0: another one. */
+PD_API double pd_reactive_part(const pd_reactive *reactive, int row, int species);
 /* The concentrations of a node. */
 static inline void pd_reactive_get(const pd_reactive *reactive, const double *field, int32_t i, double *c)
 {
     for (int n = 0; n < reactive->components.solutes; n++) c[n] = field[(int64_t)n * reactive->grid->total + i];
 }
-/* What one of a species, by its number in the desc, has of a row: a solute or a mineral; 0: another one. */
-PD_API double pd_reactive_part(const pd_reactive *reactive, int row, int species);
-/* Components and minerals of the desc. */
-PD_API pd_status pd_reactive_system(pd_ctx *ctx, const pd_reactive_desc *desc, pd_reactive *reactive);
 
 #ifdef PDI_INTERNAL
 /* Share of the largest total down to which one that dies out is followed. */
@@ -198,7 +198,6 @@ static inline void pdi_reactive_solids(const pd_reactive *reactive, const double
 {
     for (int s = 0; s < reactive->minerals.count; s++) n[s] = field[(int64_t)s * reactive->grid->total + i];
 }
-
 
 static inline void pdi_reactive_put(const pd_reactive *reactive, const double *c, int32_t i, double *field)
 {

@@ -29,7 +29,7 @@ PDI_FN pd_status pdi_field_view_get(pd_ctx *ctx, pd_model *model, pd_field_views
     char names[PD_FIELDS_NAMES_SIZE];
     if (field == PD_FIELD_COUNT)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "view", "no field has the name %.40s, expected one of %s", name,
-                        pd_fields_format_names(model->setup, names));
+                       pd_fields_format_names(model->setup, names));
     const char *needs = pd_fields_lacks(model->setup, (pd_field)field);
     if (needs) return pd_fail(ctx, PD_ERR_ARGUMENT, "view", "the field %s needs %s", name, needs);
     views->cells = 1;

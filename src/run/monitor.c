@@ -587,7 +587,7 @@ static pd_status pdi_monitor_draw_line(pd_ctx *ctx, const pd_monitors *all, cons
         const char *name = pd_fields_get_name(all->model->setup, (pd_field)f);
         PD_TRY(pdi_monitor_format_path(ctx, all, m, name, frame, "png", path));
         PD_TRY(pdi_monitor_draw_profile(ctx, all, m, first[f], pd_fields_count_components((pd_field)f), "s",
-                                         pd_fields_get_label(all->model->setup, (pd_field)f), path));
+                                        pd_fields_get_label(all->model->setup, (pd_field)f), path));
     }
     return PD_OK;
 }

@@ -288,12 +288,17 @@ static const char *pdi_pictures_format_title(const pd_output_pictures *im, pd_fi
     return text->title;
 }
 
+PDI_FN pd_colour_map pdi_pictures_get_scale_map(pd_field_scale scale)
+{
+    if (scale == PD_FIELD_SCALE_CATEGORY) return PD_COLOUR_MAP_LABELS;
+    return scale == PD_FIELD_SCALE_SIGNED ? PD_COLOUR_MAP_DIVERGING : PD_COLOUR_MAP_SEQUENTIAL;
+}
+
 /* Colour map of a field: given, diverging for signed ones, sequential, or labels. */
 static pd_colour_map pdi_pictures_get_colour_map(const pd_setup *setup, pd_field field)
 {
-    pd_field_scale scale = pd_fields_get_scale(field);
-    pd_colour_map map = scale == PD_FIELD_SCALE_SIGNED ? PD_COLOUR_MAP_DIVERGING : PD_COLOUR_MAP_SEQUENTIAL;
-    if (scale == PD_FIELD_SCALE_CATEGORY) return PD_COLOUR_MAP_LABELS;
+    pd_colour_map map = pdi_pictures_get_scale_map(pd_fields_get_scale(field));
+    if (map == PD_COLOUR_MAP_LABELS) return map;
     if (setup->drawing.map[field]) return (pd_colour_map)(setup->drawing.map[field] - 1);
     return setup->drawing.log >> field & 1u ? PD_COLOUR_MAP_SEQUENTIAL : map;
 }

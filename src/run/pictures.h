@@ -46,6 +46,8 @@ typedef struct pd_output_pictures {
 } pd_output_pictures;
 
 #ifdef PDI_APP_INTERNAL
+/* Colour map of a field by how its values lie: labels, diverging where they have both signs, else sequential. */
+PDI_FN pd_colour_map pdi_pictures_get_scale_map(pd_field_scale scale);
 /* model and folder are borrowed. */
 PDI_FN pd_status pdi_pictures_build(pd_ctx *ctx, const pd_model *model, pd_output_folder *folder,
                                     pd_output_pictures *images);

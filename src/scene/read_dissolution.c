@@ -166,7 +166,7 @@ static pd_status pdi_read_dissolution_potential(pdi_reader *s, int section, pd_s
                                      "found the name 'E' beside potential of [dissolve], where it is a variable, "
                                      "expected another one");
     PD_TRY(pdi_text_get_expr(s->ctx, s->text, section, "potential", "V", pd_setup_get_position_symbols(),
-                              PD_SETUP_POSITION_VARS, NULL, &metal->potential));
+                             PD_SETUP_POSITION_VARS, NULL, &metal->potential));
     metal->has_potential = 1;
     if (!(metal->potential.variables_used & ~((uint32_t)1 << PD_DIM))) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, section, "potential",

@@ -27,8 +27,8 @@ static pd_status pdi_read_mechanics_displacements(pd_ctx *ctx, pd_text *text, in
     for (int d = 0; d < PD_DIM; d++) {
         if (!pdi_text_has_key(ctx, text, section, pdi_read_mechanics_displacement_keys[d])) continue;
         PD_TRY(pdi_text_get_expr(ctx, text, section, pdi_read_mechanics_displacement_keys[d], "m",
-                                  pd_setup_get_position_symbols(), PD_SETUP_POSITION_VARS, NULL,
-                                  &grip->displacement[d]));
+                                 pd_setup_get_position_symbols(), PD_SETUP_POSITION_VARS, NULL,
+                                 &grip->displacement[d]));
         grip->has_displacement[d] = 1;
     }
     return PD_OK;
@@ -54,7 +54,7 @@ static pd_status pdi_read_mechanics_vector(pdi_reader *s, int section, const cha
 {
     int count;
     PD_TRY(pdi_text_get_exprs(s->ctx, s->text, section, key, unit, pd_setup_get_position_symbols(),
-                               PD_SETUP_POSITION_VARS, NULL, PD_DIM, expr, &count));
+                              PD_SETUP_POSITION_VARS, NULL, PD_DIM, expr, &count));
     if (count == PD_DIM) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, section, key, "found %d components, expected %d", count, PD_DIM);
 }
@@ -316,7 +316,7 @@ static pd_status pdi_read_mechanics_rate_factor(pdi_reader *s, int section)
         return pdi_text_fail_key(s->ctx, s->text, section, "speed_factor",
                                  "found without metal that dissolves, expected a [dissolve] or [corrode] section");
     PD_TRY(pdi_text_get_expr(s->ctx, s->text, section, "speed_factor", "", pd_setup_get_stress_symbols(),
-                              PD_SETUP_STRESS_VARS, NULL, &b->rate_factor));
+                             PD_SETUP_STRESS_VARS, NULL, &b->rate_factor));
     b->has_rate_factor = 1;
     return PD_OK;
 }

@@ -14,7 +14,7 @@ static pd_status pdi_read_physics_keys(pdi_reader *s, int section, pd_setup_regi
         const char *fallback = strcmp(key->default_text, "required") == 0 ? NULL : key->default_text;
         if (strcmp(key->default_text, "-") == 0 && !pdi_text_has_key(s->ctx, s->text, section, key->keys)) continue;
         PD_TRY(pdi_text_get_expr(s->ctx, s->text, section, key->keys, unit, pd_setup_get_position_symbols(),
-                                  PD_SETUP_POSITION_VARS, fallback, &own->value[k]));
+                                 PD_SETUP_POSITION_VARS, fallback, &own->value[k]));
         own->given |= (uint32_t)1 << k;
     }
     return PD_OK;
@@ -28,7 +28,7 @@ static pd_status pdi_read_physics_sides(pdi_reader *s, pd_setup_registered *own)
         int section = pdi_text_get_section(s->ctx, s->text, "side", pd_setup_side_name(side));
         if (!pdi_text_has_key(s->ctx, s->text, section, field->name)) continue;
         PD_TRY(pdi_text_get_expr(s->ctx, s->text, section, field->name, field->unit, pd_setup_get_position_symbols(),
-                                  PD_SETUP_POSITION_VARS, NULL, &own->prescribed[side]));
+                                 PD_SETUP_POSITION_VARS, NULL, &own->prescribed[side]));
         own->prescribed_sides |= (uint32_t)1 << side;
     }
     return PD_OK;

@@ -259,7 +259,7 @@ static pd_status pdi_read_potential_control(pdi_reader *s, int section, pd_setup
     if (!e->has_fixed_potential && !e->has_fixed_current) return PD_OK;
     const char *key = e->has_fixed_potential ? "potential" : "current";
     PD_TRY(pdi_text_get_expr(s->ctx, s->text, section, key, e->has_fixed_potential ? "V" : "A",
-                              pd_setup_get_position_symbols(), PD_SETUP_POSITION_VARS, NULL, &e->fixed_value));
+                             pd_setup_get_position_symbols(), PD_SETUP_POSITION_VARS, NULL, &e->fixed_value));
     if (!(e->fixed_value.variables_used & ~((uint32_t)1 << PD_DIM))) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, section, key, "found a function of the place, expected one of t alone");
 }

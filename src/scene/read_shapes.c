@@ -399,7 +399,7 @@ static pd_status pdi_read_shapes_wall(pdi_read_shapes_state *s, int index)
     w->section = s->section;
     if (u->has_transport && pdi_text_has_key(s->ctx, s->text, s->section, "C")) {
         PD_TRY(pdi_text_get_expr(s->ctx, s->text, s->section, "C", "mol/m3", pd_setup_get_position_symbols(),
-                                  PD_SETUP_POSITION_VARS, NULL, &w->fixed_c));
+                                 PD_SETUP_POSITION_VARS, NULL, &w->fixed_c));
         if (!w->fixed_c.variables_used && !(pd_expr_eval(&w->fixed_c, NULL) >= 0.0))
             return pdi_text_fail_key(s->ctx, s->text, s->section, "C", "found %.6g mol/m3, expected at least 0",
                                      pd_expr_eval(&w->fixed_c, NULL));

@@ -256,7 +256,7 @@ static pd_status pdi_scene_read_wall(pdi_reader *s, int section, int k)
     int count;
     if (s->setup->has_flow && pdi_text_has_key(s->ctx, s->text, section, "velocity")) {
         PD_TRY(pdi_text_get_exprs(s->ctx, s->text, section, "velocity", "m/s", pd_setup_get_position_symbols(),
-                                   PD_SETUP_POSITION_VARS, NULL, PD_DIM, side->wall_velocity, &count));
+                                  PD_SETUP_POSITION_VARS, NULL, PD_DIM, side->wall_velocity, &count));
         for (int d = 0; d < count; d++)
             side->has_wall_velocity = side->has_wall_velocity || side->wall_velocity[d].variables_used ||
                                       fabs(pd_expr_eval(&side->wall_velocity[d], NULL)) > 0.0;
@@ -403,7 +403,7 @@ static pd_status pdi_scene_read_body_force(pdi_reader *s, int section)
     int count;
     if (!pdi_text_has_key(s->ctx, s->text, section, "force")) return PD_OK;
     PD_TRY(pdi_text_get_exprs(s->ctx, s->text, section, "force", "m/s2", pd_setup_get_position_symbols(),
-                               PD_SETUP_POSITION_VARS, NULL, PD_DIM, u->body_force, &count));
+                              PD_SETUP_POSITION_VARS, NULL, PD_DIM, u->body_force, &count));
     for (int d = 0; d < count; d++) u->has_body_force_expr = u->has_body_force_expr || u->body_force[d].variables_used;
     if (u->has_body_force_expr) return PD_OK;
     for (int d = 0; d < count; d++) pd_expr_free(s->ctx, &u->body_force[d]);

@@ -77,25 +77,22 @@ typedef struct pd_expr {
  * constant that is not finite; the message has the column, what stands there and what was expected. PD_ERR_ARGUMENT: a
  * unit of the desc is invalid, or there are too many variables. */
 PD_API pd_status pd_expr_build(pd_ctx *ctx, const pd_expr_desc *desc, pd_expr *expr);
+/* Free code, constants and discontinuities of the expression. */
+PD_API void pd_expr_free(pd_ctx *ctx, pd_expr *expr);
 /* Evaluate the expression for the variables vars[var_count] in SI; result in SI. Reads only, so threads may share
  * the expression. The result may be NaN or infinite where the mathematics is; an expression that was never built
  * gives NaN. */
 PD_API double pd_expr_eval(const pd_expr *expr, const double *vars);
-/* Free code, constants and discontinuities of the expression. */
-PD_API void pd_expr_free(pd_ctx *ctx, pd_expr *expr);
+/* 1: the expression depends on no variable; pd_expr_eval may then get NULL. */
+PD_API int pd_expr_is_constant(const pd_expr *expr);
 /* range[2]: interval of variable `var` inside which all tables that it is the direct argument of have points; outside
  * one is extrapolated by its end value. -HUGE_VAL .. HUGE_VAL: no such table. */
 PD_API void pd_expr_get_table_range(const pd_expr *expr, int var, double *range);
-/* 1: the expression depends on no variable; pd_expr_eval may then get NULL. */
-PD_API int pd_expr_is_constant(const pd_expr *expr);
-/* 1: the name is reserved, a function or a built-in constant of expressions. */
-PD_API int pd_expr_is_reserved(const char *name);
 /* Quote the token at `found` for a message: 'word', '+', byte 0x07, the end. text gets PD_UNITS_TEXT bytes. */
 PD_API void pd_expr_quote_token(const char *found, char *text);
+/* 1: the name is reserved, a function or a built-in constant of expressions. */
+PD_API int pd_expr_is_reserved(const char *name);
 #ifdef PDI_INTERNAL
-
-
-
 /* ---- the stack machine ---- */
 
 #define PDI_EXPR_STACK_SIZE 64 /* depth of the operand stack */

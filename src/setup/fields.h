@@ -86,5 +86,4 @@ PD_API int pd_fields_species_index(const pd_setup *setup, int64_t field);
 /* Index of the surface state that the field is; -1: it is none. */
 PD_API int pd_fields_state_index(const pd_setup *setup, int64_t field);
 
-
 #endif

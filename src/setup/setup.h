@@ -557,29 +557,34 @@ PD_API pd_status pd_setup_set_breaks(pd_ctx *ctx, pd_setup *setup, const char *k
 #define PD_SETUP_RATE_PH PD_SETUP_RATE_VARS
 
 #define PD_SETUP_STRESS_VARS (PD_DIM + 4)
-/* Append the complement of the shape *index and put its index into *index. */
-PD_API pd_status pd_setup_add_complement(pd_ctx *ctx, pd_setup *setup, int *index);
-/* Allocate an empty triangle surface, owned by the setup. PD_ERR_SIZE: too many. */
-PD_API pd_status pd_setup_add_facets(pd_ctx *ctx, pd_setup *setup, pd_facets **surface);
-/* Allocate a voxel mask of `size` bytes, owned by the setup. PD_ERR_SIZE: too many. */
-PD_API pd_status pd_setup_add_mask(pd_ctx *ctx, pd_setup *setup, size_t size, uint8_t **mask);
-/* Add a note, printf style, to the printed summary. Notes beyond PD_SETUP_NOTES are dropped. */
-PD_API void pd_setup_add_note(pd_setup *setup, const char *format, ...) PD_PRINTF_LIKE(2, 3);
-/* Append a shape to the geometry tree; *index: its position. PD_ERR_SIZE: too many shapes. */
-PD_API pd_status pd_setup_add_shape(pd_ctx *ctx, pd_setup *setup, const pd_shape *shape, int *index);
-/* Append the union of the shapes `index` and *whole and put its index into *whole. *whole = -1: it becomes `index`. */
-PD_API pd_status pd_setup_add_union(pd_ctx *ctx, pd_setup *setup, int index, int *whole);
-/* Recession speed [m/s] of the rate law where all its variables are 0: C = 0, t = 0, x = 0. */
-PD_API double pd_setup_compute_rate_at_zero(const pd_setup_metal *metal);
-/* Number of cells of the box along an axis. */
-PD_API int pd_setup_count_cells(const pd_setup *setup, int axis);
+/* Fill the description of the reactive species solver (species, reactions, minerals, activity model, time order) from
+ * the setup. Concentrations and arena are left to the caller. */
+PD_API void pd_setup_get_reactive_desc(const pd_setup *setup, pd_reactive_desc *desc);
+/* Name of the scene section of a kind of monitor: "line", "plane", ... */
+PD_API const char *pd_setup_monitor_section_name(pd_monitor_kind kind);
+/* Name of a side of the box: "x-", "x+", "y-", ... */
+PD_API const char *pd_setup_side_name(int side);
 /* Number of ghost layers of the lattice: largest n with |n| < m + 1/2 of any horizon in use. */
 PD_API int pd_setup_count_ghost_layers(const pd_setup *setup);
+/* Number of cells of the box along an axis. */
+PD_API int pd_setup_count_cells(const pd_setup *setup, int axis);
+/* Symbol table of expressions in space and time: x, y, z (PD_DIM of them), then t; PD_SETUP_POSITION_VARS entries. */
+PD_API const pd_expr_symbol *pd_setup_get_position_symbols(void);
+/* Symbol table of dissolution rate laws: C, t, x, y, z, grain as in pd_rate_at, then current density i and potential E
+ * of electrodes, and nameless places for fields; PD_SETUP_RATE_VARS entries. */
+PD_API const pd_expr_symbol *pd_setup_get_rate_symbols(void);
 /* 1: the rate law of the metal depends on pH, species, surface states, or on E with migrating ions. */
 static inline int pd_setup_has_species_rate(const pd_setup_metal *metal)
 {
     return metal->rate.variables_used >> PD_SETUP_RATE_PH != 0 ||
            (metal->has_potential && (metal->rate.variables_used >> PD_SETUP_RATE_POTENTIAL & 1u) != 0);
+}
+/* Index of the first metal whose rate law depends on species or, with migrating ions, on E; -1: none does. */
+static inline int pd_setup_find_species_rate_metal(const pd_setup *setup)
+{
+    for (int k = 0; k < setup->metals && setup->has_dissolve; k++)
+        if (pd_setup_has_species_rate(&setup->metal[k])) return k;
+    return -1;
 }
 /* Number of metals that the species solver distinguishes: all of them when several have such a rate law, else 1. */
 static inline int pd_setup_count_species_rate_metals(const pd_setup *setup)
@@ -589,47 +594,42 @@ static inline int pd_setup_count_species_rate_metals(const pd_setup *setup)
         count += pd_setup_has_species_rate(&setup->metal[k]);
     return count > 1 ? setup->metals : 1;
 }
-/* Index of the first metal whose rate law depends on species or, with migrating ions, on E; -1: none does. */
-static inline int pd_setup_find_species_rate_metal(const pd_setup *setup)
-{
-    for (int k = 0; k < setup->metals && setup->has_dissolve; k++)
-        if (pd_setup_has_species_rate(&setup->metal[k])) return k;
-    return -1;
-}
-/* Print a SI value with a unit of readable size ("80 um") into text[PD_UNITS_TEXT]; `unit` gives the dimension. */
-PD_API void pd_setup_format_value(double value, const char *unit, char *text);
-/* Free the experimental data of all [measured] sections. */
-PD_API void pd_setup_free_measured(pd_ctx *ctx, pd_setup *setup);
-/* Symbol table of expressions in space and time: x, y, z (PD_DIM of them), then t; PD_SETUP_POSITION_VARS entries. */
-PD_API const pd_expr_symbol *pd_setup_get_position_symbols(void);
-/* Symbol table of dissolution rate laws: C, t, x, y, z, grain as in pd_rate_at, then current density i and potential E
- * of electrodes, and nameless places for fields; PD_SETUP_RATE_VARS entries. */
-PD_API const pd_expr_symbol *pd_setup_get_rate_symbols(void);
-/* Fill the description of the reactive species solver (species, reactions, minerals, activity model, time order) from
- * the setup. Concentrations and arena are left to the caller. */
-PD_API void pd_setup_get_reactive_desc(const pd_setup *setup, pd_reactive_desc *desc);
-/* Symbol table of the stress factor of the dissolution rate: sigma_h, mises, eps_p, x, y, z, t; PD_SETUP_STRESS_VARS
- * entries. */
-PD_API const pd_expr_symbol *pd_setup_get_stress_symbols(void);
 /* 1: electrodes in an electrolyte whose ions migrate. */
 static inline int pd_setup_has_ion_electrodes(const pd_setup *setup)
 {
     return setup->has_migration && setup->has_potential;
 }
-/* 1: an expression in x, y, z, t depends on t. */
-static inline int pd_setup_is_time_dependent(const pd_expr *expr)
-{
-    return (int)(expr->variables_used >> PD_DIM & 1u);
-}
-/* Name of the scene section of a kind of monitor: "line", "plane", ... */
-PD_API const char *pd_setup_monitor_section_name(pd_monitor_kind kind);
 /* 1: the rate law depends on a field of a physics of the program. */
 static inline int pd_setup_reads_registered_field(const pd_setup_metal *metal)
 {
     return (metal->rate.variables_used >> PD_SETUP_RATE_FIELD & (((uint32_t)1 << PD_PHYSICS_TYPE_FIELDS) - 1u)) != 0;
 }
-/* Name of a side of the box: "x-", "x+", "y-", ... */
-PD_API const char *pd_setup_side_name(int side);
+/* Symbol table of the stress factor of the dissolution rate: sigma_h, mises, eps_p, x, y, z, t; PD_SETUP_STRESS_VARS
+ * entries. */
+PD_API const pd_expr_symbol *pd_setup_get_stress_symbols(void);
+/* Recession speed [m/s] of the rate law where all its variables are 0: C = 0, t = 0, x = 0. */
+PD_API double pd_setup_compute_rate_at_zero(const pd_setup_metal *metal);
+/* 1: an expression in x, y, z, t depends on t. */
+static inline int pd_setup_is_time_dependent(const pd_expr *expr)
+{
+    return (int)(expr->variables_used >> PD_DIM & 1u);
+}
+/* Append a shape to the geometry tree; *index: its position. PD_ERR_SIZE: too many shapes. */
+PD_API pd_status pd_setup_add_shape(pd_ctx *ctx, pd_setup *setup, const pd_shape *shape, int *index);
+/* Append the union of the shapes `index` and *whole and put its index into *whole. *whole = -1: it becomes `index`. */
+PD_API pd_status pd_setup_add_union(pd_ctx *ctx, pd_setup *setup, int index, int *whole);
+/* Append the complement of the shape *index and put its index into *index. */
+PD_API pd_status pd_setup_add_complement(pd_ctx *ctx, pd_setup *setup, int *index);
+/* Free the experimental data of all [measured] sections. */
+PD_API void pd_setup_free_measured(pd_ctx *ctx, pd_setup *setup);
+/* Allocate an empty triangle surface, owned by the setup. PD_ERR_SIZE: too many. */
+PD_API pd_status pd_setup_add_facets(pd_ctx *ctx, pd_setup *setup, pd_facets **surface);
+/* Allocate a voxel mask of `size` bytes, owned by the setup. PD_ERR_SIZE: too many. */
+PD_API pd_status pd_setup_add_mask(pd_ctx *ctx, pd_setup *setup, size_t size, uint8_t **mask);
+/* Add a note, printf style, to the printed summary. Notes beyond PD_SETUP_NOTES are dropped. */
+PD_API void pd_setup_add_note(pd_setup *setup, const char *format, ...) PD_PRINTF_LIKE(2, 3);
+/* Print a SI value with a unit of readable size ("80 um") into text[PD_UNITS_TEXT]; `unit` gives the dimension. */
+PD_API void pd_setup_format_value(double value, const char *unit, char *text);
 
 #ifdef PDI_INTERNAL
 /* 1: some physics needs surface areas: dissolution, grain boundaries, electrodes, mass transfer from walls. */

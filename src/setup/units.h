@@ -29,6 +29,7 @@ typedef struct pd_dims {
 /* Parse a unit: *scale is its size in SI (1 mL/min: 1.667e-8), *dims its dimension. Either may be NULL. PD_ERR_PARSE:
  * not a unit. */
 PD_API pd_status pd_units_parse(pd_ctx *ctx, const char *unit, double *scale, pd_dims *dims);
+
 /* A product of units with its scale as a quotient: value * num / den rounds once, so that "80 um" is the double
  * 80e-6. */
 typedef struct pd_units_product {
@@ -45,32 +46,31 @@ typedef struct pd_units_suggestion {
     char word[32], best[32];
     int distance;
 } pd_units_suggestion;
+/* 1: both dimensions are equal. */
+PD_API int pd_units_is_same(const pd_dims *a, const pd_dims *b);
 /* Describe a dimension in words into text[PD_UNITS_TEXT]: "a speed [m/s]", "a plain number", "a quantity [kg m2]". */
 PD_API void pd_units_describe(const pd_dims *dims, char *text);
-/* The suggestion for a message, ": did you mean 'best'?" or "", into text[PD_UNITS_TEXT]. */
-PD_API void pd_units_format_suggestion(const pd_units_suggestion *near_word, char *text);
-/* Start a search for word[size]. */
-PD_API void pd_units_init_suggestion(pd_units_suggestion *near_word, const char *word, size_t size);
+/* Parse a product of units at the start of text; returns the bytes read, 0: no unit there. *why: NULL, or the reason
+ * why the unit there is inadmissible (degC, bad exponent); the return value is then its position. */
+PD_API size_t pd_units_scan_product(const char *text, pd_units_is_declared_fn declared, const void *user,
+                                    pd_units_product *unit, const char **why);
 /* 1: space, tab or carriage return. */
 PD_API int pd_units_is_blank(char c);
 /* 1: decimal digit. */
 PD_API int pd_units_is_digit(char c);
-/* 1: both dimensions are equal. */
-PD_API int pd_units_is_same(const pd_dims *a, const pd_dims *b);
-/* Parse a product of units at the start of text; returns the bytes read, 0: no unit there. *why: NULL, or the reason
- * why the unit there is inadmissible (degC, bad exponent); the return value is then its position. */
-PD_API size_t pd_units_scan_product(const char *text, pd_units_is_declared_fn declared, const void *user,
-                                     pd_units_product *unit, const char **why);
 /* Length of the identifier at text; 0: none. Bytes >= 0x80 count. */
 PD_API size_t pd_units_scan_word(const char *text);
+/* Start a search for word[size]. */
+PD_API void pd_units_init_suggestion(pd_units_suggestion *near_word, const char *word, size_t size);
 /* Compare a candidate with the word and keep it if it is the closest so far. */
 PD_API void pd_units_try_candidate(pd_units_suggestion *near_word, const char *candidate);
+/* The suggestion for a message, ": did you mean 'best'?" or "", into text[PD_UNITS_TEXT]. */
+PD_API void pd_units_format_suggestion(const pd_units_suggestion *near_word, char *text);
 
 #ifdef PDI_INTERNAL
 /* Print the SI value of dimension dims with six digits and a unit of readable size ("80 um", "9 h", "1.3 um/h")
  * into text[PD_UNITS_TEXT]. What it prints can be read back by pd_expr_build. */
 PDI_FN void pdi_units_format_value(double value, const pd_dims *dims, char *text);
-
 
 /* Parse what may follow a '/' in a unit: one unit, or a product in parentheses. *unit is that unit, not its inverse.
  * Return value and *why as in pd_units_scan_product. */
@@ -78,7 +78,6 @@ PDI_FN size_t pdi_units_scan_divisor(const char *text, pd_units_is_declared_fn d
                                      pd_units_product *unit, const char **why);
 /* List units of the dimension for a message, "um, mm, m", into text[PD_UNITS_TEXT]. */
 PDI_FN void pdi_units_format_examples(const pd_dims *dims, char *text);
-
 
 /* Compare all units, with and without prefix, with the misspelt word and keep the closest. */
 PDI_FN void pdi_units_try_units(pd_units_suggestion *near_word);

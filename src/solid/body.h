@@ -119,11 +119,6 @@ PD_API int32_t pd_body_family(const pd_body *body, int32_t i, int32_t *to, uint8
 /* Breaks the bond of two points at both ends; bonds of their images stay. Returns 1: it was intact; 0: it was
  * broken, or there is none. */
 PD_API int pd_body_break(pd_body *body, int32_t i, int32_t j);
-/* 1: the current bond is broken. */
-static inline int pd_body_bond_is_broken(const pd_bond_iterator *f)
-{
-    return f->broken[f->number >> 3] >> (f->number & 7) & 1;
-}
 /* 1: the body is periodic. */
 static inline int pd_body_is_periodic(const pd_body *body) { return body->period[PD_DIM - 1] > 0.0; }
 /* Iterator that stands before the first bond of point i. Use: for (pd_bond_iterator f = pd_body_bonds_begin(body, i);
@@ -148,6 +143,11 @@ static inline int pd_body_bonds_next(pd_bond_iterator *f)
     do f->neighbour = f->point_entry[f->shift[++f->stencil_position]];
     while (f->neighbour < 0);
     return 1;
+}
+/* 1: the current bond is broken. */
+static inline int pd_body_bond_is_broken(const pd_bond_iterator *f)
+{
+    return f->broken[f->number >> 3] >> (f->number & 7) & 1;
 }
 /* 1: no bond of the body is broken. */
 PD_API int pd_body_is_intact(const pd_body *body);

@@ -40,5 +40,4 @@ PD_API pd_status pd_crack_tip(pd_ctx *ctx, const pd_body *body, const double *wa
 PD_API pd_status pd_crack_find_tip(pd_ctx *ctx, const pd_body *body, int corners, const double *corner,
                                    const double *left, const double *way, double *tip);
 
-
 #endif

@@ -167,7 +167,7 @@ static pd_status pdi_least_squares_compute_jacobian(pdi_least_squares *s)
             return pd_fail(s->ctx, PD_ERR_ARGUMENT, "squares", "parameter %d has no effect on the points: they change"
                            " by %.3g between its bounds, and by %.3g without it", k + 1, size, noise);
         s->step[k] = pd_min(PDI_LEAST_SQUARES_MAX_INCREMENT,
-                             pd_max(PDI_LEAST_SQUARES_MIN_INCREMENT, cbrt(3.0 * noise / size)));
+                            pd_max(PDI_LEAST_SQUARES_MIN_INCREMENT, cbrt(3.0 * noise / size)));
     }
     memcpy(s->jacobian_at, s->q, sizeof s->jacobian_at);
     if (pdi_least_squares_factor_normal(s, 0.0, a)) return PD_OK;
