@@ -130,6 +130,10 @@ class Header:
             intro = words(found[0][0]) if found and found[0][0] else ""
             found = [(c if k else "", d) for k, (c, d) in enumerate(found)]
             found = [(c, d) for c, d in found if d and self.name(d)]
+            first: dict[str, int] = {}  # a macro may have a form for each compiler
+            for k, (_, d) in enumerate(found):
+                first.setdefault(self.name(d), k)
+            found = [f for k, f in enumerate(found) if first[self.name(f[1])] == k]
             for _, declaration in found:
                 for name in [self.name(declaration), *re.findall(r"\b(PD_[A-Z0-9_]+)\b", declaration)]:
                     self.names.setdefault(name, self.name(declaration))

@@ -93,7 +93,7 @@ static inline int pd_is_fatal(pd_status status)
     return status == PD_ERR_MEMORY || status == PD_ERR_LIMIT || status == PD_CANCELLED;
 }
 /* Ask the cancellation callback. PD_CANCELLED: the caller cancels. A step then leaves the state at its start, or at the
- * end of its last substep. */
+ * end of the last step that it is made of. */
 PD_API pd_status pd_check_cancel(pd_ctx *ctx, const char *doing, int64_t count);
 /* Memory through the allocator of the context; slot is the address of a pointer of any type (read and written as bytes,
  * as strict aliasing asks).

@@ -76,7 +76,7 @@ static int pdi_integral_diagnostics_is_dissolved(const pd_grid *grid, int32_t no
 {
     double x[PD_DIM];
     pd_grid_position(grid, node, x);
-    return pdi_grid_signed_distance(grid, grid->solid, x) <= pd_shape_tolerance(grid->h, x);
+    return pdi_grid_signed_distance(grid, grid->solid, x) <= pd_shape_surface_tolerance(grid->h, x);
 }
 
 /* 1: all surfaces in the family of a node are sides of the box or smooth shapes that have not receded. */

@@ -42,12 +42,12 @@ static double pdi_interpenetration_initial_gap(const pd_interpenetration *s, con
 {
     const pd_grid *grid = s->grid;
     int last = grid->solid > grid->wall ? grid->solid : grid->wall;
-    double gap = 0.0, at[PD_DIM], touch = pd_shape_tolerance(grid->h, x);
+    double gap = 0.0, at[PD_DIM], touch = pd_shape_surface_tolerance(grid->h, x);
     if (!pdi_node_visibility_is_smooth(grid)) return 0.0;
     for (double from = 0.0; from < 1.0;) {
         double to = pd_min(pdi_shape_find_crossing(grid->shapes, last, x, xi, from, touch), 1.0);
         for (int d = 0; d < PD_DIM; d++) at[d] = x[d] + 0.5 * (from + to) * xi[d];
-        if (pdi_node_visibility_metal_distance(grid, at) > pd_shape_tolerance(grid->h, at)) gap += to - from;
+        if (pdi_node_visibility_metal_distance(grid, at) > pd_shape_surface_tolerance(grid->h, at)) gap += to - from;
         from = to;
     }
     return gap * pdi_vec_norm(xi);

@@ -35,7 +35,7 @@ static int pdi_force_is_on_shape(const pdi_force_query *q, int32_t closed, int s
     if (q->shape == PD_FORCE_ALL) return 1;
     if (side || q->shape == PD_FORCE_BOX_SIDES) return side && q->shape == PD_FORCE_BOX_SIDES;
     pd_grid_position(q->flow->grid, closed, x);
-    return pdi_grid_signed_distance(q->flow->grid, q->shape, x) <= pd_shape_tolerance(q->flow->grid->h, x);
+    return pdi_grid_signed_distance(q->flow->grid, q->shape, x) <= pd_shape_surface_tolerance(q->flow->grid->h, x);
 }
 
 /* Fraction of the closed bonds of row r, by their areas, that end on the shape of the query. */
@@ -338,7 +338,7 @@ static int pdi_force_is_piece_on_shape(const pdi_force_query *q, const pdi_cut_c
     for (int d = 0; d < PD_DIM; d++) x[d] = piece->centroid[d] + PDI_FORCE_INSIDE_DEPTH * grid->h[d] * into[d];
     if (grid->wall >= 0) least = pdi_grid_signed_distance(grid, grid->wall, x);
     if (grid->solid >= 0) least = pd_min(least, pdi_grid_signed_distance(grid, grid->solid, x));
-    return pdi_grid_signed_distance(grid, q->shape, x) <= pd_max(least, 0.0) + pd_shape_tolerance(grid->h, x);
+    return pdi_grid_signed_distance(grid, q->shape, x) <= pd_max(least, 0.0) + pd_shape_surface_tolerance(grid->h, x);
 }
 
 /* 1: the piece belongs to this group: same node, same surface, normals within 60 degrees. */

@@ -83,7 +83,7 @@ static int pdi_bond_has_receded(const pd_bond_paths *paths, int shape, int32_t n
         int32_t at = node + paths->cell_shift[c];
         if (!pdi_grid_is_open(grid->kind[at])) continue;
         pd_grid_position(grid, at, x);
-        if (pdi_grid_signed_distance(grid, shape, x) <= pd_shape_tolerance(grid->h, x)) return 1;
+        if (pdi_grid_signed_distance(grid, shape, x) <= pd_shape_surface_tolerance(grid->h, x)) return 1;
     }
     return 0;
 }
@@ -140,7 +140,7 @@ static double pdi_bond_find_node_in_shape(const pd_grid *grid, int shape, const 
     for (int j = 1; j <= steps; j++) {
         double at[PD_DIM], t = (double)j / steps;
         for (int d = 0; d < PD_DIM; d++) at[d] = x[d] + t * s->xi[k * PD_DIM + d];
-        if (pdi_grid_signed_distance(grid, shape, at) <= pd_shape_tolerance(grid->h, at)) return t;
+        if (pdi_grid_signed_distance(grid, shape, at) <= pd_shape_surface_tolerance(grid->h, at)) return t;
     }
     return HUGE_VAL;
 }
@@ -152,7 +152,7 @@ static void pdi_bond_intersect_shape(const pd_grid *grid, int shape, const doubl
                                      double limit, pdi_bond_intersection *cut)
 {
     const double *xi = s->xi + k * PD_DIM;
-    if (!(pdi_grid_signed_distance(grid, shape, x) > pd_shape_tolerance(grid->h, x))) return;
+    if (!(pdi_grid_signed_distance(grid, shape, x) > pd_shape_surface_tolerance(grid->h, x))) return;
     double node = pdi_bond_find_node_in_shape(grid, shape, x, s, k);
     double t = pd_min(pdi_grid_find_shape_entry(grid, shape, x, xi, pd_min(limit, node)), node);
     if (!(t <= limit)) return;

@@ -44,7 +44,7 @@ static int pdi_bond_diffusivity_find_side(const pdi_bond_diffusivity_segment *w,
 {
     double x[PD_DIM], tolerance;
     for (int d = 0; d < PD_DIM; d++) x[d] = w->x[d] + fraction * w->xi[d];
-    tolerance = pd_shape_tolerance(w->media->grid->h, x);
+    tolerance = pd_shape_surface_tolerance(w->media->grid->h, x);
     return (level > tolerance) - (level < -tolerance);
 }
 
@@ -449,7 +449,7 @@ static pd_status pdi_bond_diffusivity_build_rows(pd_ctx *ctx, pd_bond_diffusivit
         if (!pdi_bond_diffusivity_is_member(m->grid, i)) continue;
         pd_grid_position(m->grid, i, x);
         pdi_grid_fold_position(m->grid, x);
-        if (fabs(m->surface_distance(m->user, x)) <= longest + 2.0 * pd_shape_tolerance(m->grid->h, x))
+        if (fabs(m->surface_distance(m->user, x)) <= longest + 2.0 * pd_shape_surface_tolerance(m->grid->h, x))
             m->row_of_node[i] = m->rows++;
     }
     if (m->rows == 0) return PD_OK;

@@ -50,7 +50,7 @@ static double pdi_cut_cell_signed_distance(const pd_grid *grid, int shapes, cons
     if (shapes == PDI_CUT_CELL_CLOSED) return -HUGE_VAL;
     if (shapes & PDI_CUT_CELL_WALL) distance = pdi_grid_signed_distance(grid, grid->wall, x);
     if (shapes & PDI_CUT_CELL_SOLID) distance = pd_min(distance, pdi_grid_signed_distance(grid, grid->solid, x));
-    return fabs(distance) <= pd_shape_tolerance(grid->h, x) ? 0.0 : distance;
+    return fabs(distance) <= pd_shape_surface_tolerance(grid->h, x) ? 0.0 : distance;
 }
 
 PDI_FN double pdi_cut_cell_surface_distance(const pd_grid *grid, int32_t node)
@@ -77,7 +77,7 @@ static int pdi_cut_cell_find_shapes(const pd_grid *grid, int32_t node)
     pd_grid_position(grid, node, x);
     for (int k = 0; k < 2; k++) {
         if (!pdi_cut_cell_is_smooth(grid, shape[k])) continue;
-        int in = !(pdi_grid_signed_distance(grid, shape[k], x) > pd_shape_tolerance(grid->h, x));
+        int in = !(pdi_grid_signed_distance(grid, shape[k], x) > pd_shape_surface_tolerance(grid->h, x));
         inside = inside || (in && (k == 0 || kind == PD_SOLID));
         if (!in || !pdi_grid_is_open(kind)) shapes |= bit[k];
     }

@@ -156,7 +156,7 @@ PDI_FN int pdi_grid_fold_index(const pd_grid *grid, int *i)
 
 PDI_FN int pdi_grid_fold_position_images(const pd_grid *grid, double *x)
 {
-    double folded[PD_DIM], tolerance = pd_shape_tolerance(grid->h, x);
+    double folded[PD_DIM], tolerance = pd_shape_surface_tolerance(grid->h, x);
     int flip = 0;
     memcpy(folded, x, sizeof folded);
     pdi_grid_fold_position(grid, folded);
@@ -288,7 +288,7 @@ static double pdi_grid_line_distance(const pdi_grid_folded_line *line, int shape
 {
     double at[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) at[d] = line->x[d] + t * line->xi[d];
-    if (tie) *tie = pd_shape_tolerance(line->grid->h, at);
+    if (tie) *tie = pd_shape_surface_tolerance(line->grid->h, at);
     return pdi_grid_signed_distance(line->grid, shape, at);
 }
 
@@ -315,7 +315,7 @@ PDI_FN double pdi_grid_find_shape_entry(const pd_grid *grid, int shape, const do
     line.x = x;
     line.xi = xi;
     for (line.from = 0.0; line.from < end; line.from = line.to) {
-        double whole[PD_DIM], touch = pd_shape_tolerance(grid->h, x);
+        double whole[PD_DIM], touch = pd_shape_surface_tolerance(grid->h, x);
         pdi_grid_set_line_image(&line, end);
         for (int d = 0; d < PD_DIM; d++) whole[d] = line.to * line.eta[d];
         for (double from = line.from / line.to, to; from < 1.0; from = to) { /* shares of line.to */
@@ -540,7 +540,7 @@ static void pdi_grid_list_arrays(pdi_array_visitor *owner, void *object)
 static int pdi_grid_is_in_shape(const pd_grid *grid, int index, const double *x, int64_t *touched)
 {
     if (index < 0) return 0;
-    double distance = pd_shape_distance(grid->shapes, index, x), tolerance = pd_shape_tolerance(grid->h, x);
+    double distance = pd_shape_distance(grid->shapes, index, x), tolerance = pd_shape_surface_tolerance(grid->h, x);
     *touched += fabs(distance) <= tolerance;
     return distance <= tolerance;
 }

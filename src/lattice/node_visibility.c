@@ -24,11 +24,11 @@ PDI_FN double pdi_node_visibility_metal_distance(const pd_grid *grid, const doub
 PDI_FN int pdi_node_visibility_is_visible(const pd_grid *grid, const double *x, const double *xi)
 {
     int last = grid->solid > grid->wall ? grid->solid : grid->wall;
-    double middle[PD_DIM], tolerance = pd_shape_tolerance(grid->h, x);
+    double middle[PD_DIM], tolerance = pd_shape_surface_tolerance(grid->h, x);
     for (double from = 0.0; from < 1.0;) {
         double to = pd_min(pdi_shape_find_crossing(grid->shapes, last, x, xi, from, tolerance), 1.0);
         for (int d = 0; d < PD_DIM; d++) middle[d] = x[d] + 0.5 * (from + to) * xi[d];
-        if (pdi_node_visibility_metal_distance(grid, middle) > pd_shape_tolerance(grid->h, middle)) return 0;
+        if (pdi_node_visibility_metal_distance(grid, middle) > pd_shape_surface_tolerance(grid->h, middle)) return 0;
         from = to;
     }
     return 1;

@@ -163,7 +163,7 @@ double pd_shape_distance(const pd_shape *shapes, int index, const double *x)
     return pdi_shape_signed_distance(shapes, index, NULL, x);
 }
 
-double pd_shape_tolerance(const double *h, const double *x)
+double pd_shape_surface_tolerance(const double *h, const double *x)
 {
     double largest = 0.0;
     for (int d = 0; d < PD_DIM; d++) largest = pd_max(largest, fabs(x[d]));

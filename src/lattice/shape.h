@@ -37,7 +37,7 @@ typedef struct pd_shape {
 #define pd_shape_distance PD_NAME(pd_shape_distance)
 #define pd_shape_is_smooth PD_NAME(pd_shape_is_smooth)
 #define pd_shape_validate PD_NAME(pd_shape_validate)
-#define pd_shape_tolerance PD_NAME(pd_shape_tolerance)
+#define pd_shape_surface_tolerance PD_NAME(pd_shape_surface_tolerance)
 
 /* Most entries of an array of shapes. */
 #define PD_SHAPE_MAX 256
@@ -52,7 +52,7 @@ typedef struct pd_shape {
 PD_API double pd_shape_distance(const pd_shape *shapes, int index, const double *x);
 /* [m] Distance below which a point x counts as on a surface: PD_SHAPE_TOLERANCE of the smallest spacing h [PD_DIM], or
  * the rounding of coordinates of the size of x. */
-PD_API double pd_shape_tolerance(const double *h, const double *x);
+PD_API double pd_shape_surface_tolerance(const double *h, const double *x);
 /* Checks `count` shapes: parameters finite, radii positive, boxes not empty, children earlier in the array.
  * PD_ERR_ARGUMENT: names the first shape and parameter at fault. PD_ERR_SIZE: PD_SHAPE_MAX or
  * PD_SHAPE_MAX_EVALUATIONS is exceeded. */
@@ -65,7 +65,7 @@ PD_API int pd_shape_is_smooth(const pd_shape *shapes, int index);
  * the same nodes. */
 static inline int pdi_shape_contains(const pd_shape *shapes, int index, const double *h, const double *x)
 {
-    return pd_shape_distance(shapes, index, x) <= pd_shape_tolerance(h, x);
+    return pd_shape_distance(shapes, index, x) <= pd_shape_surface_tolerance(h, x);
 }
 /* Planes of a box behind which shapes continue (periodic and mirror sides): x_d = lo[d] for bit 2 d of `sides`, and
  * x_d = hi[d] for bit 2 d + 1. */

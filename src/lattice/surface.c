@@ -56,7 +56,7 @@ static void pdi_surface_find_cell_face(pdi_surface_search *search)
         /* a smooth surface is found by its distance, unless it has receded to these cells */
         for (int a = 0; a < PD_DIM; a++) at[a] = search->x[a];
         double smooth = outside ? (double)NAN : pdi_bond_surface_distance(search->bonds, node, at);
-        if (smooth > pd_shape_tolerance(grid->h, at)) return;
+        if (smooth > pd_shape_surface_tolerance(grid->h, at)) return;
         double cells = 0.0;
         for (int a = 0; a < PD_DIM; a++) cells = pd_max(cells, fabs((t - 1.0) * search->xi[a]) / grid->h[a]);
         if (t >= 1.0 - PDI_SURFACE_MIN_LENGTH && !(cells < search->nearest)) return;
@@ -129,7 +129,7 @@ static void pdi_surface_find_shape_point(pdi_surface_search *search, int shape, 
     const pd_grid *grid = search->bonds->grid;
     double at[PD_DIM], normal[PD_DIM], first, cells = 0.0;
     if (shape < 0 || !pd_shape_is_smooth(grid->shapes, shape)) return;
-    if (!(pdi_grid_signed_distance(grid, shape, search->x) > pd_shape_tolerance(grid->h, search->x))) return;
+    if (!(pdi_grid_signed_distance(grid, shape, search->x) > pd_shape_surface_tolerance(grid->h, search->x))) return;
     memcpy(at, target, sizeof at);
     if (!pdi_surface_project_on_shape(grid, shape, at, normal, &first)) return;
     for (int d = 0; d < PD_DIM; d++) cells = pd_max(cells, fabs(at[d] - target[d]) / grid->h[d]);
@@ -207,7 +207,7 @@ static void pdi_surface_map_face_point(const pdi_surface_cell_face *face, const 
         on[d] = face->middle[d] + (d == face->axis ? 0.0 : 0.5 * face->grid->h[d] * across[a++]);
     memcpy(at, on, sizeof on);
     int bare = face->shape < 0 || (face->is_box_side && pdi_grid_signed_distance(face->grid, face->shape, on) >
-                                                            pd_shape_tolerance(face->grid->h, on));
+                                                            pd_shape_surface_tolerance(face->grid->h, on));
     if (!bare && pdi_surface_project_on_shape(face->grid, face->shape, at, normal, &first)) return;
     memcpy(at, on, sizeof on);
     memcpy(normal, face->outward, sizeof face->outward);

@@ -184,7 +184,8 @@ static double pdi_inlet_compute_open_fraction(const pd_grid *grid, int axis, con
             if (d == PD_DIM - 1 && grid->circumference) around = fabs(at[d] / x[d]);
         }
         all += around;
-        double distance = pd_shape_distance(grid->shapes, grid->wall, at), tie = pd_shape_tolerance(grid->h, at);
+        double distance = pd_shape_distance(grid->shapes, grid->wall, at),
+               tie = pd_shape_surface_tolerance(grid->h, at);
         open += distance > tie ? around : distance >= -tie ? 0.5 * around : 0.0; /* on a face: one half */
         for (int d = 0; d < PD_DIM && !more; d++) {
             if (d == axis) continue;

@@ -145,7 +145,7 @@ static int64_t pdi_lattice_notes_count_surface_nodes(const pd_model *m, int inde
         pd_grid_index(&m->grid, i, at);
         if (!pd_grid_is_inside(&m->grid, at)) continue;
         pd_grid_position(&m->grid, i, x);
-        count += fabs(pd_shape_distance(m->setup->shape, index, x)) <= pd_shape_tolerance(m->grid.h, x);
+        count += fabs(pd_shape_distance(m->setup->shape, index, x)) <= pd_shape_surface_tolerance(m->grid.h, x);
     }
     return count;
 }

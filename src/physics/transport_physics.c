@@ -38,7 +38,7 @@ static double pdi_transport_physics_compute_interface_distance(void *user, const
 static double pdi_transport_physics_get_diffusivity(void *user, const double *x)
 {
     const pd_setup *u = ((const pd_inlet *)user)->setup;
-    return pdi_transport_physics_compute_interface_distance(user, x) <= pd_shape_tolerance(u->h, x)
+    return pdi_transport_physics_compute_interface_distance(user, x) <= pd_shape_surface_tolerance(u->h, x)
                ? u->medium_diffusivity
                : u->diffusivity;
 }

@@ -69,7 +69,7 @@ static double pdi_wall_bc_shape_concentration(const pd_setup *setup, const doubl
     if (setup->solid >= 0) nearest = pd_min(nearest, fabs(pd_shape_distance(setup->shape, setup->solid, x)));
     for (int k = 0; k < setup->wall_count; k++) {
         double distance = fabs(pd_shape_distance(setup->shape, setup->wall_shape[k].shape, x));
-        if (!(distance < nearest - pd_shape_tolerance(setup->h, x))) continue; /* of several, the first one */
+        if (!(distance < nearest - pd_shape_surface_tolerance(setup->h, x))) continue; /* of several, the first one */
         nearest = distance;
         found = &setup->wall_shape[k];
     }

@@ -101,7 +101,7 @@ static int pdi_contact_smooth(const pdi_contact_walk *w, int32_t row, int32_t j,
     pd_grid_position(grid, bonds->node[row], x);
     *way = 0.0;
     for (int d = 0; d < PD_DIM; d++) *way += (x[d] - place[d]) * normal[d];
-    if (!(*way > pd_shape_tolerance(grid->h, x))) return 0; /* the bond runs along it */
+    if (!(*way > pd_shape_surface_tolerance(grid->h, x))) return 0; /* the bond runs along it */
     *way += pdi_contact_lost(w, j, normal);
     return 1;
 }

@@ -30,8 +30,7 @@ typedef struct pd_dims {
  * not a unit. */
 PD_API pd_status pd_units_parse(pd_ctx *ctx, const char *unit, double *scale, pd_dims *dims);
 
-/* A product of units with its scale as a quotient: value * num / den rounds once, so that "80 um" is the double
- * 80e-6. */
+/* A product of units, its scale as a quotient: a value times it rounds once, so that "80 um" is the double 80e-6. */
 typedef struct pd_units_product {
     double num, den; /* [-] scale = num/den */
     pd_dims dims;

@@ -1,7 +1,7 @@
 /* Streams of zlib for tests/wasm/streams.mjs: bytes such as those of pictures, and what the library makes of them. */
 #define PDCORR_NO_PHYSICS
 #define PDCORR_STATIC
-#include "pdcorr.h"
+#include "pdcorr_app.h"
 #include <stdlib.h>
 #include <string.h>
 
