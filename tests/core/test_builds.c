@@ -14,6 +14,7 @@
 #include "flow/gas.h"
 #include "lattice/csr.h"
 #include "lattice/lattice.h"
+#include "scene/text.h"
 #include "physics/step_diagnostics.h"
 #include "io/points_file.h"
 #include "io/png.h"
@@ -200,7 +201,7 @@ INNER(monotone_cubic, pd_monotone_cubic)
     return pd_monotone_cubic_build(ctx, x, y, l->wrong ? 1 : 3, 0, o);
 }
 
-INNER(expr, pd_expr)
+BUILD(expr, pd_expr)
 {
     pd_expr_desc d;
     memset(&d, 0, sizeof d);
@@ -367,7 +368,7 @@ BUILD(bonds_of_metal, pd_dissolve)
     return pd_dissolve_build(ctx, &l->pit.grid, &l->pit.stencil, &l->pit.transport, &d, o);
 }
 
-INNER(step_diagnostics, pd_step_diagnostics) { return pd_step_diagnostics_build(ctx, &l->pit, o); }
+BUILD(step_diagnostics, pd_step_diagnostics) { return pd_step_diagnostics_build(ctx, &l->pit, o); }
 
 static void pd_time_loop_free(pd_ctx *ctx, pd_time_loop *couple) { (void)ctx, (void)couple; }
 
@@ -400,7 +401,7 @@ static void pd_coarsen_setup_free(pd_ctx *ctx, pd_coarsened_setup *coarser)
 
 BUILD(coarsen_setup, pd_coarsened_setup) { return pdi_coarsen_setup_build(ctx, &l->of_pit, l->wrong ? 3 : 2, o); }
 
-INNER(model, pd_model)
+BUILD(model, pd_model)
 {
     pd_status status = pd_model_build(ctx, &l->of_pin, o);
     if (status < 0) o->error_line = 0; /* of the scene: what is refused */
@@ -415,7 +416,7 @@ INNER(monitors, pd_monitors)
 }
 
 INNER(input_step_limit, pd_input_step_limit) { return pdi_input_step_limit_build(ctx, &l->of_pin, o); }
-INNER(depletion_notes, pd_depletion_notes) { return pd_depletion_notes_build(ctx, &l->pin, o); }
+BUILD(depletion_notes, pd_depletion_notes) { return pd_depletion_notes_build(ctx, &l->pin, o); }
 
 INNER(compare_measured, pd_measured_comparison)
 {

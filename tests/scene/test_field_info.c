@@ -106,8 +106,8 @@ TEST(places)
     CHECK_STR(pd_fields_get_axis(PD_FIELD_V, PD_DIM - 1), PD_DIM == 1 ? "x" : PD_DIM == 2 ? "y" : "z");
     CHECK_STR(pd_fields_get_axis(PD_FIELD_P, 0), "");
     CHECK_INT(pd_fields_is_scalar(PD_FIELD_U), 0);
-    CHECK_INT(pdi_fields_get_map(PD_FIELD_SIGMA_XX), PD_COLOUR_MAP_DIVERGING);
-    CHECK_INT(pdi_fields_get_map(PD_FIELD_MISES), PD_COLOUR_MAP_SEQUENTIAL);
+    CHECK_INT(pd_fields_get_scale(PD_FIELD_SIGMA_XX), PD_FIELD_SCALE_SIGNED);
+    CHECK_INT(pd_fields_get_scale(PD_FIELD_MISES), PD_FIELD_SCALE_PLAIN);
 }
 
 TEST_MAIN(ENTRY(fields_of_scenes) ENTRY(names_in_messages) ENTRY(places))
