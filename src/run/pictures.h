@@ -9,6 +9,7 @@
 #define PD_PICTURES_H
 #include "io/output_folder.h"
 #include "run/surface_view.h"
+#include "setup/fields.h"
 
 #define PD_FRAMES_FILE "pictures.bin"
 #define PD_PICTURES_SURFACE PD_FIELD_COUNT /* in place of a field: the surface of the metal */
