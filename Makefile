@@ -34,6 +34,7 @@ PLAIN = -std=c99 -O0 -fPIC -ffp-contract=off
 DEV_TEST = -std=c99 -O0 -ffp-contract=off $(WARN) -DPD_DEBUG $(OMP) $(EXTRA)
 
 AMALGAM := pdcorr_app.h pdcorr.h # the first includes the second
+APP_ROOMS := $(shell sed -n 's/^app: //p' src/MODULES)
 
 # On Linux test programs load the objects of a dimension as one library from check/ beside them: each links in a moment,
 # and another source needs no other program. Elsewhere, and under sanitizers, they hold the objects.
@@ -354,7 +355,7 @@ OBJECTS_$(1) := $$(if $$(WHOLE),$$(BUILD)/whole/pdcorr$(1)d.o,$$(SOURCES:src/%.c
 # Sources of pdcorr_app.h see of pdcorr.h what all programs see.
 $$(BUILD)/obj$(1)d/%.o: src/%.c $$(BUILD)/flags
 	@mkdir -p $$(@D)
-	$$(building) $$(CC) $$(DEV) $$(if $$(filter io/% scene/% run/%,$$*),-DPDI_PUBLIC_ONLY) -DPD_DIM=$(1) -Isrc -MMD -MP -c $$< -o $$@
+	$$(building) $$(CC) $$(DEV) $$(if $$(filter $$(APP_ROOMS:%=%/%),$$*),-DPDI_PUBLIC_ONLY) -DPD_DIM=$(1) -Isrc -MMD -MP -c $$< -o $$@
 
 # All of the header at once, with the flags of the objects.
 $$(BUILD)/whole/pdcorr$(1)d.o: $$(AMALGAM) $$(BUILD)/flags

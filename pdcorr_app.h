@@ -19010,7 +19010,7 @@ static pd_status pdi_read_image_options_range(pdi_read_image_options_state *r, c
     item[word] = '\0';
     PD_TRY(pdi_read_image_options_find_field(r, "range", item, &field));
     pd_fields_get_unit(r->setup, (pd_field)field, unit);
-    if (pd_fields_is_categorical((pd_field)field))
+    if (pd_fields_get_scale((pd_field)field) == PD_FIELD_SCALE_CATEGORY)
         return pdi_text_fail_key(r->ctx, r->text, r->section, "range", "found '%s', whose values have a colour each",
                                  item);
     if (!dots)
@@ -19085,7 +19085,7 @@ static pd_status pdi_read_image_options_log(pdi_read_image_options_state *r)
         int field;
         if (!(drawing->log >> k & 1u)) continue;
         PD_TRY(pdi_read_image_options_find_field(r, "log", name, &field));
-        if (pd_fields_is_categorical((pd_field)k))
+        if (pd_fields_get_scale((pd_field)k) == PD_FIELD_SCALE_CATEGORY)
             return pdi_text_fail_key(r->ctx, r->text, r->section, "log", "found '%s', whose values have a colour each",
                                      name);
     }
@@ -19164,7 +19164,7 @@ static pd_status pdi_read_image_options_contour(pdi_read_image_options_state *r,
     char *from = pdi_read_image_options_split_word(item);
     PD_TRY(pdi_read_image_options_find_field(r, "contours", item, &field));
     PD_TRY(pdi_read_image_options_check_undeformed(r, "contours", field));
-    if (pd_fields_is_categorical((pd_field)field))
+    if (pd_fields_get_scale((pd_field)field) == PD_FIELD_SCALE_CATEGORY)
         return pdi_text_fail_key(r->ctx, r->text, r->section, "contours", "found '%s', whose values have a colour each",
                                  item);
     if (drawing->contours[field])
@@ -20467,8 +20467,8 @@ PDI_FN pd_status pdi_surface_view_draw(pd_ctx *ctx, const pd_model *m, pd_render
     desc.value = field < PD_FIELD_COUNT ? pdi_surface_view_get_colour_value : NULL;
     desc.user = m;
     PD_TRY(pdi_surface_nets_build(ctx, &desc, &shell));
-    pd_status status =
-        pdi_renderer_draw_surface(ctx, &shell, field < PD_FIELD_COUNT && pd_fields_is_categorical(field), shade);
+    pd_status status = pdi_renderer_draw_surface(
+        ctx, &shell, field < PD_FIELD_COUNT && pd_fields_get_scale(field) == PD_FIELD_SCALE_CATEGORY, shade);
     pdi_surface_nets_free(ctx, &shell);
     return status;
 }
@@ -20842,7 +20842,8 @@ static void pdi_pictures_build_picture(const pd_output_pictures *im, pd_field fi
     picture->stamp = pdi_pictures_format_time(time, text);
     picture->widest_stamp = "t = 000.000 min";
     /* the title names it */
-    picture->label = pd_fields_is_categorical(field) ? NULL : pd_fields_get_label(m->setup, field);
+    picture->label =
+        pd_fields_get_scale(field) == PD_FIELD_SCALE_CATEGORY ? NULL : pd_fields_get_label(m->setup, field);
 }
 
 /* Describe the deformed picture: displacements and their extent. */

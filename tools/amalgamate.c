@@ -128,14 +128,20 @@ static int find_path(const char *path, size_t size)
     return -1;
 }
 
+/* What follows the name of a directive that begins with `name`; NULL: the line is none. */
+static const char *behind_directive(const char *line, const char *name)
+{
+    while (*line == ' ') line++;
+    if (*line++ != '#') return NULL;
+    while (*line == ' ') line++;
+    return strncmp(line, name, strlen(name)) == 0 ? line + strlen(name) : NULL;
+}
+
 /* 1 when the line is `#include "file"`. */
 static int local_include(const char *line, const char **file, size_t *size)
 {
-    while (*line == ' ') line++;
-    if (*line++ != '#') return 0;
-    while (*line == ' ') line++;
-    if (strncmp(line, "include", 7) != 0) return 0;
-    line += 7;
+    line = behind_directive(line, "include");
+    if (!line) return 0;
     while (*line == ' ') line++;
     if (*line != '"') return 0;
     *file = line + 1;
@@ -293,14 +299,6 @@ static void refuse_reaching_up(void)
                     modules[used].path);
 }
 
-static int is_directive(const char *line, const char *name)
-{
-    while (*line == ' ') line++;
-    if (*line++ != '#') return 0;
-    while (*line == ' ') line++;
-    return strncmp(line, name, strlen(name)) == 0;
-}
-
 /* 1: a line of a header that declares nothing: blank, an include, a guard. */
 static int declares_nothing(const module *m, const char *line)
 {
@@ -325,24 +323,25 @@ static void part_header(module *m)
     append(&hidden, "", 0);
     for (const char *line = m->header; *line; line = next_line(line)) {
         size_t size = (size_t)(next_line(line) - line);
-        if (is_directive(line, "if")) depth++;
+        if (behind_directive(line, "if")) depth++;
         if (!within && strncmp(line, macro, strlen(macro)) == 0) {
             if (depth > 2) die("%s.h: what is internal stands under another condition", m->path);
             within = depth;
             continue;
         }
-        if (within && depth == within && (is_directive(line, "el") || is_directive(line, "endif"))) {
-            if (!is_directive(line, "endif")) die("%s.h: what is internal has another branch", m->path);
+        if (within && depth == within && (behind_directive(line, "el") || behind_directive(line, "endif"))) {
+            if (!behind_directive(line, "endif")) die("%s.h: what is internal has another branch", m->path);
             within = 0;
             depth--;
             continue;
         }
-        if (is_directive(line, "endif")) depth--;
+        if (behind_directive(line, "endif")) depth--;
         append(within ? &hidden : &visible, line, size);
         if (within) continue;
         if (strncmp(line, "/*", 2) == 0) comment = 1;
         lines += !comment && !declares_nothing(m, line);
-        if (comment && memchr(line, '/', size) && strstr(line, "*/") && strstr(line, "*/") < line + size) comment = 0;
+        const char *close = strstr(line, "*/");
+        if (close && close < line + size) comment = 0;
     }
     m->visible = lines ? visible.data : NULL;
     m->hidden = lines && !hidden.size ? NULL : lines ? hidden.data : m->header;

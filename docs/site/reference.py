@@ -55,7 +55,8 @@ def keys(program: Path) -> str:
     return "\n".join(lines)
 
 
-# ---- the header
+# ---- the headers
+INLINE = ("static inline ", "PDI_INLINE ")
 DIRECTIVE = re.compile(r"#\s*(if|endif|else|elif|include|error|undef)|#define \w+ PD_NAME\(|#define \w+_H$")
 
 
@@ -100,7 +101,7 @@ def pieces(text: str):
         if depth < 0:
             continue
         depth += (part in "{(") - (part in "})")
-        inline = code.lstrip().startswith(("static inline", "PDI_INLINE"))
+        inline = code.lstrip().startswith(INLINE)
         if depth == 0 and part == ("}" if inline else ";"):
             yield comment, code.strip()
             comment, code = "", ""
@@ -130,10 +131,10 @@ class Header:
             intro = words(found[0][0]) if found and found[0][0] else ""
             found = [(c if k else "", d) for k, (c, d) in enumerate(found)]
             found = [(c, d) for c, d in found if d and self.name(d)]
-            first: dict[str, int] = {}  # a macro may have a form for each compiler
-            for k, (_, d) in enumerate(found):
-                first.setdefault(self.name(d), k)
-            found = [f for k, f in enumerate(found) if first[self.name(f[1])] == k]
+            once: dict[str, tuple[str, str]] = {}  # a macro may have a form for each compiler
+            for c, d in found:
+                once.setdefault(self.name(d), (c, d))
+            found = list(once.values())
             for _, declaration in found:
                 for name in [self.name(declaration), *re.findall(r"\b(PD_[A-Z0-9_]+)\b", declaration)]:
                     self.names.setdefault(name, self.name(declaration))
@@ -144,7 +145,8 @@ class Header:
     @staticmethod
     def name(declaration: str) -> str:
         """What is declared; nothing for what is not public."""
-        for pattern in (r"(?:PD_API|static inline|PDI_INLINE) [^(]*?\b(pd_\w+)\(", r"typedef .*?\(\*(pd_\w+)\)\(", r"\}\s*(pd_\w+);$",
+        for pattern in (r"(?:PD_API|static inline|PDI_INLINE) [^(]*?\b(pd_\w+)\(",
+                        r"typedef .*?\(\*(pd_\w+)\)\(", r"\}\s*(pd_\w+);$",
                         r"^struct (pd_\w+) \{", r"#define (PD_\w+)", r"^typedef [\w ]*?\b(pd_\w+);$",
                         r"^enum \{ *(PD_\w+)"):
             match = re.search(pattern, declaration, re.S)
@@ -183,7 +185,7 @@ class Header:
                 name = self.name(declaration)
                 lines += [f"({name})=", f"### `{name}`", ""]
                 code = re.sub(r"^(PD_API|PDI_INLINE) ", "", declaration)
-                if code.startswith("static inline ") or declaration.startswith("PDI_INLINE "):
+                if declaration.startswith(INLINE):
                     code = re.sub(r"\s*\{.*", ";", code, flags=re.S)  # what it does is no part of the interface
                 lines += ["```c", code, "```", "", *self.intro(words(comment)), ""]
         return "\n".join(lines)

@@ -375,7 +375,8 @@ static void pdi_pictures_build_picture(const pd_output_pictures *im, pd_field fi
     picture->stamp = pdi_pictures_format_time(time, text);
     picture->widest_stamp = "t = 000.000 min";
     /* the title names it */
-    picture->label = pd_fields_is_categorical(field) ? NULL : pd_fields_get_label(m->setup, field);
+    picture->label =
+        pd_fields_get_scale(field) == PD_FIELD_SCALE_CATEGORY ? NULL : pd_fields_get_label(m->setup, field);
 }
 
 /* Describe the deformed picture: displacements and their extent. */

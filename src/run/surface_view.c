@@ -62,8 +62,8 @@ PDI_FN pd_status pdi_surface_view_draw(pd_ctx *ctx, const pd_model *m, pd_render
     desc.value = field < PD_FIELD_COUNT ? pdi_surface_view_get_colour_value : NULL;
     desc.user = m;
     PD_TRY(pdi_surface_nets_build(ctx, &desc, &shell));
-    pd_status status =
-        pdi_renderer_draw_surface(ctx, &shell, field < PD_FIELD_COUNT && pd_fields_is_categorical(field), shade);
+    pd_status status = pdi_renderer_draw_surface(
+        ctx, &shell, field < PD_FIELD_COUNT && pd_fields_get_scale(field) == PD_FIELD_SCALE_CATEGORY, shade);
     pdi_surface_nets_free(ctx, &shell);
     return status;
 }

@@ -81,7 +81,7 @@ static pd_status pdi_read_image_options_range(pdi_read_image_options_state *r, c
     item[word] = '\0';
     PD_TRY(pdi_read_image_options_find_field(r, "range", item, &field));
     pd_fields_get_unit(r->setup, (pd_field)field, unit);
-    if (pd_fields_is_categorical((pd_field)field))
+    if (pd_fields_get_scale((pd_field)field) == PD_FIELD_SCALE_CATEGORY)
         return pdi_text_fail_key(r->ctx, r->text, r->section, "range", "found '%s', whose values have a colour each",
                                  item);
     if (!dots)
@@ -156,7 +156,7 @@ static pd_status pdi_read_image_options_log(pdi_read_image_options_state *r)
         int field;
         if (!(drawing->log >> k & 1u)) continue;
         PD_TRY(pdi_read_image_options_find_field(r, "log", name, &field));
-        if (pd_fields_is_categorical((pd_field)k))
+        if (pd_fields_get_scale((pd_field)k) == PD_FIELD_SCALE_CATEGORY)
             return pdi_text_fail_key(r->ctx, r->text, r->section, "log", "found '%s', whose values have a colour each",
                                      name);
     }
@@ -235,7 +235,7 @@ static pd_status pdi_read_image_options_contour(pdi_read_image_options_state *r,
     char *from = pdi_read_image_options_split_word(item);
     PD_TRY(pdi_read_image_options_find_field(r, "contours", item, &field));
     PD_TRY(pdi_read_image_options_check_undeformed(r, "contours", field));
-    if (pd_fields_is_categorical((pd_field)field))
+    if (pd_fields_get_scale((pd_field)field) == PD_FIELD_SCALE_CATEGORY)
         return pdi_text_fail_key(r->ctx, r->text, r->section, "contours", "found '%s', whose values have a colour each",
                                  item);
     if (drawing->contours[field])

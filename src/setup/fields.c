@@ -233,8 +233,6 @@ pd_field_place pd_fields_get_place(const pd_setup *setup, pd_field field)
     return own >= 0 ? setup->registered[own].type->field[k].place : pdi_fields_row_of(field)->place;
 }
 
-int pd_fields_is_categorical(pd_field field) { return pdi_fields_row_of(field)->scale == PD_FIELD_SCALE_CATEGORY; }
-
 int pd_fields_is_scalar(pd_field field)
 {
     const pdi_fields_row *row = pdi_fields_row_of(field);

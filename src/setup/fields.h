@@ -9,7 +9,7 @@ typedef enum pd_field_scale {
     PD_FIELD_SCALE_PLAIN = 0,
     PD_FIELD_SCALE_SIGNED,   /* both signs */
     PD_FIELD_SCALE_FRACTION, /* from 0 to 1 */
-    PD_FIELD_SCALE_CATEGORY, /* whole numbers that name something: kinds, grains, phases */
+    PD_FIELD_SCALE_CATEGORY, /* whole numbers that name something, not to be interpolated: kinds, grains, phases */
     PD_FIELD_SCALE_LENGTH    /* length of a vector that files hold as a whole */
 } pd_field_scale;
 
@@ -34,7 +34,6 @@ typedef struct pd_field_info {
 #define pd_fields_get_place PD_NAME(pd_fields_get_place)
 #define pd_fields_get_scale PD_NAME(pd_fields_get_scale)
 #define pd_fields_get_unit PD_NAME(pd_fields_get_unit)
-#define pd_fields_is_categorical PD_NAME(pd_fields_is_categorical)
 #define pd_fields_is_scalar PD_NAME(pd_fields_is_scalar)
 #define pd_fields_lacks PD_NAME(pd_fields_lacks)
 #define pd_fields_species_index PD_NAME(pd_fields_species_index)
@@ -45,45 +44,43 @@ PD_API int pd_field_info_get(const pd_setup *setup, int k, pd_field_info *info);
 
 /* Room of a list of names of fields for a message. */
 #define PD_FIELDS_NAMES_SIZE 512
-/* Bit of a field in a pd_fields set. */
-static inline pd_fields pd_fields_bit(int64_t field) { return (pd_fields)1 << field; }
-/* Number of components: PD_DIM of a vector, else 1. */
-PD_API int pd_fields_count_components(pd_field field);
-/* Search a field by name. Returns its pd_field, or PD_FIELD_COUNT if there is none. */
-PD_API int pd_fields_find(const pd_setup *setup, const char *name);
-/* Field of a physics of the program: index in pd_setup.registered, and *index in its fields; -1: it is none. */
-PD_API int pd_fields_find_registered(const pd_setup *setup, int64_t field, int *index);
-/* pd_field of the first field of the physics of the program; the others follow. */
-PD_API int pd_fields_first_registered(const pd_setup *setup);
-/* Names of all fields of the setup, "C, kind, phase", into text[PD_FIELDS_NAMES_SIZE]; returns it. */
-PD_API const char *pd_fields_format_names(const pd_setup *setup, char *text);
-/* Letter of the axis of a component, which follows the name: x, y, z of a vector in every dimension; "" of others. */
-PD_API const char *pd_fields_get_axis(pd_field field, int component);
-/* Name of a field with its unit for axes and tables: "C [mol/m3]". */
-PD_API const char *pd_fields_get_label(const pd_setup *setup, pd_field field);
 /* Name of a field in files: "C", "v", "Mg2+", ...; "": no such species or surface state in this setup. */
 PD_API const char *pd_fields_get_name(const pd_setup *setup, pd_field field);
+/* Name of a field with its unit for axes and tables: "C [mol/m3]". */
+PD_API const char *pd_fields_get_label(const pd_setup *setup, pd_field field);
+/* Unit of a field into unit[PD_UNITS_TEXT]: "mol/m3"; "": dimensionless. */
+PD_API void pd_fields_get_unit(const pd_setup *setup, pd_field field, char *unit);
+/* Names of all fields of the setup, "C, kind, phase", into text[PD_FIELDS_NAMES_SIZE]; returns it. */
+PD_API const char *pd_fields_format_names(const pd_setup *setup, char *text);
+/* Search a field by name. Returns its pd_field, or PD_FIELD_COUNT if there is none. */
+PD_API int pd_fields_find(const pd_setup *setup, const char *name);
+/* Index in the electrolyte of the species whose concentration the field is; -1: it is no species. */
+PD_API int pd_fields_species_index(const pd_setup *setup, int64_t field);
+/* Index of the surface state that the field is; -1: it is none. */
+PD_API int pd_fields_state_index(const pd_setup *setup, int64_t field);
+/* Number of components: PD_DIM of a vector, else 1. */
+PD_API int pd_fields_count_components(pd_field field);
+/* Letter of the axis of a component, which follows the name: x, y, z of a vector in every dimension; "" of others. */
+PD_API const char *pd_fields_get_axis(pd_field field, int component);
 /* Cells in which the field has values. */
 PD_API pd_field_place pd_fields_get_place(const pd_setup *setup, pd_field field);
 /* How its values lie. */
 PD_API pd_field_scale pd_fields_get_scale(pd_field field);
-/* Unit of a field into unit[PD_UNITS_TEXT]: "mol/m3"; "": dimensionless. */
-PD_API void pd_fields_get_unit(const pd_setup *setup, pd_field field, char *unit);
-/* 1: values are integer labels (kind, grain, phase): not to be interpolated. */
-PD_API int pd_fields_is_categorical(pd_field field);
+/* Field of a physics of the program: index in pd_setup.registered, and *index in its fields; -1: it is none. */
+PD_API int pd_fields_find_registered(const pd_setup *setup, int64_t field, int *index);
+/* pd_field of the first field of the physics of the program; the others follow. */
+PD_API int pd_fields_first_registered(const pd_setup *setup);
+/* 1: files hold one number a node: neither a vector, nor labels. */
+PD_API int pd_fields_is_scalar(pd_field field);
+/* What the setup lacks for this field, as text for a message: "a [flow] or [gas] section"; NULL: the field exists. */
+PD_API const char *pd_fields_lacks(const pd_setup *setup, pd_field field);
+/* Bit of a field in a pd_fields set. */
+static inline pd_fields pd_fields_bit(int64_t field) { return (pd_fields)1 << field; }
 /* 1: the field has values in the metal. */
 static inline int pd_fields_is_in_metal(const pd_setup *setup, pd_field field)
 {
     pd_field_place place = pd_fields_get_place(setup, field);
     return place == PD_FIELD_IN_METAL || place == PD_FIELD_IN_BOTH;
 }
-/* 1: files hold one number a node: neither a vector, nor labels. */
-PD_API int pd_fields_is_scalar(pd_field field);
-/* What the setup lacks for this field, as text for a message: "a [flow] or [gas] section"; NULL: the field exists. */
-PD_API const char *pd_fields_lacks(const pd_setup *setup, pd_field field);
-/* Index in the electrolyte of the species whose concentration the field is; -1: it is no species. */
-PD_API int pd_fields_species_index(const pd_setup *setup, int64_t field);
-/* Index of the surface state that the field is; -1: it is none. */
-PD_API int pd_fields_state_index(const pd_setup *setup, int64_t field);
 
 #endif

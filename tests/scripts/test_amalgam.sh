@@ -103,6 +103,30 @@ fresh
 rm src/cellar/low.c
 check "a module of a header alone" tool
 
+# Two headers: what all see, what is internal, the sources.
+fresh
+printf 'int below;\n#ifdef PDI_INTERNAL\nint secret;\n#endif\n' >> src/cellar/low.h
+printf '#ifdef PDI_APP_INTERNAL\nint hidden;\n#endif\n' >> src/attic/high.h
+printf 'app: attic\n' >> src/MODULES
+check "an app without a second output" refuses 'no second output is named'
+two() { "$tool" "$@" src LICENCE one.h app.h > log 2>&1; }
+check "writes two" two
+check "both are fresh" two --check
+check "the second includes the first" grep -qx '#include "one.h"' app.h
+check "each has its own rooms" sh -c '! grep -q "int high" one.h && ! grep -q "int low" app.h'
+check "shows first what all see" [ "$(line_of '^int below;$')" -lt "$(line_of '>>internal')" ]
+check "then what is internal" [ "$(line_of '^int secret;$')" -gt "$(line_of '>>internal')" ]
+check "then the sources" [ "$(line_of '>>cellar/low.c')" -gt "$(line_of '^int secret;$')" ]
+cp app.h one.h
+check "so the second" [ "$(line_of '^int high;$')" -lt "$(line_of '>>internal')" ]
+check "and what is internal to it" [ "$(line_of '^int hidden;$')" -gt "$(line_of '>>internal')" ]
+fresh
+printf '#if 1\n#if 1\n#ifdef PDI_INTERNAL\n#endif\n#endif\n#endif\n' >> src/cellar/low.h
+check "what is internal under a condition" refuses 'stands under another condition'
+fresh
+printf '#ifdef PDI_INTERNAL\nint secret;\n#else\n#endif\n' >> src/cellar/low.h
+check "another branch of it" refuses 'has another branch'
+
 # Rooms that a macro leaves out, and modules that gain nothing from much optimisation.
 fresh
 printf 'cut NO_ATTIC: attic\ncold 1: attic\ncold 2: low high\n' >> src/MODULES
