@@ -6,8 +6,6 @@
 #include <math.h>
 #include <string.h>
 
-#define PDI_IMPLICIT_MAX_GROWTH 3.0       /* [-] a step is at most this many times the one before */
-#define PDI_IMPLICIT_MIN_SHRINK 0.2       /* [-] a repeated step is at least this part of the one that failed */
 #define PDI_IMPLICIT_STAGE_TOLERANCE 1e-3 /* [-] default tolerance of the stages over that of a step */
 #define PDI_IMPLICIT_MIN_STEP 1e-12       /* [-] shortest step over the first one: below it the run fails */
 /* Weight of the pressure flux beside the pressure impulse of a start (eq. 4.15b). What it leaves of the divergence is
@@ -110,7 +108,7 @@ static pd_status pdi_implicit_solve_stage_equation(pd_ctx *ctx, pd_implicit *im,
     pd_steady_result result;
     pd_flow *flow = im->flow;
     pdi_pressure_impulse_update_flux(ctx, flow, impulse_factor, pressure_weight);
-    pd_status status = pdi_steady_solve_stage(ctx, im->steady, rate, target, im->desc.stage_tolerance, &result);
+    pd_status status = pdi_steady_newton_solve_stage(ctx, im->steady, rate, target, im->desc.stage_tolerance, &result);
     im->evaluations += result.evaluations;
     if (status == PD_OK) pdi_pressure_impulse_update(flow, impulse_factor, pressure_weight);
     return status;
@@ -250,12 +248,11 @@ static pd_status pdi_implicit_reject_step(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_implicit *im = (pd_implicit *)self;
     char place[PDI_GRID_POSITION_LENGTH];
-    int last, solved = s->error < HUGE_VAL;
+    int solved = s->error < HUGE_VAL;
     double dt = s->dt;
     if (solved) pdi_implicit_undo_step(ctx, im, dt);
     im->time = s->time;
-    im->dt = dt * pd_max(PDI_IMPLICIT_MIN_SHRINK, pdi_sdirk_step_factor(s->error, PDI_IMPLICIT_MAX_GROWTH));
-    s->dt = pdi_sdirk_limit_step(im->dt, im->desc.max_step, s->latest_end - s->time, &last);
+    pdi_sdirk_reject(&im->dt, im->desc.max_step, s);
     if (dt > PDI_IMPLICIT_MIN_STEP * im->desc.first_step) return PD_OK;
     if (solved)
         return pd_fail(ctx, PD_ERR_STATE, "implicit",
@@ -293,10 +290,9 @@ static pd_status pdi_implicit_limit_outer_step(pd_ctx *ctx, void *self, pd_step 
 static pd_status pdi_implicit_limit(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_implicit *im = (pd_implicit *)self;
-    int last;
     (void)ctx;
     im->dt = pdi_implicit_get_next_step(im);
-    s->dt = pdi_sdirk_limit_step(im->dt, im->desc.max_step, s->latest_end - s->time, &last);
+    pdi_sdirk_limit(im->dt, im->desc.max_step, s);
     return PD_OK;
 }
 
@@ -315,7 +311,7 @@ static pd_status pdi_implicit_accept(pd_ctx *ctx, void *self, pd_step *s)
     pd_implicit *im = (pd_implicit *)self;
     (void)ctx;
     im->time = s->end;
-    im->dt = pdi_sdirk_update_plan(im->dt, s->dt, pdi_sdirk_step_factor(s->error, PDI_IMPLICIT_MAX_GROWTH));
+    pdi_sdirk_accept(&im->dt, s);
     return PD_OK;
 }
 

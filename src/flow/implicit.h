@@ -7,7 +7,7 @@
  */
 #ifndef PD_IMPLICIT_H
 #define PD_IMPLICIT_H
-#include "flow/steady.h"
+#include "flow/steady_newton.h"
 #include "solve/physics.h"
 
 typedef struct pd_implicit_desc {

@@ -4,7 +4,7 @@
  * section 7). */
 #ifndef PD_QUASI_STEADY_H
 #define PD_QUASI_STEADY_H
-#include "flow/steady.h"
+#include "flow/steady_newton.h"
 #include "solve/physics.h"
 
 typedef struct pd_quasi_steady {

@@ -1,36 +1,16 @@
 /* steady: see steady.h */
 #include "flow/steady.h"
-#include "flow/pressure_impulse.h"
 #include "core/par.h"
 #include "lattice/op.h"
 #include <math.h>
 #include <string.h>
 
-#define PDI_STEADY_FIRST_RATE 1.0 /* [-] first pseudo time rate over U/L (b of eq. 4.10) */
-/* [-] first pseudo time rate over U/L after a change of geometry: the old state is near */
-#define PDI_STEADY_FIRST_RATE_AGAIN 0.1
-#define PDI_STEADY_MAX_GROWTH 10.0 /* a step that lets the residual norm grow by more than this factor is shortened */
-#define PDI_STEADY_MAX_HALVINGS 3  /* times that it is halved before it is given up */
-#define PDI_STEADY_MAX_STALLED 40  /* Newton steps in which the residual has to be halved, or the solve ends */
-
-#define PDI_STEADY_MAX_BOOST 1e8 /* factor on the pseudo time rate above which the solve ends */
-/* Part of the residual that the linearisation may miss (q of eq. 4.10a). Above it the pseudo time step becomes shorter,
- * below a quarter of it longer. */
-#define PDI_STEADY_MAX_NONLINEARITY 1.0
-
 #define PDI_STEADY_MIN_BASIS 10 /* GMRES basis vectors that a solve starts with room for */
-
-#define PDI_STEADY_FINAL_FORCING 0.3 /* [-] part of the tolerance that the last Newton step aims at */
 
 #define PDI_STEADY_POTENTIAL_RTOL 3e-11 /* [-] relative tolerance of the potential (eq. 4.10b), close to rounding */
 #define PDI_STEADY_POTENTIAL_RESTART 24 /* GMRES basis vectors for that potential */
 #define PDI_STEADY_POTENTIAL_MAX_ITERATIONS 600 /* most iterations for it: rounding may prevent the tolerance */
 #define PDI_STEADY_POTENTIAL_ATOL 1e-19         /* [-] divergence over U/L that counts as zero */
-
-#define PDI_STEADY_STAGE_MAX_NEWTON 8 /* most Newton steps of a stage in time */
-#define PDI_STEADY_STAGE_FORCING 0.1 /* loosest linear tolerance of such a Newton step */
-/* [-] part of the stage tolerance that a linear solve aims at: just missing it costs a Newton step */
-#define PDI_STEADY_STAGE_FINAL_FORCING 0.1
 
 /* User data of the solver callbacks. */
 typedef struct pdi_steady_solver_data {
@@ -41,15 +21,12 @@ typedef struct pdi_steady_solver_data {
 /* Number of unknowns. */
 static int64_t pdi_steady_count_unknowns(const pd_flow *flow) { return (int64_t)(PD_DIM + 1) * flow->grid->total; }
 
-/* Scale of the momentum residual [m/s2]: U^2/L + nu U/L^2 (eq. 4.7), in a stage in time at least U rate. Then an error
- * of the velocity counts as its size over U in both residuals. */
-static double pdi_steady_get_momentum_scale(const pd_steady *s)
+PDI_FN double pdi_steady_get_momentum_scale(const pd_steady *s)
 {
     return pd_max(pdi_flow_get_momentum_scale(s->flow, s->flow->velocity_scale, s->flow->length_scale),
                   s->flow->velocity_scale * s->stage_rate);
 }
-/* Scale of the continuity residual, U/L [1/s] (eq. 4.8). */
-static double pdi_steady_get_continuity_scale(const pd_flow *flow) { return flow->velocity_scale / flow->length_scale; }
+PDI_FN double pdi_steady_get_continuity_scale(const pd_flow *flow) { return flow->velocity_scale / flow->length_scale; }
 
 /* Scales x [PD_DIM+1][total]: the momentum rows and the continuity row. */
 static void pdi_steady_apply_scales(const pd_ctx *ctx, const pd_flow *flow, double momentum, double continuity,
@@ -233,8 +210,7 @@ static pd_status pdi_steady_apply_with_coefficients(pd_ctx *ctx, pd_steady *s,
     return pdi_arena_release(ctx, arena, pdi_steady_list_coefficients, &s->compact, fill(ctx, s));
 }
 
-/* Sets up the preconditioner for the pseudo time rate shift [1/s]. */
-static pd_status pdi_steady_update_precond(pd_ctx *ctx, pd_steady *s, double shift)
+PDI_FN pd_status pdi_steady_update_precond(pd_ctx *ctx, pd_steady *s, double shift)
 {
     s->pseudo_rate = shift;
     s->prepared = 0;
@@ -256,8 +232,7 @@ static void pdi_steady_compute_residual_norms(const pd_ctx *ctx, const pd_steady
     result->continuity = continuity * (pdi_steady_get_continuity_scale(flow) / (speed / length));
 }
 
-/* Assembles the scaled residual of the present state into s->residual; returns its weighted norm. */
-static double pdi_steady_assemble_residual(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
+PDI_FN double pdi_steady_assemble_residual(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
 {
     pd_flow *flow = s->flow;
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
@@ -292,9 +267,7 @@ static double pdi_steady_compute_max_speed(const pd_ctx *ctx, const pd_steady *s
                   pdi_par_max_abs(ctx, held, flow->inlet_velocity));
 }
 
-/* Weight of the momentum residual in norms that keeps both off-diagonal blocks of the preconditioned matrix of one size
- * (eq. 4.9c). */
-static void pdi_steady_compute_momentum_weight(pd_ctx *ctx, pd_steady *s)
+PDI_FN void pdi_steady_compute_momentum_weight(pd_ctx *ctx, pd_steady *s)
 {
     const pd_flow *flow = s->flow;
     const pd_grid *grid = flow->grid;
@@ -311,8 +284,7 @@ static void pdi_steady_compute_momentum_weight(pd_ctx *ctx, pd_steady *s)
     s->momentum_weight = pdi_steady_get_momentum_scale(s) / pdi_steady_get_continuity_scale(flow) / (speed + slow);
 }
 
-/* Adds factor times the Newton step to velocity and pressure. */
-static void pdi_steady_update_state(const pd_ctx *ctx, pd_steady *s, double factor)
+PDI_FN void pdi_steady_update_state(const pd_ctx *ctx, pd_steady *s, double factor)
 {
     pd_flow *flow = s->flow;
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
@@ -533,9 +505,7 @@ static pd_status pdi_steady_solve_linear(pd_ctx *ctx, pd_steady *s, pd_krylov *k
     return pdi_arena_release(ctx, arena, pdi_krylov_list, krylov, status);
 }
 
-/* One Newton step about the frozen state with the preconditioner that is set up; moves the state. forcing: linear
- * tolerance. *effort: Krylov iterations, above the limit when the tolerance was missed. */
-static pd_status pdi_steady_solve_newton_step(pd_ctx *ctx, pd_steady *s, double forcing, pd_steady_result *result,
+PDI_FN pd_status pdi_steady_solve_newton_step(pd_ctx *ctx, pd_steady *s, double forcing, pd_steady_result *result,
                                               int *effort)
 {
     pd_krylov_result linear;
@@ -547,7 +517,6 @@ static pd_status pdi_steady_solve_newton_step(pd_ctx *ctx, pd_steady *s, double 
     *effort = linear.converged ? linear.iterations : s->desc.max_krylov + 1;
     result->krylov += linear.iterations;
     result->newton++;
-    pdi_steady_update_state(ctx, s, 1.0);
     return PD_OK;
 }
 
@@ -577,9 +546,7 @@ static double pdi_steady_compute_max_volume(const pd_flow *flow)
     return around * flow->bonds->stencil->volume;
 }
 
-/* Solves lap q = Rc for the divergence that the tolerance has left, so that the fluxes given to transport are free of
- * divergence to rounding (eq. 4.10b). s->residual is that of the present state. */
-static pd_status pdi_steady_solve_divergence_potential(pd_ctx *ctx, pd_steady *s)
+PDI_FN pd_status pdi_steady_solve_divergence_potential(pd_ctx *ctx, pd_steady *s)
 {
     pd_krylov_result linear;
     pd_krylov *k = &s->potential_krylov;
@@ -616,168 +583,6 @@ PDI_FN pd_status pdi_steady_update_divergence_potential(pd_ctx *ctx, pd_steady *
     PD_TRY(pdi_steady_begin_solves(ctx, s));
     pdi_steady_assemble_residual(ctx, s, &result);
     return pdi_steady_end_solves(ctx, s, pdi_steady_solve_divergence_potential(ctx, s));
-}
-
-/* Progress of the pseudo time continuation. */
-typedef struct pdi_steady_progress {
-    double residual_norm;    /* [-] of the residual */
-    double boost, min_boost; /* [-] of the pseudo time rate, and its smallest value */
-    double forcing;      /* [-] tolerance of the next linear solve */
-    double best_norm;    /* [-] norm that counts as progress when it is halved */
-    int stalled_steps;   /* Newton steps since it was */
-} pdi_steady_progress;
-
-/* Line search: halves the last step until the norm falls below `norm`, or takes it back. Returns the norm there;
- * *taken: 0 or 1. */
-static double pdi_steady_try_shorter_steps(pd_ctx *ctx, pd_steady *s, double norm, int *taken, pd_steady_result *result)
-{
-    double factor = 1.0, fresh = HUGE_VAL;
-    for (int k = 0; k < PDI_STEADY_MAX_HALVINGS && !(fresh < norm); k++) {
-        factor *= 0.5;
-        pdi_steady_update_state(ctx, s, -factor);
-        fresh = pdi_steady_assemble_residual(ctx, s, result);
-    }
-    *taken = fresh < norm;
-    if (*taken) return fresh;
-    pdi_steady_update_state(ctx, s, -factor);
-    return pdi_steady_assemble_residual(ctx, s, result);
-}
-
-/* Part of the residual after a step that the linearisation does not give, |r + sigma du| (eq. 4.10a). */
-static double pdi_steady_compute_nonlinearity(const pd_ctx *ctx, const pd_steady *s)
-{
-    int64_t size = pdi_steady_count_unknowns(s->flow), split = size - s->flow->grid->total;
-    double rate = s->pseudo_rate / pdi_steady_get_momentum_scale(s);
-    double momentum = pdi_par_dot(ctx, split, s->residual, s->residual) +
-                      2.0 * rate * pdi_par_dot(ctx, split, s->residual, s->newton_step) +
-                      rate * rate * pdi_par_dot(ctx, split, s->newton_step, s->newton_step);
-    double continuity = pdi_par_dot(ctx, size - split, s->residual + split, s->residual + split);
-    return sqrt(pd_max(s->momentum_weight * s->momentum_weight * momentum, 0.0) + continuity);
-}
-
-/* One Newton step of pseudo time continuation by switched evolution relaxation: the pseudo time step grows as the
- * residual falls (eq. 4.10). A rejected step or a hard linear system shortens it, an easy one lengthens it. */
-static pd_status pdi_steady_solve_pseudo_time_step(pd_ctx *ctx, pd_steady *s, pdi_steady_progress *path,
-                                                   pd_steady_result *result)
-{
-    int effort = 0, taken = 1;
-    double norm = path->residual_norm;
-    pdi_jacobian_set_state(ctx, &s->jacobian);
-    PD_TRY(pdi_steady_update_precond(ctx, s,
-                                     PDI_STEADY_FIRST_RATE * path->boost * pdi_steady_get_continuity_scale(s->flow) *
-                                         sqrt(norm / s->reference_norm)));
-    PD_TRY(pdi_steady_solve_newton_step(ctx, s, path->forcing, result, &effort));
-    path->residual_norm = pdi_steady_assemble_residual(ctx, s, result);
-    double bend = pd_min(pdi_steady_compute_nonlinearity(ctx, s), path->residual_norm) / norm;
-    if (!(path->residual_norm < PDI_STEADY_MAX_GROWTH * norm))
-        path->residual_norm = pdi_steady_try_shorter_steps(ctx, s, norm, &taken, result);
-    path->stalled_steps++;
-    if (path->residual_norm < 0.5 * path->best_norm) {
-        path->best_norm = path->residual_norm;
-        path->stalled_steps = 0;
-    }
-    if (!taken) path->boost *= 10.0;
-    else if (effort > s->desc.max_krylov) path->boost *= 4.0;
-    else if (bend > PDI_STEADY_MAX_NONLINEARITY) path->boost *= pd_min(2.0 * bend / PDI_STEADY_MAX_NONLINEARITY, 10.0);
-    else if (bend < 0.25 * PDI_STEADY_MAX_NONLINEARITY) path->boost = pd_max(path->min_boost, path->boost * 0.5);
-    if (!taken) return PD_OK;
-    /* the last linear solve need not be better than the tolerance */
-    path->forcing = pd_max(pdi_krylov_forcing(path->residual_norm / norm),
-                           PDI_STEADY_FINAL_FORCING / pd_max(result->residual_over_tolerance, 1.0));
-    path->forcing = pd_min(PDI_KRYLOV_FORCING_MAX, path->forcing);
-    return PD_OK;
-}
-
-/* Iterates to the steady state. PD_NOT_CONVERGED: no progress, or the limit of steps. */
-static pd_status pdi_steady_solve_steady_state(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
-{
-    pdi_steady_progress path;
-    int64_t start = s->flow->evaluations;
-    pd_status status = PD_OK;
-    pdi_steady_compute_momentum_weight(ctx, s);
-    memset(&path, 0, sizeof path);
-    path.residual_norm = path.best_norm = pdi_steady_assemble_residual(ctx, s, result);
-    path.boost = path.min_boost = s->reference_norm > 0.0 ? PDI_STEADY_FIRST_RATE_AGAIN : 1.0;
-    path.forcing = 0.1;
-    s->reference_norm = pd_max(s->reference_norm, path.residual_norm);
-    while (status == PD_OK && result->residual_over_tolerance > 1.0) {
-        if (path.stalled_steps > PDI_STEADY_MAX_STALLED || path.boost > PDI_STEADY_MAX_BOOST ||
-            (s->desc.max_newton > 0 && result->newton >= s->desc.max_newton))
-            status = PD_NOT_CONVERGED;
-        else status = pdi_steady_solve_pseudo_time_step(ctx, s, &path, result);
-        if (status == PD_OK) status = pd_check_cancel(ctx, "flow: Newton", result->newton);
-    }
-    pdi_krylov_free_growth(ctx, &s->krylov);
-    result->evaluations = s->flow->evaluations - start;
-    if (status != PD_OK) return status;
-    if (!(path.residual_norm < 1e300))
-        return pd_fail(ctx, PD_ERR_DIVERGED, "steady", "the flow residual is %g after %d Newton steps",
-                       path.residual_norm, result->newton);
-    result->converged = 1;
-    return pdi_steady_solve_divergence_potential(ctx, s);
-}
-
-pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
-{
-    pd_flow *flow = s->flow;
-    double *impulse = flow->pressure_impulse;
-    memset(result, 0, sizeof *result);
-    PD_TRY(pdi_flow_find_surface_patches(ctx, flow));
-    PD_TRY(pdi_steady_begin_solves(ctx, s));
-    flow->pressure_impulse = NULL;
-    pd_status status = pdi_steady_end_solves(ctx, s, pdi_steady_solve_steady_state(ctx, s, result));
-    flow->pressure_impulse = impulse;
-    if (!impulse) return status;
-    pdi_pressure_impulse_update(flow, 0.0, flow->stabilisation);
-    pdi_pressure_impulse_update_flux(ctx, flow, 1.0, 0.0);
-    return status;
-}
-
-/* 1: the preconditioner is set up for the rate of the stage. */
-static int pdi_steady_is_prepared(const pd_steady *s)
-{
-    return s->prepared && !(s->pseudo_rate < s->stage_rate) && !(s->pseudo_rate > s->stage_rate);
-}
-
-/* Newton iterations of a stage, with rate and target in s. */
-static pd_status pdi_steady_solve_stage_newton(pd_ctx *ctx, pd_steady *s, double tolerance, pd_steady_result *result)
-{
-    const pd_flow *flow = s->flow;
-    int64_t start = flow->evaluations;
-    pd_status status = PD_OK;
-    double before = HUGE_VAL;
-    pdi_steady_compute_momentum_weight(ctx, s);
-    for (;;) {
-        double norm = pdi_steady_assemble_residual(ctx, s, result);
-        double excess = result->residual_over_tolerance * (s->desc.tolerance / tolerance);
-        result->evaluations = flow->evaluations - start;
-        result->converged = excess <= 1.0;
-        if (result->converged || !(norm < before) || result->newton >= PDI_STEADY_STAGE_MAX_NEWTON) break;
-        int effort = 0;
-        before = norm;
-        double forcing = pd_min(PDI_STEADY_STAGE_FORCING, pd_max(1e-4, PDI_STEADY_STAGE_FINAL_FORCING / excess));
-        pdi_jacobian_set_state(ctx, &s->jacobian);
-        if (!pdi_steady_is_prepared(s)) status = pdi_steady_update_precond(ctx, s, s->stage_rate);
-        if (status < 0) break;
-        status = pdi_steady_solve_newton_step(ctx, s, forcing, result, &effort);
-        if (status < 0) break;
-    }
-    if (pd_is_fatal(status)) return status;
-    return result->converged ? PD_OK : PD_RETRY;
-}
-
-PDI_FN pd_status pdi_steady_solve_stage(pd_ctx *ctx, pd_steady *s, double rate, const double *target, double tolerance,
-                                        pd_steady_result *result)
-{
-    memset(result, 0, sizeof *result);
-    PD_TRY(pdi_flow_find_surface_patches(ctx, s->flow));
-    PD_TRY(pdi_steady_begin_solves(ctx, s));
-    s->stage_rate = rate;
-    s->stage_target = target;
-    pd_status status = pdi_steady_solve_stage_newton(ctx, s, tolerance, result);
-    s->stage_rate = 0.0;
-    s->stage_target = NULL;
-    return pdi_steady_end_solves(ctx, s, status);
 }
 
 PDI_COLD_BEGIN

@@ -1,9 +1,9 @@
-/* steady: steady flow by Newton's method on the peridynamic residual.
+/* steady: equations of steady flow on the peridynamic residual, and the linear steps of Newton's method.
  *
- * Each Newton step solves the exact linearisation by GMRES, preconditioned by a block factorization: one multigrid
+ * Each linear step solves the exact linearisation by GMRES, preconditioned by a block factorization: one multigrid
  * cycle for each component of the velocity before the pressure and one after it, three for the pressure, with a
  * least-squares commutator and the drag of the walls for the Schur complement (theory: section 4.4; Elman, Silvester
- * and Wathen 2014, ch. 9). It stops on residuals, never on changes per step.
+ * and Wathen 2014, ch. 9).
  */
 #ifndef PD_STEADY_H
 #define PD_STEADY_H
@@ -65,13 +65,9 @@ typedef struct pd_steady_result {
 /* Prepares the solver for a flow, which is borrowed. Inlets of the flow hold their velocity on the side from here on.
  * PD_ERR_ARGUMENT: a tolerance or limit is negative. */
 #define pd_steady_build PD_NAME(pd_steady_build)
-#define pd_steady_solve PD_NAME(pd_steady_solve)
 #define pd_steady_free PD_NAME(pd_steady_free)
 
 PD_API pd_status pd_steady_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc, pd_steady *steady);
-/* From the state in flow to the steady state. PD_NOT_CONVERGED (positive): the limit came first or steps make no
- * progress, flow holds the last state and result its residuals. PD_ERR_DIVERGED: not finite. */
-PD_API pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *steady, pd_steady_result *result);
 PD_API void pd_steady_free(pd_ctx *ctx, pd_steady *steady);
 
 #ifdef PDI_INTERNAL
@@ -95,13 +91,29 @@ PDI_FN pd_status pdi_steady_begin_solves(pd_ctx *ctx, pd_steady *steady);
 PDI_FN pd_status pdi_steady_end_solves(pd_ctx *ctx, pd_steady *steady, pd_status status);
 /* Writes or reads what solves carry on beside the flow: the potential and the reference norm. */
 PDI_FN pd_status pdi_steady_store(pd_ctx *ctx, pd_steady *steady, pd_archive *archive);
-/* Prepares for pdi_steady_solve_stage, once: fits the arena to a solve and `more` [byte] for the time integrator. */
+/* Prepares for stages in time, once: fits the arena to a solve and `more` [byte] for the time integrator. */
 PDI_FN pd_status pdi_steady_build_stages(pd_ctx *ctx, pd_steady *steady, size_t more);
-/* Solves R(u, p) + rate (u - target) = 0 from the state in flow: one stage of an implicit time step. tolerance [-]: of
- * the velocity error over U and of the continuity residual. A preconditioner of the same rate is used again. PD_RETRY:
- * not converged, flow holds no solution. */
-PDI_FN pd_status pdi_steady_solve_stage(pd_ctx *ctx, pd_steady *steady, double rate, const double *target,
-                                        double tolerance, pd_steady_result *result);
+/* Scale of the momentum residual [m/s2]: U^2/L + nu U/L^2 (eq. 4.7), in a stage in time at least U rate. Then an error
+ * of the velocity counts as its size over U in both residuals. */
+PDI_FN double pdi_steady_get_momentum_scale(const pd_steady *s);
+/* Scale of the continuity residual, U/L [1/s] (eq. 4.8). */
+PDI_FN double pdi_steady_get_continuity_scale(const pd_flow *flow);
+/* Sets up the preconditioner for the pseudo time rate shift [1/s]. */
+PDI_FN pd_status pdi_steady_update_precond(pd_ctx *ctx, pd_steady *s, double shift);
+/* Assembles the scaled residual of the present state into s->residual; returns its weighted norm. */
+PDI_FN double pdi_steady_assemble_residual(pd_ctx *ctx, pd_steady *s, pd_steady_result *result);
+/* Weight of the momentum residual in norms that keeps both off-diagonal blocks of the preconditioned matrix of one size
+ * (eq. 4.9c). */
+PDI_FN void pdi_steady_compute_momentum_weight(pd_ctx *ctx, pd_steady *s);
+/* Adds factor times the Newton step to velocity and pressure. */
+PDI_FN void pdi_steady_update_state(const pd_ctx *ctx, pd_steady *s, double factor);
+/* Solves for a Newton step about the frozen state with the preconditioner that is set up. forcing: linear tolerance.
+ * *effort: Krylov iterations, above the limit when the tolerance was missed. */
+PDI_FN pd_status pdi_steady_solve_newton_step(pd_ctx *ctx, pd_steady *s, double forcing, pd_steady_result *result,
+                                              int *effort);
+/* Solves lap q = Rc for the divergence that the tolerance has left, so that the fluxes given to transport are free of
+ * divergence to rounding (eq. 4.10b). s->residual is that of the present state. */
+PDI_FN pd_status pdi_steady_solve_divergence_potential(pd_ctx *ctx, pd_steady *s);
 #endif
 
 #endif

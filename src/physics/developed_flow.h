@@ -3,7 +3,7 @@
  */
 #ifndef PD_DEVELOPED_FLOW_H
 #define PD_DEVELOPED_FLOW_H
-#include "flow/steady.h"
+#include "flow/steady_newton.h"
 #include "physics/inlet.h"
 
 #ifdef PDI_INTERNAL

@@ -11,9 +11,6 @@
 #include <math.h>
 #include <string.h>
 
-/* A step is at most this many times the one before, and one that is repeated at least this share of it. */
-#define PDI_COURSE_GROWTH 4.0
-#define PDI_COURSE_SHRINK 0.1
 /* So often a step without an estimate is made shorter before it stands. */
 #define PDI_COURSE_TRIALS 6
 /* Times of diffusion through the box after which fields are steady. A closed box keeps its amounts by what changes in a
@@ -364,7 +361,7 @@ static int pdi_course_full(pd_course *a, const pd_step *s)
 static void pdi_course_covered(pd_course *a, double end)
 {
     double span = end - a->begin;
-    a->span = pdi_sdirk_update_plan(a->span, span, pdi_sdirk_step_factor(a->covered, PDI_COURSE_GROWTH));
+    a->span = pdi_sdirk_update_plan(a->span, span, a->covered);
     for (int32_t j = 0; j < a->reactive->grid->total; j++) {
         double mean = a->given > 0.0 ? a->mean[j] / a->given : a->share[j];
         a->mean[j] = a->first[j] < 0.0 ? -1.0 : mean;
@@ -449,7 +446,6 @@ static pd_status pdi_course_still(pd_ctx *ctx, pd_course *a, double t)
 static pd_status pdi_course_limit(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_course *a = (pd_course *)self;
-    int last;
     a->left = s->latest_end - s->time;
     if (!(a->dt > 0.0)) a->dt = a->left;
     a->time = s->time;
@@ -467,7 +463,7 @@ static pd_status pdi_course_limit(pd_ctx *ctx, void *self, pd_step *s)
     if (a->desc.coat) PD_TRY(pdi_coat_begin(ctx, a->desc.coat, s->time));
     pdi_course_due(a);
     pdi_course_feed(a);
-    s->dt = pdi_sdirk_limit_step(a->dt, a->desc.largest, a->left, &last);
+    s->dt = pdi_sdirk_limit_step(a->dt, a->desc.largest, a->left);
     return PD_OK;
 }
 
@@ -547,7 +543,7 @@ static pd_status pdi_course_accept(pd_ctx *ctx, void *self, pd_step *s)
     if (a->desc.bare && last) pdi_course_covered(a, s->end);
     if (last) a->begun = 0;
     a->time = s->end;
-    if (!a->bent) a->dt = pdi_sdirk_update_plan(a->dt, s->dt, pdi_sdirk_step_factor(s->error, PDI_COURSE_GROWTH));
+    if (!a->bent) pdi_sdirk_accept(&a->dt, s);
     a->bent = 0;
     a->steps++;
     pdi_embedded_accept(a->reactive);
@@ -617,7 +613,6 @@ static int pdi_course_ends(const pd_course *a, const pd_step *s)
 static pd_status pdi_course_reject(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_course *a = (pd_course *)self;
-    int last;
     pdi_course_keep(ctx, a, 1);
     if (a->desc.coat) pdi_coat_reject(a->desc.coat);
     a->rejected++;
@@ -626,13 +621,11 @@ static pd_status pdi_course_reject(pd_ctx *ctx, void *self, pd_step *s)
         s->dt *= a->lasts;
         return PD_OK;
     }
-    a->dt =
-        s->dt * (s->error < HUGE_VAL ? pd_max(PDI_COURSE_SHRINK, pdi_sdirk_step_factor(s->error, PDI_COURSE_GROWTH))
-                                     : PDI_COURSE_SHRINK);
+    pdi_sdirk_reject(&a->dt, a->desc.largest, s);
     /* what a long first step asks for may be far from the start: ions cross a cell in it, and steps grow fast */
     if (!a->steps && !(s->error < HUGE_VAL) && a->reactive->migration.on)
         a->dt = pd_min(a->dt, pdi_course_cell(a->reactive));
-    s->dt = pdi_sdirk_limit_step(a->dt, a->desc.largest, s->latest_end - s->time, &last);
+    pdi_sdirk_limit(a->dt, a->desc.largest, s);
     return PD_OK;
 }
 

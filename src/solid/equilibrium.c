@@ -3,6 +3,7 @@
 #include "core/par.h"
 #include "core/rng.h"
 #include "core/vec.h"
+#include "solve/newton.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -19,11 +20,16 @@
 /* GMRES basis: vectors at first, and at most. */
 #define PDI_EQUILIBRIUM_RESTART 20
 #define PDI_EQUILIBRIUM_MAX_RESTART 170
-/* Line search: accepts a step after which the directional derivative of the energy is at least this part of the first
- * one, with the other sign. */
-#define PDI_EQUILIBRIUM_CURVATURE 0.8
 
 enum { PDI_EQUILIBRIUM_BLOCK = PD_DIM * PD_DIM };
+
+/* Equations of a Newton iteration. */
+typedef struct pdi_equilibrium_newton {
+    pdi_equilibrium *problem;
+    double *u;     /* [n] [m] displacements */
+    double target; /* [N] norm of the residual to reach */
+    pd_equilibrium_result *result;
+} pdi_equilibrium_newton;
 
 /* Callback of pdi_equilibrium_visit_components for one component. */
 typedef pd_status (*pdi_equilibrium_visit)(pdi_equilibrium *q, const pd_rigid_modes *rigid);
@@ -37,7 +43,7 @@ PDI_FN void pdi_equilibrium_list(pdi_array_visitor *owner, void *object)
     PDI_ARRAY(owner, equilibrium, step, equilibrium->n, "m");
     PDI_ARRAY(owner, equilibrium, full_direction, pdi_equilibrium_has_interpolation(equilibrium) ? equilibrium->n : 0,
               "m");
-    PDI_ARRAY(owner, equilibrium, trial_u, equilibrium->solid->linear ? 0 : equilibrium->n, "m");
+    PDI_ARRAY(owner, equilibrium, start_u, equilibrium->solid->linear ? 0 : equilibrium->n, "m");
     PDI_ARRAY(owner, equilibrium, lambda, equilibrium->solid->moduli ? equilibrium->n / PD_DIM : 0, "Pa");
     PDI_ARRAY(owner, equilibrium, mu, equilibrium->solid->moduli ? equilibrium->n / PD_DIM : 0, "Pa");
 }
@@ -362,31 +368,14 @@ static pd_status pdi_equilibrium_solve_linear(pdi_equilibrium *q, double target,
     return status;
 }
 
-/* Work of the residual along the step [J]: directional derivative of the energy with the opposite sign. */
-static double pdi_equilibrium_step_work(const pdi_equilibrium *q)
+/* Newton callback: work of the residual along the step [J]: directional derivative of the energy with the opposite
+ * sign. */
+static double pdi_equilibrium_compute_step_work(void *self)
 {
+    const pdi_equilibrium *q = ((const pdi_equilibrium_newton *)self)->problem;
     pdi_compensated_sum all = {0.0, 0.0};
     for (int64_t k = 0; k < q->n; k++) pdi_compensated_sum_add(&all, q->residual[k] * q->step[k]);
     return pdi_compensated_sum_total(&all);
-}
-
-/* Line search: step length after which the residual does no more work along the step, or little against it (Crisfield
- * 1991, ch. 9.2). Norms are no measure, as the forces have kinks where yielding begins. PD_RETRY: there is none. */
-static pd_status pdi_equilibrium_line_search(pdi_equilibrium *q, double *u, double target, double *norm)
-{
-    double part = 1.0, gain = pdi_equilibrium_step_work(q);
-    for (int k = 0; k < PDI_EQUILIBRIUM_MAX_TRIALS && gain > 0.0; k++) {
-        for (int64_t n = 0; n < q->n; n++) q->trial_u[n] = u[n] + part * q->step[n];
-        pd_status status = pdi_equilibrium_compute_residual(q, q->trial_u, norm);
-        if (status < 0) return status;
-        double more = status == PD_OK ? pdi_equilibrium_step_work(q) : 0.0;
-        if (status == PD_OK && (*norm <= target || more >= -PDI_EQUILIBRIUM_CURVATURE * gain)) {
-            memcpy(u, q->trial_u, (size_t)q->n * sizeof *u);
-            return PD_OK;
-        }
-        part *= status == PD_OK ? pd_max(0.1, gain / (gain - more)) : 0.5;
-    }
-    return PD_RETRY;
 }
 
 /* Clears the error message of a solver whose result is good enough. */
@@ -411,29 +400,70 @@ static pd_status pdi_equilibrium_solve_once(pdi_equilibrium *q, double *u, doubl
     return pdi_equilibrium_clear_error(q);
 }
 
-/* Newton's method with the forcing terms of Eisenstat and Walker 1996. PD_RETRY: it did not converge. */
-static pd_status pdi_equilibrium_solve_newton(pdi_equilibrium *q, double *u, double target, double norm,
+/* Newton callback: the residual at the displacements. */
+static pd_status pdi_equilibrium_compute_newton_residual(pd_ctx *ctx, void *self, double *norm, double *excess)
+{
+    pdi_equilibrium_newton *n = (pdi_equilibrium_newton *)self;
+    (void)ctx;
+    pd_status status = pdi_equilibrium_compute_residual(n->problem, n->u, norm);
+    *excess = *norm <= n->target ? 0.0 : *norm / n->target;
+    return status;
+}
+
+/* Newton callback: the linear step. A direction without stiffness is searched like any other. */
+static pd_status pdi_equilibrium_solve_step(pd_ctx *ctx, void *self, const pd_newton_progress *p)
+{
+    pdi_equilibrium_newton *n = (pdi_equilibrium_newton *)self;
+    pdi_equilibrium *q = n->problem;
+    (void)ctx;
+    pdi_equilibrium_compute_blocks(q);
+    pdi_equilibrium_update_coarse(q);
+    pd_status status = pdi_equilibrium_solve_linear(q, p->forcing * p->norm, n->result);
+    memcpy(q->start_u, n->u, (size_t)q->n * sizeof *n->u);
+    return status < 0 && status != PD_ERR_DIVERGED ? status : PD_OK;
+}
+
+/* Newton callback: displacements at a length of the step. */
+static void pdi_equilibrium_move(pd_ctx *ctx, void *self, double length)
+{
+    pdi_equilibrium_newton *n = (pdi_equilibrium_newton *)self;
+    const pdi_equilibrium *q = n->problem;
+    (void)ctx;
+    memcpy(n->u, q->start_u, (size_t)q->n * sizeof *n->u);
+    for (int64_t k = 0; k < q->n && length > 0.0; k++) n->u[k] += length * q->step[k];
+}
+
+/* Newton's method, with a line search by work: norms are no measure, as the forces have kinks where yielding begins.
+ * PD_RETRY: it did not converge. */
+static pd_status pdi_equilibrium_solve_newton(pdi_equilibrium *q, double *u, double target,
                                               pd_equilibrium_result *result)
 {
-    double left = 0.1;
-    while (norm > target && result->steps < PDI_EQUILIBRIUM_MAX_NEWTON) {
-        double forcing = pd_max(pdi_krylov_forcing(left), 0.5 * target / norm), was = norm;
-        pdi_equilibrium_compute_blocks(q);
-        pdi_equilibrium_update_coarse(q);
-        pd_status status = pdi_equilibrium_solve_linear(q, forcing * norm, result);
-        if (status < 0 && status != PD_ERR_DIVERGED) return status;
-        status = pdi_equilibrium_line_search(q, u, target, &norm);
-        if (status != PD_OK) {
-            if (status < 0) return status;
-            status = pdi_equilibrium_compute_residual(q, u, &norm);
-            result->residual = norm;
-            return status < 0 ? status : PD_RETRY;
-        }
-        left = norm / was;
-        result->steps++;
-    }
-    result->residual = norm;
-    return norm > target ? PD_RETRY : PD_OK;
+    pdi_equilibrium_newton newton;
+    pd_newton_equations equations;
+    pd_newton_desc desc;
+    pd_newton_progress progress;
+    newton.problem = q;
+    newton.u = u;
+    newton.target = target;
+    newton.result = result;
+    memset(&equations, 0, sizeof equations);
+    equations.self = &newton;
+    equations.name = "solid: Newton";
+    equations.residual = pdi_equilibrium_compute_newton_residual;
+    equations.solve_step = pdi_equilibrium_solve_step;
+    equations.move = pdi_equilibrium_move;
+    equations.work = pdi_equilibrium_compute_step_work;
+    memset(&desc, 0, sizeof desc);
+    desc.search = PD_NEWTON_BY_WORK;
+    desc.max_steps = PDI_EQUILIBRIUM_MAX_NEWTON;
+    desc.max_trials = PDI_EQUILIBRIUM_MAX_TRIALS;
+    desc.first_ratio = 0.1;
+    desc.final_forcing = 0.5;
+    desc.max_forcing = 1.0;
+    pd_status status = pd_newton_solve(q->ctx, &equations, &desc, &progress);
+    result->steps += progress.steps;
+    result->residual = progress.norm;
+    return status == PD_NOT_CONVERGED ? PD_RETRY : status;
 }
 
 /* Relative tolerance of the residual, or its default. */
@@ -490,7 +520,7 @@ static pd_status pdi_equilibrium_solve_inner(pdi_equilibrium *q, double *u, pd_e
     double first = target;
     for (int again = 1; again;) {
         status = q->solid->linear ? pdi_equilibrium_solve_once(q, u, target, result)
-                                  : pdi_equilibrium_solve_newton(q, u, target, norm, result);
+                                  : pdi_equilibrium_solve_newton(q, u, target, result);
         again = 0;
         if (status == PD_OK) PD_TRY(pdi_equilibrium_check_scale(q, u, &norm, &target, &again));
     }
@@ -531,4 +561,3 @@ pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_material_interface *solid, 
 #undef PDI_EQUILIBRIUM_BLOCK_WEIGHT
 #undef PDI_EQUILIBRIUM_RESTART
 #undef PDI_EQUILIBRIUM_MAX_RESTART
-#undef PDI_EQUILIBRIUM_CURVATURE

@@ -75,7 +75,7 @@ typedef struct pdi_equilibrium {
     double *residual; /* [n] [N] residual: internal plus external forces on free components */
     double *step;  /* [n] [m] increment of displacements */
     double *full_direction; /* [n] [m] a direction with its interpolated components; empty without interpolation */
-    double *trial_u;        /* [n] [m] trial displacements of the line search, of nonlinear materials */
+    double *start_u;        /* [n] [m] displacements before a Newton step, of nonlinear materials */
     double *lambda, *mu;  /* [count] [Pa] where the moduli are known */
     pd_coarse_fe_precond coarse; /* where the moduli are known */
     int has_rigid_motions; /* 1: a component has rigid motions */

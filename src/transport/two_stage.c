@@ -7,10 +7,6 @@
 #include <math.h>
 #include <string.h>
 
-/* A step is at most this many times the one before. */
-#define PDI_TWO_STAGE_GROWTH 4.0
-/* A step that is repeated is at least this share of the one that failed. */
-#define PDI_TWO_STAGE_SHRINK 0.1
 /* An estimate above this share of the tolerance, below which a step grows as far as it may, is damped, and what the
  * linear solver may leave of that. */
 #define PDI_TWO_STAGE_SMALL 0.04
@@ -205,7 +201,6 @@ pd_status pd_two_stage_step(pd_ctx *ctx, pd_two_stage *a, double dt, pd_transpor
 static pd_status pdi_two_stage_limit(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_two_stage *a = (pd_two_stage *)self;
-    int last;
     (void)ctx;
     if (!(a->dt > 0.0)) a->dt = a->desc.first > 0.0 ? a->desc.first : s->latest_end - s->time;
     a->largest = 0.0; /* what longer trials have met counts: a field that begins with nothing has no size of its own */
@@ -214,7 +209,7 @@ static pd_status pdi_two_stage_limit(pd_ctx *ctx, void *self, pd_step *s)
     a->at_user = s->solve_at_user;
     a->passed[0] = a->out;
     a->passed[1] = a->in;
-    s->dt = pdi_sdirk_limit_step(a->dt, a->desc.largest, s->latest_end - s->time, &last);
+    pdi_sdirk_limit(a->dt, a->desc.largest, s);
     return PD_OK;
 }
 
@@ -231,22 +226,20 @@ static pd_status pdi_two_stage_accept(pd_ctx *ctx, void *self, pd_step *s)
     pd_two_stage *a = (pd_two_stage *)self;
     (void)ctx;
     a->time = s->end;
-    a->dt = pdi_sdirk_update_plan(a->dt, s->dt, pdi_sdirk_step_factor(s->error, PDI_TWO_STAGE_GROWTH));
+    pdi_sdirk_accept(&a->dt, s);
     return PD_OK;
 }
 
 static pd_status pdi_two_stage_reject(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_two_stage *a = (pd_two_stage *)self;
-    int last;
     pdi_two_stage_restore(ctx, a);
     a->steps--;
     a->rejected++;
     a->time = s->time;
     a->out = a->passed[0];
     a->in = a->passed[1];
-    a->dt = s->dt * pd_max(PDI_TWO_STAGE_SHRINK, pdi_sdirk_step_factor(s->error, PDI_TWO_STAGE_GROWTH));
-    s->dt = pdi_sdirk_limit_step(a->dt, a->desc.largest, s->latest_end - s->time, &last);
+    pdi_sdirk_reject(&a->dt, a->desc.largest, s);
     return PD_OK;
 }
 

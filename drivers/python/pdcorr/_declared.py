@@ -163,6 +163,9 @@ PD_KRYLOV_CG = 1
 PD_KRYLOV_DOUBLE = 0
 PD_KRYLOV_SINGLE = 1
 PD_KRYLOV_INT16 = 2
+PD_NEWTON_FULL_STEP = 0
+PD_NEWTON_BY_NORM = 1
+PD_NEWTON_BY_WORK = 2
 PD_STIFF_ODE_DONE = 0
 PD_STIFF_ODE_NOT_FINITE = 1
 PD_STIFF_ODE_UNDERFLOW = 2
@@ -343,6 +346,7 @@ ENUMS = {
     'pd_csr_operator': {'PD_CSR_LAPLACIAN': 0, 'PD_CSR_DIFFUSE': 1, 'PD_CSR_GRADIENT': 2, 'PD_CSR_DIVERGENCE': 3},
     'pd_krylov_method': {'PD_KRYLOV_GMRES': 0, 'PD_KRYLOV_CG': 1},
     'pd_krylov_precision': {'PD_KRYLOV_DOUBLE': 0, 'PD_KRYLOV_SINGLE': 1, 'PD_KRYLOV_INT16': 2},
+    'pd_newton_search': {'PD_NEWTON_FULL_STEP': 0, 'PD_NEWTON_BY_NORM': 1, 'PD_NEWTON_BY_WORK': 2},
     'pd_stiff_ode_status': {'PD_STIFF_ODE_DONE': 0, 'PD_STIFF_ODE_NOT_FINITE': 1, 'PD_STIFF_ODE_UNDERFLOW': 2},
     'pd_eos': {'PD_EOS_TAIT': 0, 'PD_EOS_LINEAR': 1},
     'pd_gas_order': {'PD_GAS_SECOND': 0, 'PD_GAS_FIRST': 1},
@@ -868,6 +872,45 @@ def declare(dim):
         ('residual0', c_double),
         ('residual', c_double),
         ('converged', c_int),
+    ]
+
+    class pd_newton_desc(Structure):
+        pass
+    pd_newton_desc._fields_ = [
+        ('search', c_int),
+        ('max_steps', c_int),
+        ('max_trials', c_int),
+        ('max_growth', c_double),
+        ('max_stalled', c_int),
+        ('is_nearly_linear', c_int),
+        ('first_ratio', c_double),
+        ('final_forcing', c_double),
+        ('min_forcing', c_double),
+        ('max_forcing', c_double),
+    ]
+
+    class pd_newton_progress(Structure):
+        pass
+    pd_newton_progress._fields_ = [
+        ('steps', c_int),
+        ('norm', c_double),
+        ('previous', c_double),
+        ('excess', c_double),
+        ('forcing', c_double),
+        ('length', c_double),
+        ('best', c_double),
+        ('stalled', c_int),
+    ]
+
+    class pd_newton_equations(Structure):
+        pass
+    pd_newton_equations._fields_ = [
+        ('self', c_void_p),
+        ('name', c_char_p),
+        ('residual', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, POINTER(c_double), POINTER(c_double))),
+        ('solve_step', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, POINTER(pd_newton_progress))),
+        ('move', CFUNCTYPE(None, POINTER(pd_ctx), c_void_p, c_double)),
+        ('work', CFUNCTYPE(c_double, c_void_p)),
     ]
 
     class pd_anderson(Structure):
@@ -4863,6 +4906,7 @@ def declare(dim):
         'pd_krylov_build': (c_int, [POINTER(pd_ctx), POINTER(pd_krylov_desc), POINTER(pd_krylov)]),
         'pd_krylov_free': (None, [POINTER(pd_ctx), POINTER(pd_krylov)]),
         'pd_krylov_solve': (c_int, [POINTER(pd_ctx), POINTER(pd_krylov), pd_apply_fn, pd_apply_fn, c_void_p, POINTER(c_double), POINTER(c_double), POINTER(pd_krylov_result)]),
+        'pd_newton_solve': (c_int, [POINTER(pd_ctx), POINTER(pd_newton_equations), POINTER(pd_newton_desc), POINTER(pd_newton_progress)]),
         'pd_physics_run': (c_int, [POINTER(pd_ctx), pd_physics, c_double]),
         'pd_least_squares_solve': (c_int, [POINTER(pd_ctx), POINTER(pd_least_squares_desc), POINTER(pd_least_squares_result)]),
         'pd_flow_build': (c_int, [POINTER(pd_ctx), POINTER(pd_grid), POINTER(pd_bonds), POINTER(pd_flow_desc), POINTER(pd_flow)]),
@@ -4872,8 +4916,8 @@ def declare(dim):
         'pd_force_surface': (None, [POINTER(pd_ctx), POINTER(pd_flow), c_int, POINTER(c_double), POINTER(c_double), POINTER(c_double), POINTER(c_double), POINTER(c_double)]),
         'pd_force_momentum_balance': (c_int, [POINTER(pd_ctx), POINTER(pd_flow), POINTER(c_double), POINTER(c_double), POINTER(c_double)]),
         'pd_steady_build': (c_int, [POINTER(pd_ctx), POINTER(pd_flow), POINTER(pd_steady_desc), POINTER(pd_steady)]),
-        'pd_steady_solve': (c_int, [POINTER(pd_ctx), POINTER(pd_steady), POINTER(pd_steady_result)]),
         'pd_steady_free': (None, [POINTER(pd_ctx), POINTER(pd_steady)]),
+        'pd_steady_solve': (c_int, [POINTER(pd_ctx), POINTER(pd_steady), POINTER(pd_steady_result)]),
         'pd_quasi_steady_process': (pd_physics, [POINTER(pd_flow), POINTER(pd_steady), POINTER(pd_quasi_steady)]),
         'pd_implicit_build': (c_int, [POINTER(pd_ctx), POINTER(pd_flow), POINTER(pd_steady), POINTER(pd_implicit_desc), POINTER(pd_implicit)]),
         'pd_implicit_step': (c_int, [POINTER(pd_ctx), POINTER(pd_implicit), c_double]),
