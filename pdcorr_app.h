@@ -15,86 +15,80 @@
  *
  * CONTENTS (search for >> and the file name, for example >>io/png.h)
  *   io/
- *     file       reads whole files up to a size limit, writes files through a temporary one, appends lines, makes directories,
- *     zlib       compression and decompression in the zlib format (RFC 1950, RFC 1951), its checksums, a growing byte buffer.
- *     archive_file checkpoint file: an archive of named arrays with lengths and checksums, in a file or in memory.
- *     output_folder the output folder of a run: the list of its files, and a lock against other runs.
- *     png        reads and writes PNG images (W3C PNG, second edition), without any other library.
- *     apng       animated PNG files (APNG 1.0): frames of one size. Readers that know PNG alone show the first frame.
- *     svg        writes vector drawings as SVG 1.1.
- *     canvas     drawing into an RGB image or as SVG: rectangles, antialiased lines and discs, text (in images with a built-in
- *     unit_label typesets units in labels of pictures: "[um/h]" becomes "[µm/h]", "mol/m3" "mol/m³".
+ *     file       reads whole files up to a size limit, writes files through a temporary one, appends lines, makes
+ * directories, zlib       compression and decompression in the zlib format (RFC 1950, RFC 1951), its checksums, a
+ * growing byte buffer. archive_file checkpoint file: an archive of named arrays with lengths and checksums, in a file
+ * or in memory. output_folder the output folder of a run: the list of its files, and a lock against other runs. png
+ * reads and writes PNG images (W3C PNG, second edition), without any other library. apng       animated PNG files
+ * (APNG 1.0): frames of one size. Readers that know PNG alone show the first frame. svg        writes vector drawings
+ * as SVG 1.1. canvas     drawing into an RGB image or as SVG: rectangles, antialiased lines and discs, text (in images
+ * with a built-in unit_label typesets units in labels of pictures: "[um/h]" becomes "[µm/h]", "mol/m3" "mol/m³".
  *     axis_ticks tick positions and tick labels of a linear or logarithmic axis.
- *     colour     colour maps for fields, computed in OKLab (Ottosson 2020), where equal distances look equally different.
- *     colour_bar colour bar beside a picture of a field.
- *     legend     legend of a field of integer labels (grains, kinds): their names and colours, in place of a colour bar.
- *     contour    contour lines of a cell-centred field on a two-dimensional grid, by marching squares.
- *     streamline evenly spaced streamlines of a velocity field on a two-dimensional grid (Jobard and Lefer 1997).
- *     velocity_plot draws a velocity field over a picture: streamlines with arrow heads, and arrows on a regular grid.
- *     field_plot plot of a field on a two-dimensional grid as PNG or SVG, with axes, colour bar, title and time stamp.
- *     deformed_plot picture of a field on the deformed configuration.
- *     plot       line plot: curves and markers over two axes, as PNG or SVG.
- *     surface_nets surface mesh of a set of cells of a 3D grid, smoothed (surface nets, Gibson 1998).
- *     renderer   renders the surface of a body and its bounding box from one direction, with a z-buffer.
- *     surface_plot picture of a rendered 3D surface as PNG or SVG, with the edges of the domain, a scale bar, colour bar
- *     vti        writes fields of the grid as VTK ImageData (XML, raw appended data), and time series as a PVD collection, for
- *     paraview   writes a Python script that opens the fields of a run in ParaView, with one colour range for all times.
- *     csv        tables of numbers as CSV text: a writer that flushes every row, and a reader.
- *     tokenizer  tokenizer: reads words and numbers from a text, and reports errors with the line number.
- *     gmsh       reads Gmsh meshes, MSH 2.2 and 4.1 as text, as material points.
- *     vtu        reads VTK XML files of unstructured grids as material points.
- *     points_file reads the material points of a body from a file: a table of points, or a mesh.
- *     stl        reads closed triangulated surfaces from STL files, text or binary. Normals of the file are ignored: they follow
+ *     colour     colour maps for fields, computed in OKLab (Ottosson 2020), where equal distances look equally
+ * different. colour_bar colour bar beside a picture of a field. legend     legend of a field of integer labels (grains,
+ * kinds): their names and colours, in place of a colour bar. contour    contour lines of a cell-centred field on a
+ * two-dimensional grid, by marching squares. streamline evenly spaced streamlines of a velocity field on a
+ * two-dimensional grid (Jobard and Lefer 1997). velocity_plot draws a velocity field over a picture: streamlines with
+ * arrow heads, and arrows on a regular grid. field_plot plot of a field on a two-dimensional grid as PNG or SVG, with
+ * axes, colour bar, title and time stamp. deformed_plot picture of a field on the deformed configuration. plot line
+ * plot: curves and markers over two axes, as PNG or SVG. surface_nets surface mesh of a set of cells of a 3D grid,
+ * smoothed (surface nets, Gibson 1998). renderer   renders the surface of a body and its bounding box from one
+ * direction, with a z-buffer. surface_plot picture of a rendered 3D surface as PNG or SVG, with the edges of the
+ * domain, a scale bar, colour bar vti        writes fields of the grid as VTK ImageData (XML, raw appended data), and
+ * time series as a PVD collection, for paraview   writes a Python script that opens the fields of a run in ParaView,
+ * with one colour range for all times. csv        tables of numbers as CSV text: a writer that flushes every row, and a
+ * reader. tokenizer  tokenizer: reads words and numbers from a text, and reports errors with the line number. gmsh
+ * reads Gmsh meshes, MSH 2.2 and 4.1 as text, as material points. vtu        reads VTK XML files of unstructured grids
+ * as material points. points_file reads the material points of a body from a file: a table of points, or a mesh. stl
+ * reads closed triangulated surfaces from STL files, text or binary. Normals of the file are ignored: they follow
  *     progress   text of a progress bar with the fraction done and the time left. The library prints nothing; a driver
  *   scene/
- *     keys       reference table of all sections and keys of scene files, with units, defaults and meanings. The parser checks
- *     template   commented example scenes that `--new` writes as a start, in the dimension of the program: the files of
- *     text       parser of scene files, sections of `key = value` pairs, and typed look-up of their values (number with unit,
- *     override   command-line arguments key=value that replace or add pairs of a scene.
- *     include_files merges the files of species, reactions and minerals that a scene includes into its text.
- *     input_files paths of input files that a scene names (tables, masks, surfaces), errors while reading them, and the
- *     picture_memory estimate of the memory of the pictures that a scene asks for, before anything is built.
- *     key_check  check of all section and key names of a scene before anything is read, so that a misspelt key is reported
- *     read_constants reads the [constants] section of a scene: names for values, known to all numbers and expressions.
- *     read_electrolyte reads an electrolyte from the sections [chemistry], [species FORMULA] and [reaction NAME] of a
- *     read_tables reads the [table NAME] sections of a scene: functions through the points of CSV files, for all
- *     fingerprint normalised text of all input that affects results: name, sections, pairs after overrides, checksums of
- *     reader     state shared by the readers of scene sections (text, setup to fill, constants), and look-ups of numbers with
- *     read_mechanics reads solid mechanics of the metal: section [solid] (material, failure, loads) and the mechanical
- *     read_precracks reads the [cut NAME] sections of a scene: pre-cracks of the metal, with the domains of their
- *     read_shapes reads the [shape NAME] sections of a scene into the geometry tree of the setup: primitives, voxel masks,
- *     read_surface_states reads the [surface NAME] sections of a scene: state variables of metal surfaces (film coverage,
- *     read_physics the sections of physics that the program brings along, by the tables of their keys.
- *     read_dissolution reads the sections [dissolve] (surface rate) and [corrode] (bond-based corrosion) of a scene: rate
- *     read_chemistry reads what a run with reacting species needs: electrolyte, minerals, time treatment, migration,
- *     read_potential reads the sections [potential] and [electrode NAME] of a scene and the potentials of sides: current
- *     read_gas   the section [gas] of a scene, and what sides mean for a gas.
- *     read_param_file reads the flat `key = value` parameter file of the Mg-pin project (SI numbers without units) into a
- *     read_monitors reads the quantities that a run records: sections [probe], [line], [plane], [force], [transfer]
- *     read_image_options reads the options of images from [output]: colour ranges and maps, contours, streamlines, arrows,
- *     read_measured reads the [measured NAME] sections of a scene: points of a watched figure, which a run is compared
- *     scene      reads a scene file, or a flat parameter file, into a setup.
- *   run/
- *     result_line the line of figures that a run ends with.
- *     checkpoint stores the state of a model in an archive, or loads it into a model built from the same setup.
- *     field_view output fields by name as arrays over the cells of the box, for programs that access a model while it
- *     surface_view 3D rendering of the metal surface for pictures.
- *     pictures   pictures of fields and of the metal surface at output times, with one colour range and one size for
- *     output     the files of a run: fields, pictures, diagnostics, probes, the curve of the volume loss.
- *     stall_note note on a run that has made no step for long: which solver is active, at what time, and its present
- *     monitor    scalar outputs of a run over time (planes, forces, mass transfer, totals, electrodes, ...), profiles and
- *     monitor_report result lines of all monitors at the end of a run, and notes on outputs that are doubtful (too few
- *     scalar_outputs all scalar outputs of a run in one list: volume loss, values of monitors (planes, forces, transfers,
- *     snapshot   snapshot of a run for the observer callback: time, step, losses, fields by name, scalar outputs.
- *     compare_measured a run against the measured points of its scene: what it computes at their times, differences,
- *     run        runs a setup from its first flow solve to its end: output files, diagnostics, pictures, summary, result.
- *     sim        step-by-step interface to a scene, for programs that read its fields while it runs. Writes no files.
- *     coarsen_setup the same setup on a coarser lattice, `factor` times the spacing, with the same physics, tolerances and
- *     richardson the error of a run by Richardson's extrapolation, from runs on lattices of two and four times the
- *     tolerance_presets solver tolerances and step control of a setup from the wanted accuracy of its results.
- *     fit        parameters of a scene fitted to measured points by bounded nonlinear least squares over runs.
- *     parameter_sweep parameter study: one run of a scene for every combination of a few values, a folder each, one table
- *     speciation_report chemical equilibrium (speciation) of an electrolyte as text, or its titration by a reagent as a
+ *     keys       reference table of all sections and keys of scene files, with units, defaults and meanings. The parser
+ * checks renamed_keys former names of sections, keys and values of scene files. Scenes that use them are read as
+ * before, with template   commented example scenes that `--new` writes as a start, in the dimension of the program: the
+ * files of text       parser of scene files, sections of `key = value` pairs, and typed look-up of their values (number
+ * with unit, override   command-line arguments key=value that replace or add pairs of a scene. include_files merges the
+ * files of species, reactions and minerals that a scene includes into its text. input_files paths of input files that a
+ * scene names (tables, masks, surfaces), errors while reading them, and the picture_memory estimate of the memory of
+ * the pictures that a scene asks for, before anything is built. key_check  check of all section and key names of a
+ * scene before anything is read, so that a misspelt key is reported read_constants reads the [constants] section of a
+ * scene: names for values, known to all numbers and expressions. read_electrolyte reads an electrolyte from the
+ * sections [chemistry], [species FORMULA] and [reaction NAME] of a read_tables reads the [table NAME] sections of a
+ * scene: functions through the points of CSV files, for all fingerprint normalised text of all input that affects
+ * results: name, sections, pairs after overrides, checksums of reader     state shared by the readers of scene sections
+ * (text, setup to fill, constants), and look-ups of numbers with read_mechanics reads solid mechanics of the metal:
+ * section [solid] (material, failure, loads) and the mechanical read_precracks reads the [cut NAME] sections of a
+ * scene: pre-cracks of the metal, with the domains of their read_shapes reads the [shape NAME] sections of a scene into
+ * the geometry tree of the setup: primitives, voxel masks, read_surface_states reads the [surface NAME] sections of a
+ * scene: state variables of metal surfaces (film coverage, read_physics the sections of physics that the program brings
+ * along, by the tables of their keys. read_dissolution reads the sections [dissolve] (surface rate) and [corrode]
+ * (bond-based corrosion) of a scene: rate read_chemistry reads what a run with reacting species needs: electrolyte,
+ * minerals, time treatment, migration, read_potential reads the sections [potential] and [electrode NAME] of a scene
+ * and the potentials of sides: current read_gas   the section [gas] of a scene, and what sides mean for a gas.
+ *     read_param_file reads the flat `key = value` parameter file of the Mg-pin project (SI numbers without units) into
+ * a read_monitors reads the quantities that a run records: sections [probe], [line], [plane], [force], [transfer]
+ *     read_image_options reads the options of images from [output]: colour ranges and maps, contours, streamlines,
+ * arrows, read_measured reads the [measured NAME] sections of a scene: points of a watched figure, which a run is
+ * compared scene      reads a scene file, or a flat parameter file, into a setup. run/ result_line the line of figures
+ * that a run ends with. checkpoint stores the state of a model in an archive, or loads it into a model built from the
+ * same setup. field_view output fields by name as arrays over the cells of the box, for programs that access a model
+ * while it surface_view 3D rendering of the metal surface for pictures. pictures   pictures of fields and of the metal
+ * surface at output times, with one colour range and one size for output     the files of a run: fields, pictures,
+ * diagnostics, probes, the curve of the volume loss. stall_note note on a run that has made no step for long: which
+ * solver is active, at what time, and its present monitor    scalar outputs of a run over time (planes, forces, mass
+ * transfer, totals, electrodes, ...), profiles and monitor_report result lines of all monitors at the end of a run, and
+ * notes on outputs that are doubtful (too few scalar_outputs all scalar outputs of a run in one list: volume loss,
+ * values of monitors (planes, forces, transfers, snapshot   snapshot of a run for the observer callback: time, step,
+ * losses, fields by name, scalar outputs. compare_measured a run against the measured points of its scene: what it
+ * computes at their times, differences, run        runs a setup from its first flow solve to its end: output files,
+ * diagnostics, pictures, summary, result. sim        step-by-step interface to a scene, for programs that read its
+ * fields while it runs. Writes no files. coarsen_setup the same setup on a coarser lattice, `factor` times the spacing,
+ * with the same physics, tolerances and richardson the error of a run by Richardson's extrapolation, from runs on
+ * lattices of two and four times the tolerance_presets solver tolerances and step control of a setup from the wanted
+ * accuracy of its results. fit        parameters of a scene fitted to measured points by bounded nonlinear least
+ * squares over runs. parameter_sweep parameter study: one run of a scene for every combination of a few values, a
+ * folder each, one table speciation_report chemical equilibrium (speciation) of an electrolyte as text, or its
+ * titration by a reagent as a
  */
 #include "pdcorr.h"
 #if defined(PDCORR_IMPLEMENTATION) || defined(PDCORR_STATIC) || defined(PDCORR_APP_IMPLEMENTATION)
@@ -512,6 +506,16 @@ PD_API pd_status pd_facets_read(pd_ctx *ctx, const char *path, double scale, con
 /* The table of all sections, in the order of the guide; *count: their number. */
 PD_API const pd_key_section *pd_key_sections(int *count);
 
+#endif
+
+/* ======== >>scene/renamed_keys.h ======== */
+/* renamed_keys: former names of sections, keys and values of scene files. Scenes that use them are read as before, with
+ * a note of the names that hold.
+ */
+#ifndef PD_RENAMED_KEYS_H
+#define PD_RENAMED_KEYS_H
+
+#define PD_RENAMED_KEYS 48 /* most of them */
 
 #endif
 
@@ -602,6 +606,7 @@ typedef struct pd_text {
     int table_count;
     /* set by the caller: with PD_DEBUG each look-up is compared with the table pd_key_sections */
     int check_keys;
+    uint8_t has_renamed[PD_RENAMED_KEYS]; /* 1: the text has this former name (renamed_keys.h) */
     pd_section *section; /* section 0 holds the pairs before the first section line */
     int section_count, section_capacity;
     pd_text_entry *entry;
@@ -2250,6 +2255,18 @@ PDI_FN const pd_key *pdi_keys_find_key(const pd_key_section *section, const char
 PDI_FN int pdi_keys_is_consistent(const char *section, const char *key, const char *unit, const char *fallback);
 #endif
 
+/* ======== >>scene/renamed_keys.h, internal ======== */
+/* The present name of a section. */
+PDI_FN const char *pdi_renamed_keys_get_section(const char *section);
+/* The present name of a key of a section, given by its present name. */
+PDI_FN const char *pdi_renamed_keys_get_key(const char *section, const char *key);
+/* The present name of a value of a key; section and key by their present names. */
+PDI_FN const char *pdi_renamed_keys_get_value(const char *section, const char *key, const char *value);
+/* Number of the former name that a section (key NULL), key (value NULL) or value is; -1: it is none. */
+PDI_FN int pdi_renamed_keys_find(const char *section, const char *key, const char *value);
+/* Former and present name of entry `index` for a message, "toughness", "fracture_energy", and its section. */
+PDI_FN const char *pdi_renamed_keys_describe(int index, const char **former, const char **present);
+
 /* ======== >>scene/text.h, internal ======== */
 #define PDI_TEXT_LIST_SIZE 240 /* [byte] of a list of names in a message */
 
@@ -2336,6 +2353,8 @@ PDI_FN void pdi_text_add_to_list(char *list, const char *separator, const char *
 /* Find the section [name label], or create it empty; *index: its position. */
 PDI_FN pd_status pdi_text_find_or_add_section(pd_ctx *ctx, pd_text *text, const char *name, const char *label,
                                               int *index);
+/* Set the value of a pair, which must live as long as text. */
+PDI_FN void pdi_text_set_value(pd_text *text, pd_text_entry *entry, const char *value);
 /* Find the pair of a key in a section. NULL: there is none. */
 PDI_FN pd_text_entry *pdi_text_find_entry(const pd_text *text, int section, const char *key);
 /* Append a pair to a section; key and value must live as long as text. PD_ERR_PARSE: the section has the key
@@ -12270,19 +12289,19 @@ static const pd_key pdi_keys_of_shape[] = {
     {"material", "-", "the first one that is named, else mg4ag",
      PDI_DOC("preset of the metal: `mg4ag`, `steel304`, `copper`, `alloy625` (density, molar mass, charge; sources "
              "in `src/metal/material.h`). Solids may be of different metals")},
-    {"grains", "m", "no grains", PDI_DOC("mean grain diameter; the grains of all solids are the same")},
-    {"grain_spread", "m", "0",
+    {"grain_size", "m", "no grains", PDI_DOC("mean grain diameter; the grains of all solids are the same")},
+    {"grain_size_deviation", "m", "0",
      PDI_DOC("standard deviation of the diameter; 0: random seeds (2D: 26 % of the diameter); else up to 44 %, 22 "
              "%, 13 % of it in 1D, 2D, 3D")},
     {"grain_seed", "-", "1", PDI_DOC("whole number, another polycrystal each")},
-    {"boundary_width", "m", "0.5 um", PDI_DOC("physical width of a grain boundary")},
+    {"grain_boundary_width", "m", "0.5 um", PDI_DOC("physical width of a grain boundary")},
     {"ux, uy, uz", "m", "-",
      PDI_DOC("`grip`: displacement of the metal in it, expressions in x, y, z, t; an axis without one is free")}};
 
 static const pd_key pdi_keys_of_side[] = {
     {"flow", "-", "noslip; with `[gas]` slip",
      PDI_DOC("`noslip`, `inlet`, `outlet`, `periodic` (both sides of the axis), `mirror` (plane of symmetry, free "
-             "slip), `open` (with `time = given`: inlet where the flow enters, outlet where it leaves; with "
+             "slip), `open` (with `time = prescribed`: inlet where the flow enters, outlet where it leaves; with "
              "`[corrode]`: `bulk` behind it), `slip` (with `[gas]`: a wall)")},
     {"profile", "-", "required there",
      PDI_DOC("inlet: `uniform`, `parabola` (developed flow of the opening, whatever its shape), `expression`")},
@@ -12312,7 +12331,7 @@ static const pd_key pdi_keys_of_side[] = {
 static const pd_key pdi_keys_of_flow[] = {
     {"rho", "kg/m3", "required", PDI_DOC("density")},
     {"mu", "Pa s", "required", PDI_DOC("viscosity")},
-    {"steady", "-", "1e-6",
+    {"steady_tolerance", "-", "1e-6",
      PDI_DOC("residual at which the flow is steady (theory: eq. 4.7, 4.8), up to 0.1, against scales of the flow "
              "itself")},
     {"order", "-", "auto",
@@ -12320,15 +12339,16 @@ static const pd_key pdi_keys_of_flow[] = {
              "steady` or `implicit`. `auto`: 4 in steady flow in closed boxes without shapes whose walls meet, "
              "with `m = 1`, a Reynolds number of at most 1000 and one of a cell of at most 16; else 2. The summary "
              "names order 4")},
-    {"force", "m/s2", "0", PDI_DOC("body force per mass, an expression in x, y, z, t an axis")},
-    {"speed", "m/s", "mean speed of the inlet, else a scale of the flow (theory: eq. 4.5b)",
+    {"body_force", "m/s2", "0", PDI_DOC("body force per mass, an expression in x, y, z, t an axis")},
+    {"reference_speed", "m/s", "mean speed of the inlet, else a scale of the flow (theory: eq. 4.5b)",
      PDI_DOC("reference value that residuals and `Re` are reported with; nothing else depends on it")},
-    {"length", "m", "width of the inlet, else a scale of the flow (theory: eq. 4.5b)", PDI_DOC("as `speed`")},
+    {"reference_length", "m", "width of the inlet, else a scale of the flow (theory: eq. 4.5b)",
+     PDI_DOC("as `reference_speed`")},
     {"time", "-", "steady",
      PDI_DOC("`steady`; `implicit`: incompressible flow in time, steps by error; `explicit`: weakly compressible "
-             "flow in time; `given`: `vx`, `vy`, `vz` for ever")},
+             "flow in time; `prescribed`: `vx`, `vy`, `vz` for ever")},
     {"vx, vy, vz", "m/s", "0",
-     PDI_DOC("flow at the start, or given flow (free of divergence), expressions in x, y, z")},
+     PDI_DOC("flow at the start, or prescribed flow (free of divergence), expressions in x, y, z")},
     {"rtol", "-", "1e-4", PDI_DOC("`implicit`: error of a step against the speed of the flow (theory: eq. 4.5b)")},
     {"eos", "-", "tait", PDI_DOC("`explicit`: `tait` or `linear`")},
     {"c0", "m/s", "required there", PDI_DOC("`explicit`: speed of sound, ten times the largest speed or more")}};
@@ -12363,7 +12383,7 @@ static const pd_key pdi_keys_of_dissolve[] = {
      PDI_DOC("with `migration = yes`: potential of the metal against inlets and walls that hold species, an "
              "expression in t. The law may depend on `E`, that potential less the one of the ions at the surface "
              "(2.20)")},
-    {"gb_factor", "-", "1", PDI_DOC("factor on the speed in a grain boundary; needs `grains`")},
+    {"grain_boundary_factor", "-", "1", PDI_DOC("factor on the speed in a grain boundary; needs `grain_size`")},
     {"reaction", "text", "none",
      PDI_DOC("by which the metal enters the species of `[chemistry]`, for example `Mg + 2 H2O = Mg2+ + 2 OH- + "
              "H2(g)`: balanced in elements and charge, the metal by its symbol; `e-` is what a current takes away, "
@@ -12390,16 +12410,16 @@ static const pd_key pdi_keys_of_corrode[] = {
     {"bulk", "mol/m3", "0", PDI_DOC("concentration behind open sides; with `activation` of all fluid, up to `Csat`")},
     {"control", "-", "diffusion",
      PDI_DOC("`diffusion`: dissolved metal has to diffuse away; `activation`: it is gone at once")},
-    {"drive", "-", "constant",
+    {"driving_force", "-", "constant",
      PDI_DOC("`constant`: the law holds at every concentration; `difference`: loss in proportion to the difference "
              "of metal and fluid, as in the literature")},
     {"kernel", "-", "area",
      PDI_DOC("weights of the bonds: `area` (same speed in all directions), `square`, `inverse` (one over the "
              "squared, the simple length)")},
     {"weights", "-", "calibrated",
-     PDI_DOC("`calibrated`: a flat front moves at the rate; `printed`: coefficients of the continuum, slower on a "
+     PDI_DOC("`calibrated`: a flat front moves at the rate; `published`: coefficients of the continuum, slower on a "
              "lattice; not for `area`")},
-    {"gb_factor", "-", "1", PDI_DOC("factor on the speed in a grain boundary; needs `grains`")},
+    {"grain_boundary_factor", "-", "1", PDI_DOC("factor on the speed in a grain boundary; needs `grain_size`")},
     {"repassivation", "mol/m3", "none forms",
      PDI_DOC("solution beside metal that has once been below it does not attack any more: a film has formed (with "
              "diffusion)")},
@@ -12411,37 +12431,39 @@ static const pd_key pdi_keys_of_corrode[] = {
 
 static const pd_key pdi_keys_of_solid[] = {
     {"E", "Pa", "required", PDI_DOC("Young's modulus")},
-    {"nu", "-", "required", PDI_DOC("Poisson's ratio, which 1D does not have; springs have 1/4, in plane stress 1/3")},
-    {"material", "-", "correspondence",
+    {"nu", "-", "required",
+     PDI_DOC("Poisson's ratio, which 1D does not have; `bond_based` has 1/4, in plane stress 1/3")},
+    {"model", "-", "correspondence",
      PDI_DOC("`correspondence`: small strains, of any Poisson's ratio (theory: 8.1); `ordinary`: the linear "
              "peridynamic solid, of small strains (8.9); `neo_hookean`, `hencky`: strains of any size (8.8); "
-             "`springs`: bonds that pull for themselves, displacements of any size, no stress (8.2)")},
+             "`bond_based`: bonds that pull for themselves, displacements of any size, no stress (8.2)")},
     {"plane", "-", "strain", PDI_DOC("2D: `strain` or `stress`")},
-    {"yield", "Pa", "0: it does not flow",
+    {"yield_stress", "Pa", "0: it does not flow",
      PDI_DOC("stress of von Mises at which the metal flows; with `correspondence` (not in `plane = stress`) and "
              "`hencky`")},
-    {"hardening", "Pa", "0", PDI_DOC("by how much `yield` grows with the plastic strain")},
-    {"toughness", "J/m2", "0: none breaks",
-     PDI_DOC("energy per area at which a crack runs; of `correspondence` without `yield`, in balance (3D: m = 1.5 "
-             "to 3), and of `springs`")},
+    {"hardening_modulus", "Pa", "0", PDI_DOC("by how much `yield_stress` grows with the plastic strain")},
+    {"fracture_energy", "J/m2", "0: none breaks",
+     PDI_DOC(
+         "energy per area at which a crack runs; of `correspondence` without `yield_stress`, in balance (3D: m = 1.5 "
+         "to 3), and of `bond_based`")},
     {"strength", "Pa", "0: none breaks",
      PDI_DOC("bonds break whose ends have a larger principal stress, in the mean; in balance")},
-    {"stretch", "-", "0: none breaks", PDI_DOC("bonds break that are stretched by more; in balance")},
-    {"motion", "-", "no", PDI_DOC("`yes`: the metal moves from rest at t = 0")},
+    {"critical_stretch", "-", "0: none breaks", PDI_DOC("bonds break that are stretched by more; in balance")},
+    {"dynamics", "-", "no", PDI_DOC("`yes`: the metal moves from rest at t = 0")},
     {"density", "kg/m3", "required there", PDI_DOC("mass density of the metal that moves")},
-    {"force", "N/m3", "0", PDI_DOC("a force on all of the metal, an expression in x, y, z, t an axis")},
-    {"speed_factor", "-", "1",
+    {"body_force", "N/m3", "0", PDI_DOC("a force on all of the metal, an expression in x, y, z, t an axis")},
+    {"dissolution_factor", "-", "1",
      PDI_DOC("factor of the speed at which the metal dissolves, an expression in sigma_h, mises, eps_p, x, y, z, t")},
-    {"m", "-", "2; springs 3", PDI_DOC("horizon of the bonds over h")},
+    {"m", "-", "2; `bond_based` 3", PDI_DOC("horizon of the bonds over h")},
     {"influence", "-", "constant", PDI_DOC("how bonds count by their length: `constant`, `inverse`, `linear`")},
     {"rtol", "-", "1e-8",
      PDI_DOC("of the balance: forces that are left, over the loads and the forces on what is held")}};
 
-static const pd_key pdi_keys_of_cut[] = {
+static const pd_key pdi_keys_of_crack[] = {
     {"points", "m", "required", PDI_DOC("corners one after another, all coordinates of each; up to 32")},
-    {"way", "-", "2D: that of the last piece; 3D: no table",
+    {"direction", "-", "2D: that of the last piece; 3D: no table",
      PDI_DOC("direction in which the crack grows, plain numbers")},
-    {"contours", "m", "no J", PDI_DOC("2D: three radii about the tip, a horizon `m h` or more apart")}};
+    {"contour_radii", "m", "no J", PDI_DOC("2D: three radii about the tip, a horizon `m h` or more apart")}};
 
 static const pd_key pdi_keys_of_table[] = {
     {"file", "-", "required",
@@ -12456,14 +12478,16 @@ static const pd_key pdi_keys_of_table[] = {
 static const pd_key pdi_keys_of_run[] = {
     {"until", "s", "-", PDI_DOC("end; required with `[transport]` and `[corrode]`")},
     {"rtol", "-", "4e-3; without dissolution and with `[corrode]` 1e-3",
-     PDI_DOC("aim for the error of the volume loss, up to 0.1: errors in time of the law sum up to at most "
-             "five times it, those of fluid whose law has not started go with its root (theory: eq. 6.2g); "
-             "sets `fraction = 25 rtol`. A step goes by the surface at its start: bodies of few cells that "
-             "shrink lose too much by up to half of `fraction` of the cells at their surface. What a stream "
-             "has carried off of the dissolved metal has no tolerance of its own where the law hardly reads "
-             "it: `max_step` holds it. Without dissolution: error of a step of the transport against the "
-             "largest concentration; with `[corrode]` of the concentration over `Csat`, too")},
-    {"fraction", "-", "25 rtol; with `[corrode]` 0.2, `activation` 0.1, `drive = difference` 0.01",
+     PDI_DOC(
+         "aim for the error of the volume loss, up to 0.1: errors in time of the law sum up to at most "
+         "five times it, those of fluid whose law has not started go with its root (theory: eq. 6.2g); "
+         "sets `max_dissolved_fraction = 25 rtol`. A step goes by the surface at its start: bodies of few cells that "
+         "shrink lose too much by up to half of `max_dissolved_fraction` of the cells at their surface. What a stream "
+         "has carried off of the dissolved metal has no tolerance of its own where the law hardly reads "
+         "it: `max_step` holds it. Without dissolution: error of a step of the transport against the "
+         "largest concentration; with `[corrode]` of the concentration over `Csat`, too")},
+    {"max_dissolved_fraction", "-",
+     "25 rtol; with `[corrode]` 0.2, `activation` 0.1, `driving_force = difference` 0.01",
      PDI_DOC("largest share of its content that a node loses in a step, up to 1; overrides `rtol`")},
     {"max_step", "s", "0", PDI_DOC("longest step of the run, and so between rows of the tables; 0: none")}};
 
@@ -12482,9 +12506,9 @@ static const pd_key pdi_keys_of_output[] = {
              "mm/s`")},
     {"percentile", "-", "100 %",
      PDI_DOC("values of a frame, in the middle of all, that count for a range that is not given")},
-    {"log", "-", "none",
+    {"log_scale", "-", "none",
      PDI_DOC("drawn fields whose colours go by the logarithm; values of zero and below stay blank")},
-    {"map", "-", "violet; diverging for p, sigma_h and stresses",
+    {"colormap", "-", "violet; diverging for p, sigma_h and stresses",
      PDI_DOC("2D and 3D: colours `violet`, `viridis`, `grey` or `diverging`, for all drawn fields or behind the "
              "name of one: `grey, p diverging`")},
     {"width", "-", "1000",
@@ -12506,7 +12530,7 @@ static const pd_key pdi_keys_of_output[] = {
      PDI_DOC("3D: `yes`: pictures of the metal's surface, shaded; the name of a field: in its colours; `images = none`"
              ": none")},
     {"view", "-", "1, -1, 1", PDI_DOC("3D: direction in which the eye that looks at the surface stands")},
-    {"deformed", "-", "0",
+    {"deformation_scale", "-", "0",
      PDI_DOC("with `[solid]`, 2D and 3D: images of fields of the metal show it where it has moved to, with its "
              "displacements times this factor; 0: where it was")},
     {"slice", "m", "z, middle of the box", PDI_DOC("3D: the drawn plane, for example `z 0 um`")},
@@ -12539,18 +12563,20 @@ static const pd_key pdi_keys_of_force[] = {
     {"balance", "-", "yes; with `shape` no",
      PDI_DOC("`no`: on the surface only. A balance needs two cells of fluid on both sides of the box, and is of "
              "all that the box holds")},
-    {"speed", "m/s", "no coefficients", PDI_DOC("reference value `U` of the coefficients `2 F/(rho U^2 A)`")},
-    {"length", "m", "required with `speed`", PDI_DOC("2D: reference value `A` of the coefficients")},
-    {"area", "m2", "required with `speed`", PDI_DOC("3D: reference value `A` of the coefficients")}};
+    {"reference_speed", "m/s", "no coefficients", PDI_DOC("reference value `U` of the coefficients `2 F/(rho U^2 A)`")},
+    {"reference_length", "m", "required with `reference_speed`",
+     PDI_DOC("2D: reference value `A` of the coefficients")},
+    {"reference_area", "m2", "required with `reference_speed`",
+     PDI_DOC("3D: reference value `A` of the coefficients")}};
 
 static const pd_key pdi_keys_of_transfer[] = {
     {"box", "m", "everything", PDI_DOC("nodes that count; a range an axis")},
     {"along", "-", "none",
      PDI_DOC("axis of local values: at output times `transfer_NAME_000012_t....csv` and its plot, a row for each "
              "layer of cells")},
-    {"length", "m", "no Sherwood number", PDI_DOC("reference length `L` of Sherwood numbers")},
-    {"surface", "mol/m3", "required with `length`", PDI_DOC("concentration at the surface")},
-    {"fluid", "mol/m3", "required with `length`",
+    {"reference_length", "m", "no Sherwood number", PDI_DOC("reference length `L` of Sherwood numbers")},
+    {"surface", "mol/m3", "required with `reference_length`", PDI_DOC("concentration at the surface")},
+    {"fluid", "mol/m3", "required with `reference_length`",
      PDI_DOC("concentration of the fluid: `inlet`, `bulk` (of the mixed stream of each layer; needs `along`), or a "
              "value")},
     {"D", "m2/s", "that of `[transport]`", PDI_DOC("diffusivity of the Sherwood number")},
@@ -12562,7 +12588,7 @@ static const pd_key pdi_keys_of_measured[] = {
     {"file", "-", "required", PDI_DOC("CSV file, relative to the scene, as for a table (2.17)")},
     {"time", "-", "the first", PDI_DOC("column of the times, `heading in unit`; they may not fall")},
     {"value", "-", "the second", PDI_DOC("column of the values")},
-    {"spread", "-", "the one whose heading starts with `spread`, else none",
+    {"standard_deviation", "-", "the one whose heading starts with `spread`, else none",
      PDI_DOC("column of their spread, for example a standard deviation")},
     {"of", "-", "`volume_loss`",
      PDI_DOC("figure that was measured: `volume_loss`, or one of a section of 2.13 to 2.16, of a grip, "
@@ -12578,17 +12604,18 @@ static const pd_key pdi_keys_of_chemistry[] = {
      PDI_DOC("`davies` (up to 0.5 mol/L) or `ideal`: coefficients of activity 1 (theory: 5b.2)")},
     {"temperature", "K", "298.15 K",
      PDI_DOC("273 to 373: Davies' equation, constants with an `enthalpy`, rates and diffusivities with an "
-             "`activation` follow it; expressions know it as `T`")},
+             "`activation_energy` follow it; expressions know it as `T`")},
     {"diffusion", "-", "given",
-     PDI_DOC("`given`: each `D` holds as it is written, but for an `activation`; `viscosity`: those are of 25 C, "
-             "and follow temperature and viscosity of water by Stokes and Einstein (theory: eq. 5b.14)")},
+     PDI_DOC(
+         "`given`: each `D` holds as it is written, but for an `activation_energy`; `viscosity`: those are of 25 C, "
+         "and follow temperature and viscosity of water by Stokes and Einstein (theory: eq. 5b.14)")},
     {"pH", "-", "that of the equilibrium",
-     PDI_DOC("at the start: acid or base comes to what is written, with its `counter`, until the equilibrium has "
+     PDI_DOC("at the start: acid or base comes to what is written, with its `counter_ion`, until the equilibrium has "
              "this pH")},
     {"inlet_pH", "-", "that of `pH`", PDI_DOC("the same of what enters")},
     {"inside_pH", "-", "that of `pH`", PDI_DOC("the same at the start in shapes of `kind = solution`")},
-    {"counter", "-", "that of `balance`", PDI_DOC("ion that comes or goes with the acid or base of `pH`")},
-    {"balance", "-", "none: charges have to sum to 0",
+    {"counter_ion", "-", "that of `balance_ion`", PDI_DOC("ion that comes or goes with the acid or base of `pH`")},
+    {"balance_ion", "-", "none: charges have to sum to 0",
      PDI_DOC("ion that makes up for the sum of charges of what is written")},
     {"time", "-", "implicit",
      PDI_DOC("of a run: `implicit`, steps in time with the error `rtol` of `[run]`, or `steady`: the fields at "
@@ -12601,7 +12628,7 @@ static const pd_key pdi_keys_of_chemistry[] = {
              "Of a run: `given` are those with `[mineral ...]`, and `all` puts the others in equilibrium")},
     {"tortuosity", "-", "1",
      PDI_DOC("tau of the diffusivity `D eps/tau` in cells of which minerals leave the share eps open")},
-    {"cover", "m", "0: minerals cover no metal",
+    {"covering_thickness", "m", "0: minerals cover no metal",
      PDI_DOC("thickness d0 of minerals: under a film d thick the share `exp(-d/d0)` of the metal dissolves")}};
 
 static const pd_key pdi_keys_of_mineral[] = {
@@ -12617,7 +12644,7 @@ static const pd_key pdi_keys_of_mineral[] = {
 
 static const pd_key pdi_keys_of_species[] = {
     {"D", "m2/s", "not known", PDI_DOC("diffusivity; a species that moves needs it")},
-    {"activation", "J/mol", "none: D holds as it is written",
+    {"activation_energy", "J/mol", "none: D holds as it is written",
      PDI_DOC("energy of activation of `D`, which is that of 25 C then (theory: eq. 5b.13)")},
     {"charge", "-", "that of the name", PDI_DOC("needed where the name is no formula with its charge")},
     {"formula", "-", "the name",
@@ -12643,7 +12670,7 @@ static const pd_key pdi_keys_of_reaction[] = {
     {"forward", "of the reaction", "none: the reaction is in equilibrium",
      PDI_DOC("rate constant from left to right at infinite dilution, with its unit, for example `1.4e11 L/mol/s`")},
     {"backward", "of the reaction", "`forward` over K", PDI_DOC("from right to left")},
-    {"activation", "J/mol", "none: rates hold as they are written",
+    {"activation_energy", "J/mol", "none: rates hold as they are written",
      PDI_DOC("energy of activation of `forward`; rates are those of 25 C then; that of `backward` is less by the "
              "`enthalpy`")}};
 
@@ -12658,9 +12685,10 @@ static const pd_key pdi_keys_of_electrode[] = {
      PDI_DOC("name of a solid `[shape]` whose metal it is; where electrodes overlap the later one counts")},
     {"material", "-", "-", PDI_DOC("all metal of a material")},
     {"curve", "-", "required",
-     PDI_DOC("`butler_volmer`: both slopes; `tafel`: one of them; `linear`: `resistance`; `expression`: `i`; "
-             "`primary`: current passes freely at `E0` (theory: 6b.1). With `migration = yes` it may be "
-             "absent: its metal dissolves alone")},
+     PDI_DOC(
+         "`butler_volmer`: both slopes; `tafel`: one of them; `linear`: `polarisation_resistance`; `expression`: `i`; "
+         "`primary`: current passes freely at `E0` (theory: 6b.1). With `migration = yes` it may be "
+         "absent: its metal dissolves alone")},
     {"i0", "A/m2", "required there", PDI_DOC("exchange current density, or that of free corrosion")},
     {"E0", "V", "0", PDI_DOC("equilibrium potential, or that of free corrosion")},
     {"anodic_slope", "V", "none",
@@ -12668,21 +12696,21 @@ static const pd_key pdi_keys_of_electrode[] = {
     {"cathodic_slope", "V", "none", PDI_DOC("the same of the cathodic current, positive")},
     {"anodic_limit", "A/m2", "0: none", PDI_DOC("limiting current density of the anodic branch")},
     {"cathodic_limit", "A/m2", "0: none", PDI_DOC("the same of the cathodic one, positive")},
-    {"resistance", "ohm m2", "required there", PDI_DOC("`linear`: polarisation resistance")},
+    {"polarisation_resistance", "ohm m2", "required there", PDI_DOC("`linear`: polarisation resistance")},
     {"i", "A/m2", "required there",
      PDI_DOC("`expression`: current density, positive from metal to fluid, in `E`, with `migration = yes` also "
              "in pH and species; also of a `[table]`: `i = f(E)`. It must not fall as E rises")},
     {"range", "V", "required there",
      PDI_DOC("`expression`: from where to where E may lie; straight on beyond, with a note; `E_least`, `E_most` and "
              "`range_left` of its result line tell what was met; none with pH or species")},
-    {"film", "ohm m2", "0", PDI_DOC("resistance of a coating or film on it")},
+    {"film_resistance", "ohm m2", "0", PDI_DOC("resistance of a coating or film on it")},
     {"potential", "V", "it follows from the current", PDI_DOC("given potential of the metal, expression in t")},
     {"current", "A", "0: it corrodes freely",
      PDI_DOC("given current from metal to fluid, expression in t; per m of depth in planar 2D, per m2 in 1D")},
     {"reaction", "text", "none",
      PDI_DOC("half-reaction of its current, by which it enters the species of `[chemistry]`: `O2 + 2 H2O + 4 "
              "e- = 4 OH-`, balanced in elements and charge; anodic with `e-` on the right")},
-    {"factor", "-", "1",
+    {"current_factor", "-", "1",
      PDI_DOC("factor of its currents, an expression in states of surfaces (2.22), x, y, z, t; at least 0")},
     {"connected", "-", "none",
      PDI_DOC("names of electrodes that it is wired to. Metals that touch are connected, too")}};
@@ -12715,7 +12743,7 @@ static const pd_key_section pdi_keys_sections[] = {
     {"corrode", "", "bond-based corrosion, in place of [dissolve]; [corrode METAL]: one of several",
      PDI_KEYS_OF(pdi_keys_of_corrode)},
     {"solid", "", "the metal bears loads", PDI_KEYS_OF(pdi_keys_of_solid)},
-    {"cut", "NAME", "a crack at the start", PDI_KEYS_OF(pdi_keys_of_cut)},
+    {"crack", "NAME", "a crack at the start", PDI_KEYS_OF(pdi_keys_of_crack)},
     {"table", "NAME", "a function of two columns of a file", PDI_KEYS_OF(pdi_keys_of_table)},
     {"chemistry", "", "an electrolyte: activities, pH, files to include", PDI_KEYS_OF(pdi_keys_of_chemistry)},
     {"species", "FORMULA", "an ion, a molecule or a solid: Mg2+, HCO3-, Mg(OH)2(s)", PDI_KEYS_OF(pdi_keys_of_species)},
@@ -12809,6 +12837,102 @@ PDI_FN int pdi_keys_is_consistent(const char *section, const char *key, const ch
 
 #undef PDI_KEYS_SECTION_COUNT
 
+/* ======== >>scene/renamed_keys.c ======== */
+/* renamed_keys: see renamed_keys.h */
+#include <string.h>
+
+/* A former name: the last of section, key and value that is not NULL. Those before it have their present names. */
+typedef struct pdi_renamed_key {
+    const char *section, *key, *value;
+    const char *present;
+} pdi_renamed_key;
+
+static const pdi_renamed_key pdi_renamed_keys_table[] = {{"cut", NULL, NULL, "crack"},
+                                                         {"crack", "way", NULL, "direction"},
+                                                         {"crack", "contours", NULL, "contour_radii"},
+                                                         {"shape", "grains", NULL, "grain_size"},
+                                                         {"shape", "grain_spread", NULL, "grain_size_deviation"},
+                                                         {"shape", "boundary_width", NULL, "grain_boundary_width"},
+                                                         {"flow", "steady", NULL, "steady_tolerance"},
+                                                         {"flow", "force", NULL, "body_force"},
+                                                         {"flow", "speed", NULL, "reference_speed"},
+                                                         {"flow", "length", NULL, "reference_length"},
+                                                         {"flow", "time", "given", "prescribed"},
+                                                         {"dissolve", "gb_factor", NULL, "grain_boundary_factor"},
+                                                         {"corrode", "gb_factor", NULL, "grain_boundary_factor"},
+                                                         {"corrode", "drive", NULL, "driving_force"},
+                                                         {"corrode", "weights", "printed", "published"},
+                                                         {"solid", "material", NULL, "model"},
+                                                         {"solid", "model", "springs", "bond_based"},
+                                                         {"solid", "yield", NULL, "yield_stress"},
+                                                         {"solid", "hardening", NULL, "hardening_modulus"},
+                                                         {"solid", "toughness", NULL, "fracture_energy"},
+                                                         {"solid", "stretch", NULL, "critical_stretch"},
+                                                         {"solid", "motion", NULL, "dynamics"},
+                                                         {"solid", "force", NULL, "body_force"},
+                                                         {"solid", "speed_factor", NULL, "dissolution_factor"},
+                                                         {"chemistry", "counter", NULL, "counter_ion"},
+                                                         {"chemistry", "balance", NULL, "balance_ion"},
+                                                         {"chemistry", "cover", NULL, "covering_thickness"},
+                                                         {"species", "activation", NULL, "activation_energy"},
+                                                         {"reaction", "activation", NULL, "activation_energy"},
+                                                         {"electrode", "film", NULL, "film_resistance"},
+                                                         {"electrode", "resistance", NULL, "polarisation_resistance"},
+                                                         {"electrode", "factor", NULL, "current_factor"},
+                                                         {"force", "speed", NULL, "reference_speed"},
+                                                         {"force", "length", NULL, "reference_length"},
+                                                         {"force", "area", NULL, "reference_area"},
+                                                         {"transfer", "length", NULL, "reference_length"},
+                                                         {"run", "fraction", NULL, "max_dissolved_fraction"},
+                                                         {"output", "map", NULL, "colormap"},
+                                                         {"output", "log", NULL, "log_scale"},
+                                                         {"output", "deformed", NULL, "deformation_scale"},
+                                                         {"measured", "spread", NULL, "standard_deviation"}};
+
+#define PDI_RENAMED_KEYS_COUNT ((int)(sizeof pdi_renamed_keys_table / sizeof pdi_renamed_keys_table[0]))
+
+/* 1: two names are equal, or both are absent. */
+static int pdi_renamed_keys_is_equal(const char *a, const char *b) { return a && b ? strcmp(a, b) == 0 : a == b; }
+
+PDI_FN int pdi_renamed_keys_find(const char *section, const char *key, const char *value)
+{
+    for (int k = 0; k < PDI_RENAMED_KEYS_COUNT; k++) {
+        const pdi_renamed_key *r = &pdi_renamed_keys_table[k];
+        if (pdi_renamed_keys_is_equal(r->section, section) && pdi_renamed_keys_is_equal(r->key, key) &&
+            pdi_renamed_keys_is_equal(r->value, value))
+            return k;
+    }
+    return -1;
+}
+
+PDI_FN const char *pdi_renamed_keys_get_section(const char *section)
+{
+    int k = pdi_renamed_keys_find(section, NULL, NULL);
+    return k < 0 ? section : pdi_renamed_keys_table[k].present;
+}
+
+PDI_FN const char *pdi_renamed_keys_get_key(const char *section, const char *key)
+{
+    int k = pdi_renamed_keys_find(section, key, NULL);
+    return k < 0 ? key : pdi_renamed_keys_table[k].present;
+}
+
+PDI_FN const char *pdi_renamed_keys_get_value(const char *section, const char *key, const char *value)
+{
+    int k = pdi_renamed_keys_find(section, key, value);
+    return k < 0 ? value : pdi_renamed_keys_table[k].present;
+}
+
+PDI_FN const char *pdi_renamed_keys_describe(int index, const char **former, const char **present)
+{
+    const pdi_renamed_key *r = &pdi_renamed_keys_table[index];
+    *former = r->value ? r->value : r->key ? r->key : r->section;
+    *present = r->present;
+    return r->section;
+}
+
+#undef PDI_RENAMED_KEYS_COUNT
+
 /* ======== >>scene/template.c ======== */
 /* template: see template.h. Written by tools/templates.sh from examples/scenes/templates/. */
 
@@ -12856,28 +12980,29 @@ static const pd_template pdi_template_all[] = {
     {NULL, NULL}};
 #elif PD_DIM == 2
 static const char *const pdi_template_of_channel[] = {
-"# A channel with a cylinder in it: flow, its force on the cylinder, and what the cylinder gives to the stream.",
-"# Every key: pd2d --keys. A number has its unit. Each value can be replaced on the command line: \"mean=0.1 m/s\".",
-"",
-"# h is the spacing: half of it costs 4 to 8 times as much.",
-"[grid]        h = 25 um   box = 0 .. 6 mm, 0 .. 2 mm",
-"",
-"# Any shape may stand in the way. C: the concentration that its surface holds.",
-"[shape bar]   ball = 1.5 mm, 1 mm   radius = 0.3 mm   kind = wall   C = 10 mol/m3",
-"",
-"# The stream enters at the left and leaves at the right; y- and y+ are walls.",
-"[side x-]     flow = inlet   profile = parabola   mean = 1 mm/s   C = 0",
-"[side x+]     flow = outlet   p = 0",
-"",
-"# Water. The flow is steady; time = implicit follows it in time.",
-"[flow]        rho = 1000 kg/m3   mu = 1e-3 Pa s",
-"[transport]   D = 1e-8 m2/s   time = steady",
-"[output]      fields = C, v, p, kind   images = C, v, p",
-"",
-"# The force on the cylinder with its coefficients, and what leaves it.",
-"[force bar]     shape = bar   speed = 1 mm/s   length = 0.6 mm",
-"[transfer bar]  length = 0.6 mm   surface = 10 mol/m3   fluid = inlet",
-"[line wake]     from = 1.85 mm, 1 mm   to = 5.9 mm, 1 mm   points = 50   fields = C, v",
+    "# A channel with a cylinder in it: flow, its force on the cylinder, and what the cylinder gives to the stream.",
+    "# Every key: pd2d --keys. A number has its unit. Each value can be replaced on the command line: \"mean=0.1 "
+    "m/s\".",
+    "",
+    "# h is the spacing: half of it costs 4 to 8 times as much.",
+    "[grid]        h = 25 um   box = 0 .. 6 mm, 0 .. 2 mm",
+    "",
+    "# Any shape may stand in the way. C: the concentration that its surface holds.",
+    "[shape bar]   ball = 1.5 mm, 1 mm   radius = 0.3 mm   kind = wall   C = 10 mol/m3",
+    "",
+    "# The stream enters at the left and leaves at the right; y- and y+ are walls.",
+    "[side x-]     flow = inlet   profile = parabola   mean = 1 mm/s   C = 0",
+    "[side x+]     flow = outlet   p = 0",
+    "",
+    "# Water. The flow is steady; time = implicit follows it in time.",
+    "[flow]        rho = 1000 kg/m3   mu = 1e-3 Pa s",
+    "[transport]   D = 1e-8 m2/s   time = steady",
+    "[output]      fields = C, v, p, kind   images = C, v, p",
+    "",
+    "# The force on the cylinder with its coefficients, and what leaves it.",
+    "[force bar]     shape = bar   reference_speed = 1 mm/s   reference_length = 0.6 mm",
+    "[transfer bar]  reference_length = 0.6 mm   surface = 10 mol/m3   fluid = inlet",
+    "[line wake]     from = 1.85 mm, 1 mm   to = 5.9 mm, 1 mm   points = 50   fields = C, v",
     NULL};
 static const char *const pdi_template_of_couple[] = {
 "# A couple: a plate of one metal with a screw of another in one solution. Each dissolves by its own law.",
@@ -12992,60 +13117,61 @@ static const char *const pdi_template_of_pit[] = {
 "[total pit]   box = -40 um .. 40 um, -30 um .. 0 um",
     NULL};
 static const char *const pdi_template_of_plate[] = {
-"# A plate with a hole under tension, at rest. Change what you know of yours; every key: pd2d --keys.",
-"# A number has its unit: 5 mm, 45 GPa. Each value can be replaced on the command line: \"E=200 GPa\".",
-"",
-"# h is the spacing: half of it costs 4 times as much.",
-"[grid]        h = 1 mm   box = 0 .. 80 mm, 0 .. 40 mm",
-"",
-"[shape sheet] box = 0 .. 80 mm, 0 .. 40 mm",
-"[shape hole]  ball = 40 mm, 20 mm   radius = 5 mm",
-"[shape plate] difference = sheet, hole   kind = solid",
-"",
-"# One end stands still, the other is pulled. A load that grows is an expression of t, with until in [run].",
-"[side x-]     ux = 0 mm",
-"[side x+]     traction = 50 MPa, 0 MPa",
-"",
-"# A place that may not slide along the end that stands still.",
-"[shape foot]  ball = 0 mm, 20 mm   radius = 1 mm   kind = grip   uy = 0 mm",
-"",
-"# For metal that flows add yield = 100 MPa with plane = strain, for metal that breaks toughness = 5 kJ/m2.",
-"[solid]       E = 45 GPa   nu = 0.3   plane = stress",
-"[output]      fields = u, mises, sigma_h   images = mises, u   deformed = 60",
-"",
-"# The stress beside the hole.",
-"[probe side]  at = 40 mm, 25.5 mm   fields = mises",
+    "# A plate with a hole under tension, at rest. Change what you know of yours; every key: pd2d --keys.",
+    "# A number has its unit: 5 mm, 45 GPa. Each value can be replaced on the command line: \"E=200 GPa\".",
+    "",
+    "# h is the spacing: half of it costs 4 times as much.",
+    "[grid]        h = 1 mm   box = 0 .. 80 mm, 0 .. 40 mm",
+    "",
+    "[shape sheet] box = 0 .. 80 mm, 0 .. 40 mm",
+    "[shape hole]  ball = 40 mm, 20 mm   radius = 5 mm",
+    "[shape plate] difference = sheet, hole   kind = solid",
+    "",
+    "# One end stands still, the other is pulled. A load that grows is an expression of t, with until in [run].",
+    "[side x-]     ux = 0 mm",
+    "[side x+]     traction = 50 MPa, 0 MPa",
+    "",
+    "# A place that may not slide along the end that stands still.",
+    "[shape foot]  ball = 0 mm, 20 mm   radius = 1 mm   kind = grip   uy = 0 mm",
+    "",
+    "# For metal that flows add yield = 100 MPa with plane = strain, for metal that breaks toughness = 5 kJ/m2.",
+    "[solid]       E = 45 GPa   nu = 0.3   plane = stress",
+    "[output]      fields = u, mises, sigma_h   images = mises, u   deformation_scale = 60",
+    "",
+    "# The stress beside the hole.",
+    "[probe side]  at = 40 mm, 25.5 mm   fields = mises",
     NULL};
 static const char *const pdi_template_of_wire[] = {
-"# A wire that dissolves in the stream of a tube. Change what you know of yours; every key: pd2d --keys.",
-"# A number has its unit: 5 um, 1 mL/min, 10 mm/year. Each value can be replaced on the command line: \"until=2 h\".",
-"",
-"# x runs along the axis of the wire, y is the distance from it. h is the spacing: half of it takes 4 to 8 times",
-"# as long.",
-"[grid]       geometry = axisymmetric   h = 10 um   box = -100 um .. 300 um, 0 .. 200 um",
-"",
-"# The wire: radius 40 um, length 200 um, between inert ends that are as thick.",
-"[shape wire] box = 0 .. 200 um, -40 um .. 40 um   kind = solid   material = mg4ag",
-"[shape head] box = -30 um .. 0, -40 um .. 40 um   kind = part",
-"[shape tail] box = 200 um .. 230 um, -40 um .. 40 um   kind = part",
-"[shape ends] union = head, tail   kind = wall",
-"",
-"# The stream enters at the left, without any metal in it, and leaves at the right. y+ is the wall of the tube.",
-"[side x-]    flow = inlet   profile = parabola   flow_rate = 0.1 mL/min   C = 0",
-"[side x+]    flow = outlet   p = 0",
-"[side y+]    flow = noslip",
-"",
-"[flow]       rho = 1000 kg/m3   mu = 1e-3 Pa s",
-"[transport]  D = 1e-9 m2/s",
-"",
-"# How fast the surface recedes. C: the concentration of the fluid beside it; at Csat nothing dissolves.",
-"[dissolve]   rate = 1.2 um/h * (1 - C/Csat)   Csat = 56 mol/m3",
-"",
-"[run]        until = 8 h",
-"[output]     every = 2 h   fields = C, v, p, kind   images = C, v",
-"",
-"# What the wire gives to the stream, in transfer_wire.csv.",
-"[transfer wire] length = 80 um   surface = Csat   fluid = inlet",
+    "# A wire that dissolves in the stream of a tube. Change what you know of yours; every key: pd2d --keys.",
+    "# A number has its unit: 5 um, 1 mL/min, 10 mm/year. Each value can be replaced on the command line: \"until=2 "
+    "h\".",
+    "",
+    "# x runs along the axis of the wire, y is the distance from it. h is the spacing: half of it takes 4 to 8 times",
+    "# as long.",
+    "[grid]       geometry = axisymmetric   h = 10 um   box = -100 um .. 300 um, 0 .. 200 um",
+    "",
+    "# The wire: radius 40 um, length 200 um, between inert ends that are as thick.",
+    "[shape wire] box = 0 .. 200 um, -40 um .. 40 um   kind = solid   material = mg4ag",
+    "[shape head] box = -30 um .. 0, -40 um .. 40 um   kind = part",
+    "[shape tail] box = 200 um .. 230 um, -40 um .. 40 um   kind = part",
+    "[shape ends] union = head, tail   kind = wall",
+    "",
+    "# The stream enters at the left, without any metal in it, and leaves at the right. y+ is the wall of the tube.",
+    "[side x-]    flow = inlet   profile = parabola   flow_rate = 0.1 mL/min   C = 0",
+    "[side x+]    flow = outlet   p = 0",
+    "[side y+]    flow = noslip",
+    "",
+    "[flow]       rho = 1000 kg/m3   mu = 1e-3 Pa s",
+    "[transport]  D = 1e-9 m2/s",
+    "",
+    "# How fast the surface recedes. C: the concentration of the fluid beside it; at Csat nothing dissolves.",
+    "[dissolve]   rate = 1.2 um/h * (1 - C/Csat)   Csat = 56 mol/m3",
+    "",
+    "[run]        until = 8 h",
+    "[output]     every = 2 h   fields = C, v, p, kind   images = C, v",
+    "",
+    "# What the wire gives to the stream, in transfer_wire.csv.",
+    "[transfer wire] reference_length = 80 um   surface = Csat   fluid = inlet",
     NULL};
 
 static const pd_template pdi_template_all[] = {
@@ -13059,28 +13185,29 @@ static const pd_template pdi_template_all[] = {
     {NULL, NULL}};
 #elif PD_DIM == 3
 static const char *const pdi_template_of_channel[] = {
-"# A channel with a ball in it: flow, its force on the ball, and what the ball gives to the stream.",
-"# Every key: pd3d --keys. A number has its unit. Each value can be replaced on the command line: \"mu=2e-3 Pa s\".",
-"",
-"# h is the spacing: half of it costs 8 to 16 times as much.",
-"[grid]        h = 0.1 mm   box = 0 .. 3 mm, 0 .. 1.6 mm, 0 .. 1.6 mm",
-"",
-"# Any shape may stand in the way. C: the concentration that its surface holds.",
-"[shape bead]  ball = 1 mm, 0.8 mm, 0.8 mm   radius = 0.3 mm   kind = wall   C = 10 mol/m3",
-"",
-"# The stream enters at the left and leaves at the right; the other sides are walls.",
-"[side x-]     flow = inlet   C = 0   profile = expression",
-"              vx = 9/4 * 0.3 mm/s * (1 - (y/(0.8 mm) - 1)^2) * (1 - (z/(0.8 mm) - 1)^2)",
-"[side x+]     flow = outlet   p = 0",
-"",
-"# Water. The flow is steady; time = implicit follows it in time.",
-"[flow]        rho = 1000 kg/m3   mu = 1e-3 Pa s",
-"[transport]   D = 8e-8 m2/s   time = steady",
-"[output]      fields = C, v, p, kind   images = C, v   slice = z 0.8 mm",
-"",
-"# The force on the ball with its coefficients, and what leaves it.",
-"[force bead]     shape = bead   speed = 0.3 mm/s   area = pi * (0.3 mm)^2",
-"[transfer bead]  length = 0.6 mm   surface = 10 mol/m3   fluid = inlet",
+    "# A channel with a ball in it: flow, its force on the ball, and what the ball gives to the stream.",
+    "# Every key: pd3d --keys. A number has its unit. Each value can be replaced on the command line: \"mu=2e-3 Pa "
+    "s\".",
+    "",
+    "# h is the spacing: half of it costs 8 to 16 times as much.",
+    "[grid]        h = 0.1 mm   box = 0 .. 3 mm, 0 .. 1.6 mm, 0 .. 1.6 mm",
+    "",
+    "# Any shape may stand in the way. C: the concentration that its surface holds.",
+    "[shape bead]  ball = 1 mm, 0.8 mm, 0.8 mm   radius = 0.3 mm   kind = wall   C = 10 mol/m3",
+    "",
+    "# The stream enters at the left and leaves at the right; the other sides are walls.",
+    "[side x-]     flow = inlet   C = 0   profile = expression",
+    "              vx = 9/4 * 0.3 mm/s * (1 - (y/(0.8 mm) - 1)^2) * (1 - (z/(0.8 mm) - 1)^2)",
+    "[side x+]     flow = outlet   p = 0",
+    "",
+    "# Water. The flow is steady; time = implicit follows it in time.",
+    "[flow]        rho = 1000 kg/m3   mu = 1e-3 Pa s",
+    "[transport]   D = 8e-8 m2/s   time = steady",
+    "[output]      fields = C, v, p, kind   images = C, v   slice = z 0.8 mm",
+    "",
+    "# The force on the ball with its coefficients, and what leaves it.",
+    "[force bead]     shape = bead   reference_speed = 0.3 mm/s   reference_area = pi * (0.3 mm)^2",
+    "[transfer bead]  reference_length = 0.6 mm   surface = 10 mol/m3   fluid = inlet",
     NULL};
 static const char *const pdi_template_of_couple[] = {
 "# A couple: a plate of one metal with a screw of another in one solution. Each dissolves by its own law.",
@@ -13194,30 +13321,30 @@ static const char *const pdi_template_of_pit[] = {
 "[output]      every = 1 s   fields = C, kind, density   images = C   slice = y 0 um",
     NULL};
 static const char *const pdi_template_of_plate[] = {
-"# A plate with a hole under tension, at rest. Change what you know of yours; every key: pd3d --keys.",
-"# A number has its unit: 5 mm, 45 GPa. Each value can be replaced on the command line: \"E=200 GPa\".",
-"",
-"# h is the spacing: half of it costs 8 times as much.",
-"[grid]        h = 2 mm   box = 0 .. 60 mm, 0 .. 32 mm, 0 .. 12 mm",
-"",
-"[shape sheet] box = 0 .. 60 mm, 0 .. 32 mm, 0 .. 12 mm",
-"[shape hole]  cylinder = z   centre = 30 mm, 16 mm, 0 mm   radius = 5 mm",
-"[shape plate] difference = sheet, hole   kind = solid",
-"",
-"# One end stands still, the other is pulled. A load that grows is an expression of t, with until in [run].",
-"[side x-]     ux = 0 mm",
-"[side x+]     traction = 50 MPa, 0 MPa, 0 MPa",
-"",
-"# Places that may not slide along the end that stands still.",
-"[shape foot]  ball = 0 mm, 16 mm, 6 mm   radius = 2 mm   kind = grip   uy = 0 mm   uz = 0 mm",
-"[shape toe]   ball = 0 mm, 30 mm, 6 mm   radius = 2 mm   kind = grip   uz = 0 mm",
-"",
-"# For metal that flows add yield = 100 MPa, for metal that breaks toughness = 5 kJ/m2.",
-"[solid]       E = 45 GPa   nu = 0.3",
-"[output]      fields = u, mises, sigma_h   images = mises   deformed = 60   slice = z 6 mm",
-"",
-"# The stress beside the hole.",
-"[probe side]  at = 30 mm, 23 mm, 6 mm   fields = mises",
+    "# A plate with a hole under tension, at rest. Change what you know of yours; every key: pd3d --keys.",
+    "# A number has its unit: 5 mm, 45 GPa. Each value can be replaced on the command line: \"E=200 GPa\".",
+    "",
+    "# h is the spacing: half of it costs 8 times as much.",
+    "[grid]        h = 2 mm   box = 0 .. 60 mm, 0 .. 32 mm, 0 .. 12 mm",
+    "",
+    "[shape sheet] box = 0 .. 60 mm, 0 .. 32 mm, 0 .. 12 mm",
+    "[shape hole]  cylinder = z   centre = 30 mm, 16 mm, 0 mm   radius = 5 mm",
+    "[shape plate] difference = sheet, hole   kind = solid",
+    "",
+    "# One end stands still, the other is pulled. A load that grows is an expression of t, with until in [run].",
+    "[side x-]     ux = 0 mm",
+    "[side x+]     traction = 50 MPa, 0 MPa, 0 MPa",
+    "",
+    "# Places that may not slide along the end that stands still.",
+    "[shape foot]  ball = 0 mm, 16 mm, 6 mm   radius = 2 mm   kind = grip   uy = 0 mm   uz = 0 mm",
+    "[shape toe]   ball = 0 mm, 30 mm, 6 mm   radius = 2 mm   kind = grip   uz = 0 mm",
+    "",
+    "# For metal that flows add yield = 100 MPa, for metal that breaks toughness = 5 kJ/m2.",
+    "[solid]       E = 45 GPa   nu = 0.3",
+    "[output]      fields = u, mises, sigma_h   images = mises   deformation_scale = 60   slice = z 6 mm",
+    "",
+    "# The stress beside the hole.",
+    "[probe side]  at = 30 mm, 23 mm, 6 mm   fields = mises",
     NULL};
 static const char *const pdi_template_of_wire[] = {
 "# A wire that dissolves in the stream of a tube. Change what you know of yours; every key: pd3d --keys.",
@@ -13333,11 +13460,26 @@ PDI_FN void pdi_text_add_to_list(char *list, const char *separator, const char *
     snprintf(list + used, PDI_TEXT_LIST_SIZE - used, "%s%s", used > 0 ? separator : "", name);
 }
 
+/* Record that the text has a former name; index -1: it is none. */
+static void pdi_text_mark_renamed(pd_text *text, int index)
+{
+    if (index >= 0) text->has_renamed[index] = 1;
+}
+
+PDI_FN void pdi_text_set_value(pd_text *text, pd_text_entry *entry, const char *value)
+{
+    const char *name = text->section[entry->section].name;
+    pdi_text_mark_renamed(text, pdi_renamed_keys_find(name, entry->key, value));
+    entry->value = pdi_renamed_keys_get_value(name, entry->key, value);
+}
+
 PDI_FN pd_status pdi_text_find_or_add_section(pd_ctx *ctx, pd_text *text, const char *name, const char *label,
                                               int *index)
 {
     int group = text->section_count;
     char *kept_name, *kept_label;
+    pdi_text_mark_renamed(text, pdi_renamed_keys_find(name, NULL, NULL));
+    name = pdi_renamed_keys_get_section(name);
     for (int k = text->section_count - 1; k >= 0; k--) {
         if (strcmp(text->section[k].name, name) != 0) continue;
         group = text->section[k].group_first;
@@ -13359,6 +13501,7 @@ PDI_FN pd_status pdi_text_find_or_add_section(pd_ctx *ctx, pd_text *text, const 
 
 PDI_FN pd_text_entry *pdi_text_find_entry(const pd_text *text, int section, const char *key)
 {
+    key = pdi_renamed_keys_get_key(text->section[section].name, key);
     for (int k = 0; k < text->entry_count; k++)
         if (text->entry[k].section == section && strcmp(text->entry[k].key, key) == 0) return &text->entry[k];
     return NULL;
@@ -13368,6 +13511,7 @@ PDI_FN pd_status pdi_text_add_entry(pd_ctx *ctx, pd_text *text, int section, con
                                     int line, int column)
 {
     const pd_text_entry *old = pdi_text_find_entry(text, section, key);
+    const char *name = text->section[section].name;
     char title[PD_UNITS_TEXT];
     pdi_text_format_section(text, section, title);
     if (old)
@@ -13378,9 +13522,10 @@ PDI_FN pd_status pdi_text_add_entry(pd_ctx *ctx, pd_text *text, int section, con
         return pdi_text_fail_line(ctx, text->name, line, "found more than %d pairs, expected fewer", PD_TEXT_ENTRIES);
     PDI_TEXT_GROW(ctx, text->entry, text->entry_count, text->entry_capacity);
     pd_text_entry *e = &text->entry[text->entry_count++];
-    e->key = key;
-    e->value = value;
+    pdi_text_mark_renamed(text, pdi_renamed_keys_find(name, key, NULL));
+    e->key = pdi_renamed_keys_get_key(name, key);
     e->section = section;
+    pdi_text_set_value(text, e, value);
     e->file = text->name;
     e->line = line;
     e->column = column;
@@ -13470,7 +13615,7 @@ static const pd_key *pdi_text_find_listed_key(const pd_text *text, int section, 
     if (!table || size >= sizeof key) return NULL;
     memcpy(key, t, size);
     key[size] = '\0';
-    return pdi_keys_find_key(table, key);
+    return pdi_keys_find_key(table, pdi_renamed_keys_get_key(table->name, key));
 }
 
 /* Length of the key at t, 0: none. In a section with free text, and inside such a value (within = 1), only the keys of
@@ -14058,7 +14203,7 @@ static pd_status pdi_override_find_bare_key(pd_ctx *ctx, const pd_text *text, co
         const pd_text_entry *e = &text->entry[k];
         const pd_section *s = &text->section[e->section];
         pd_units_try_candidate(&near_word, e->key);
-        if (strcmp(e->key, key) != 0) continue;
+        if (strcmp(e->key, pdi_renamed_keys_get_key(s->name, key)) != 0) continue;
         char path[3 * 64];
         snprintf(path, sizeof path, "%.60s%s%.60s%s%.60s", s->name, s->label[0] ? "." : "", s->label,
                  s->name[0] ? "." : "", key);
@@ -14076,7 +14221,8 @@ static pd_status pdi_override_find_bare_key(pd_ctx *ctx, const pd_text *text, co
         for (int k = 0; k < sections; k++) {
             const pd_key_section *s = &known[k];
             char path[3 * 64];
-            if (strcmp(s->name, "constants") == 0 || !pdi_keys_find_key(s, key)) continue; /* that has any */
+            const char *present = pdi_renamed_keys_get_key(s->name, key);
+            if (strcmp(s->name, "constants") == 0 || !pdi_keys_find_key(s, present)) continue; /* that has any */
             snprintf(path, sizeof path, "%.60s%s%.60s.%.60s", s->name, s->label[0] ? "." : "", s->label, key);
             pdi_text_add_to_list(list, ", ", path);
         }
@@ -14157,11 +14303,13 @@ PDI_FN pd_status pdi_override_apply(pd_ctx *ctx, pd_text *text, const char *argu
     if (pdi_text_scan_word(key, PDI_TEXT_CHARSET_KEY) != strlen(key))
         return pdi_text_fail_line(ctx, text->name, 0, "found '%.40s', expected a key", key);
     if (parts == 1) PD_TRY(pdi_override_find_bare_key(ctx, text, key, &section));
-    else if (parts == 2) PD_TRY(pdi_override_find_named_section(ctx, text, part[0], key, &section));
-    else PD_TRY(pdi_override_find_labelled_section(ctx, text, part[0], part[1], &section));
+    else if (parts == 2)
+        PD_TRY(pdi_override_find_named_section(ctx, text, pdi_renamed_keys_get_section(part[0]), key, &section));
+    else
+        PD_TRY(pdi_override_find_labelled_section(ctx, text, pdi_renamed_keys_get_section(part[0]), part[1], &section));
     pd_text_entry *e = pdi_text_find_entry(text, section, key);
     if (!e) return pdi_text_add_entry(ctx, text, section, key, t + value, 0, (int)value + 1);
-    e->value = t + value;
+    pdi_text_set_value(text, e, t + value);
     e->line = 0;
     e->column = (int)value + 1;
     return PD_OK;
@@ -14698,10 +14846,10 @@ static double pdi_read_electrolyte_stokes_einstein_factor(const pdi_read_electro
 static pd_status pdi_read_electrolyte_diffusivity(pdi_read_electrolyte_state *s, int section, double *diffusivity)
 {
     double energy;
-    int own = pdi_text_has_key(s->ctx, s->text, section, "activation");
+    int own = pdi_text_has_key(s->ctx, s->text, section, "activation_energy");
     PD_TRY(pdi_text_get_number(s->ctx, s->text, section, "D", "m2/s", NULL, diffusivity));
     if (own) {
-        PD_TRY(pdi_text_get_number(s->ctx, s->text, section, "activation", "J/mol", NULL, &energy));
+        PD_TRY(pdi_text_get_number(s->ctx, s->text, section, "activation_energy", "J/mol", NULL, &energy));
         *diffusivity *= pdi_read_electrolyte_arrhenius_factor(s, energy);
     } else if (s->diffusion_by_viscosity) {
         *diffusivity *= pdi_read_electrolyte_stokes_einstein_factor(s);
@@ -14757,8 +14905,9 @@ static pd_status pdi_read_electrolyte_one_species(pdi_read_electrolyte_state *s,
     if (desc.has_charge) PD_TRY(pdi_text_get_integer(s->ctx, s->text, section, "charge", -20, 20, NULL, &desc.charge));
     if (pdi_text_has_key(s->ctx, s->text, section, "D"))
         PD_TRY(pdi_read_electrolyte_diffusivity(s, section, &desc.diffusivity));
-    else if (pdi_text_has_key(s->ctx, s->text, section, "activation"))
-        return pdi_text_fail_key(s->ctx, s->text, section, "activation", "found without D, expected that of 25 C");
+    else if (pdi_text_has_key(s->ctx, s->text, section, "activation_energy"))
+        return pdi_text_fail_key(s->ctx, s->text, section, "activation_energy",
+                                 "found without D, expected that of 25 C");
     if (pd_species_read(s->ctx, &desc, &e->species[k]) < 0) return pdi_read_electrolyte_fail(s, section, "species");
     PD_TRY(pdi_read_electrolyte_concentration(s, section, "initial", "0", &e->initial[k]));
     PD_TRY(pdi_read_electrolyte_other_concentration(s, section, "inlet", &e->inlet[k]));
@@ -14859,12 +15008,12 @@ static pd_status pdi_read_electrolyte_rate_temperature(pdi_read_electrolyte_stat
                                                        pd_reaction_desc *desc)
 {
     double energy, enthalpy = s->electrolyte->enthalpy[s->electrolyte->reactions];
-    if (!pdi_text_has_key(s->ctx, s->text, section, "activation")) return PD_OK;
+    if (!pdi_text_has_key(s->ctx, s->text, section, "activation_energy")) return PD_OK;
     if (!(desc->forward > 0.0) && !(desc->backward > 0.0))
-        return pdi_text_fail_key(s->ctx, s->text, section, "activation",
+        return pdi_text_fail_key(s->ctx, s->text, section, "activation_energy",
                                  "found without a rate, expected forward or "
                                  "backward");
-    PD_TRY(pdi_text_get_number(s->ctx, s->text, section, "activation", "J/mol", NULL, &energy));
+    PD_TRY(pdi_text_get_number(s->ctx, s->text, section, "activation_energy", "J/mol", NULL, &energy));
     desc->forward *= pdi_read_electrolyte_arrhenius_factor(s, energy);
     desc->backward *= pdi_read_electrolyte_arrhenius_factor(s, isnan(enthalpy) ? energy : energy - enthalpy);
     return PD_OK;
@@ -14965,14 +15114,14 @@ static pd_status pdi_read_electrolyte_chemistry(pdi_read_electrolyte_state *s)
     PD_TRY(pdi_text_get_choice(s->ctx, s->text, at, "activity", activities, "davies", &activity));
     e->activity = (pd_activity)activity;
     PD_TRY(pdi_text_get_choice(s->ctx, s->text, at, "minerals", minerals, "given", &e->all_minerals_form));
-    PD_TRY(pdi_read_electrolyte_ion(s, "balance", &e->balance_ion));
-    PD_TRY(pdi_read_electrolyte_ion(s, "counter", &e->counter_ion));
+    PD_TRY(pdi_read_electrolyte_ion(s, "balance_ion", &e->balance_ion));
+    PD_TRY(pdi_read_electrolyte_ion(s, "counter_ion", &e->counter_ion));
     if (e->counter_ion < 0) e->counter_ion = e->balance_ion;
     if (e->counter_ion >= 0 &&
         (strcmp(e->species[e->counter_ion].name, "H+") == 0 || strcmp(e->species[e->counter_ion].name, "OH-") == 0) &&
         pdi_text_has_key(s->ctx, s->text, at, "pH"))
         return pdi_text_fail_key(s->ctx, s->text, at, "pH",
-                                 "found beside balance or counter = %s, expected another ion, "
+                                 "found beside balance_ion or counter_ion = %s, expected another ion, "
                                  "that of a salt",
                                  e->species[e->counter_ion].name);
     PD_TRY(pdi_read_electrolyte_ph(s, "pH", &e->ph));
@@ -15575,13 +15724,15 @@ static pd_status pdi_read_mechanics_add_monitors(pdi_reader *s, int section)
     return pdi_read_mechanics_add_monitor(s, section, PD_MONITOR_SOLID, 0, "metal");
 }
 
-static const char *const pdi_read_mechanics_material_names[] = {"correspondence", "springs", "ordinary",
-                                                                "neo_hookean",    "hencky",  NULL};
+static const char *const pdi_read_mechanics_material_names[] = {"correspondence", "bond_based", "ordinary",
+                                                                "neo_hookean",    "hencky",     NULL};
 
 /* Part of messages: which failure criteria each material supports. */
 #define PDI_READ_MECHANICS_SUPPORT_TEXT \
-    "correspondence breaks by toughness (without yield), strength or stretch, at rest; ordinary, neo_hookean and " \
-    "hencky by strength or stretch, at rest; springs by toughness, at rest and in motion; yield is of " \
+    "correspondence breaks by fracture_energy (without yield_stress), strength or critical_stretch, at rest; " \
+    "ordinary, neo_hookean and " \
+    "hencky by strength or critical_stretch, at rest; bond_based by fracture_energy, at rest and in motion; " \
+    "yield_stress is of " \
     "correspondence and hencky at rest"
 
 /* 1: the material is bond-based. */
@@ -15605,7 +15756,7 @@ static pd_status pdi_read_mechanics_poisson(pdi_reader *s, int section)
                                   0.499, 0, &b->poisson));
     if (!pdi_read_mechanics_is_bond_based(b) || fabs(b->poisson - own) < 1e-3) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, section, "nu",
-                             "found %g with material = springs, expected their %g, or "
+                             "found %g with model = bond_based, expected their %g, or "
                              "another material: " PDI_READ_MECHANICS_SUPPORT_TEXT,
                              b->poisson, own);
 }
@@ -15614,73 +15765,75 @@ static pd_status pdi_read_mechanics_poisson(pdi_reader *s, int section)
 static pd_status pdi_read_mechanics_plasticity(pdi_reader *s, int section)
 {
     pd_setup_mechanics *b = &s->setup->metal_body;
-    PD_TRY(pdi_reader_get_nonnegative(s, section, "yield", "Pa", "0", &b->yield));
-    if (pdi_text_has_key(s->ctx, s->text, section, "hardening") && !(b->yield > 0.0))
-        return pdi_text_fail_key(s->ctx, s->text, section, "hardening", "found without a yield stress, expected both");
+    PD_TRY(pdi_reader_get_nonnegative(s, section, "yield_stress", "Pa", "0", &b->yield));
+    if (pdi_text_has_key(s->ctx, s->text, section, "hardening_modulus") && !(b->yield > 0.0))
+        return pdi_text_fail_key(s->ctx, s->text, section, "hardening_modulus",
+                                 "found without yield_stress, expected both");
     if (!(b->yield > 0.0)) return PD_OK;
     if (b->material != PD_SOLID_COUPLING_CORRESPONDENCE && b->material != PD_SOLID_COUPLING_HENCKY)
-        return pdi_text_fail_key(s->ctx, s->text, section, "yield",
-                                 "found with material = %s, expected another one of "
+        return pdi_text_fail_key(s->ctx, s->text, section, "yield_stress",
+                                 "found with model = %s, expected another one of "
                                  "both: " PDI_READ_MECHANICS_SUPPORT_TEXT,
                                  pdi_read_mechanics_material_names[b->material]);
     if (b->yield < 1e3 * b->rtol * b->young)
-        return pdi_text_fail_key(s->ctx, s->text, section, "yield",
+        return pdi_text_fail_key(s->ctx, s->text, section, "yield_stress",
                                  "found %g Pa, expected 0 or at least 1000 rtol E = "
                                  "%g Pa: balances are no finer",
                                  b->yield, 1e3 * b->rtol * b->young);
-    PD_TRY(pdi_reader_get_nonnegative(s, section, "hardening", "Pa", "0", &b->hardening));
+    PD_TRY(pdi_reader_get_nonnegative(s, section, "hardening_modulus", "Pa", "0", &b->hardening));
     if (PD_DIM != 2 || b->plane == PD_PLANE_STRAIN || b->material == PD_SOLID_COUPLING_HENCKY) return PD_OK;
-    return pdi_text_fail_key(s->ctx, s->text, section, "yield",
+    return pdi_text_fail_key(s->ctx, s->text, section, "yield_stress",
                              "found with plane = stress, expected plane = strain or "
-                             "material = hencky");
+                             "model = hencky");
 }
 
 /* Read the failure criterion: at most one of critical stretch, strength and toughness. */
 static pd_status pdi_read_mechanics_failure(pdi_reader *s, int section)
 {
-    static const char *const keys[] = {"stretch", "strength", "toughness"};
+    static const char *const keys[] = {"critical_stretch", "strength", "fracture_energy"};
     pd_setup_mechanics *b = &s->setup->metal_body;
     const char *found = NULL;
-    PD_TRY(pdi_reader_get_nonnegative(s, section, "stretch", "", "0", &b->stretch));
+    PD_TRY(pdi_reader_get_nonnegative(s, section, "critical_stretch", "", "0", &b->stretch));
     PD_TRY(pdi_reader_get_nonnegative(s, section, "strength", "Pa", "0", &b->strength));
-    PD_TRY(pdi_reader_get_nonnegative(s, section, "toughness", "J/m2", "0", &b->toughness));
+    PD_TRY(pdi_reader_get_nonnegative(s, section, "fracture_energy", "J/m2", "0", &b->toughness));
     for (int k = 0; k < 3; k++) {
         double value = k == 0 ? b->stretch : k == 1 ? b->strength : b->toughness;
         if (!(value > 0.0)) continue;
         if (found)
             return pdi_text_fail_key(s->ctx, s->text, section, keys[k],
-                                     "found beside %s, expected one of stretch, "
-                                     "strength and toughness",
+                                     "found beside %s, expected one of "
+                                     "critical_stretch, strength and fracture_energy",
                                      found);
         found = keys[k];
     }
     if (!(b->toughness > 0.0)) return PD_OK;
     if (b->material != PD_SOLID_COUPLING_CORRESPONDENCE)
-        return pdi_text_fail_key(s->ctx, s->text, section, "toughness",
-                                 "found with material = %s, expected another one "
+        return pdi_text_fail_key(s->ctx, s->text, section, "fracture_energy",
+                                 "found with model = %s, expected another one "
                                  "of both: " PDI_READ_MECHANICS_SUPPORT_TEXT,
                                  pdi_read_mechanics_material_names[b->material]);
     if (PD_DIM == 3 && (b->m < 1.5 || b->m > 3.0))
-        return pdi_text_fail_key(s->ctx, s->text, section, "toughness",
+        return pdi_text_fail_key(s->ctx, s->text, section, "fracture_energy",
                                  "found with m = %g, expected m = 1.5 to 3 in 3D", b->m);
     if (!(b->yield > 0.0)) return PD_OK;
-    return pdi_text_fail_key(s->ctx, s->text, section, "toughness",
-                             "found with a yield stress, expected stretch or "
-                             "strength: energies of bonds are those of metal that does not flow");
+    return pdi_text_fail_key(s->ctx, s->text, section, "fracture_energy",
+                             "found with yield_stress, expected "
+                             "critical_stretch or strength: energies of bonds are those of metal that does not flow");
 }
 
 /* Read plasticity and failure; check which of them the material and dynamics support. */
 static pd_status pdi_read_mechanics_plasticity_failure(pdi_reader *s, int section)
 {
-    static const char *const still[] = {"yield", "hardening", "stretch", "strength", "speed_factor", "toughness"};
+    static const char *const still[] = {"yield_stress", "hardening_modulus",  "critical_stretch",
+                                        "strength",     "dissolution_factor", "fracture_energy"};
     pd_setup_mechanics *b = &s->setup->metal_body;
     int moves = b->density > 0.0, springs = pdi_read_mechanics_is_bond_based(b);
     for (int k = 0; k < (springs ? 5 : 6); k++)
         if ((springs || moves) && pdi_text_has_key(s->ctx, s->text, section, still[k]))
             return pdi_text_fail_key(s->ctx, s->text, section, still[k],
                                      "found with %s, expected another one of both: " PDI_READ_MECHANICS_SUPPORT_TEXT,
-                                     springs ? "material = springs" : "motion = yes");
-    if (springs) return pdi_reader_get_nonnegative(s, section, "toughness", "J/m2", "0", &b->toughness);
+                                     springs ? "model = bond_based" : "dynamics = yes");
+    if (springs) return pdi_reader_get_nonnegative(s, section, "fracture_energy", "J/m2", "0", &b->toughness);
     PD_TRY(pdi_read_mechanics_plasticity(s, section));
     return pdi_read_mechanics_failure(s, section);
 }
@@ -15691,14 +15844,14 @@ static pd_status pdi_read_mechanics_dynamics(pdi_reader *s, int section)
     static const char *const answers[] = {"no", "yes", NULL};
     pd_setup_mechanics *b = &s->setup->metal_body;
     int moves;
-    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "motion", answers, "no", &moves));
+    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "dynamics", answers, "no", &moves));
     if (s->setup->has_dissolve && (moves || pdi_read_mechanics_is_bond_based(b)))
-        return pdi_text_fail_key(s->ctx, s->text, section, moves ? "motion" : "material",
+        return pdi_text_fail_key(s->ctx, s->text, section, moves ? "dynamics" : "model",
                                  "found beside metal that dissolves, expected %s",
-                                 moves ? "motion = no" : "material = correspondence");
+                                 moves ? "dynamics = no" : "model = correspondence");
     if (moves) return pdi_reader_get_positive(s, section, "density", "kg/m3", NULL, &b->density);
     if (!pdi_text_has_key(s->ctx, s->text, section, "density")) return PD_OK;
-    return pdi_text_fail_key(s->ctx, s->text, section, "density", "found without motion = yes, expected both");
+    return pdi_text_fail_key(s->ctx, s->text, section, "density", "found without dynamics = yes, expected both");
 }
 
 /* Read the material of [solid]: constitutive law, E, nu, plane, influence function, horizon, tolerance, failure. */
@@ -15708,8 +15861,8 @@ static pd_status pdi_read_mechanics_material(pdi_reader *s, int section)
     static const char *const influences[] = {"constant", "inverse", "linear", NULL};
     pd_setup_mechanics *b = &s->setup->metal_body;
     int plane = 0, influence, material;
-    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "material", pdi_read_mechanics_material_names,
-                               "correspondence", &material));
+    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "model", pdi_read_mechanics_material_names, "correspondence",
+                               &material));
     b->material = (pd_solid_coupling_material)material;
     PD_TRY(pdi_reader_get_positive(s, section, "E", "Pa", NULL, &b->young));
     if (b->young < 1e-30)
@@ -15746,13 +15899,14 @@ PDI_FN void pdi_read_mechanics_add_notes(pdi_reader *s)
                           "that bears the load alone with kind = solid, and a grip where the other one holds it",
                           u->metal[k].material.name, u->metal[0].material.name);
     if (b->toughness > 0.0 && !b->precracks)
-        pd_setup_add_note(u, "solid: toughness without a [cut]: the load that begins a crack in smooth metal, or at a "
-                          "notch, depends on h, about as 1/sqrt(h); expected a [cut ...], or strength = ...");
+        pd_setup_add_note(
+            u, "solid: fracture_energy without a [crack]: the load that begins a crack in smooth metal, or at a "
+               "notch, depends on h, about as 1/sqrt(h); expected a [crack ...], or strength = ...");
     if (PD_DIM > 1 && !stress && families &&
         b->poisson > (b->m > 1.0 ? PDI_READ_MECHANICS_NU_LOCKING : PDI_READ_MECHANICS_NU_LOCKING_M1))
         pd_setup_add_note(u,
-                          "solid: nu = %g with material = %s: metal that is bent over 16 cells is too stiff by more "
-                          "than 5 %%, near 1/2 by half; expected nu up to %g, material = ordinary, or plane = stress",
+                          "solid: nu = %g with model = %s: metal that is bent over 16 cells is too stiff by more "
+                          "than 5 %%, near 1/2 by half; expected nu up to %g, model = ordinary, or plane = stress",
                           b->poisson, pdi_read_mechanics_material_names[b->material], PDI_READ_MECHANICS_NU_LOCKING);
 }
 
@@ -15760,11 +15914,11 @@ PDI_FN void pdi_read_mechanics_add_notes(pdi_reader *s)
 static pd_status pdi_read_mechanics_rate_factor(pdi_reader *s, int section)
 {
     pd_setup_mechanics *b = &s->setup->metal_body;
-    if (!pdi_text_has_key(s->ctx, s->text, section, "speed_factor")) return PD_OK;
+    if (!pdi_text_has_key(s->ctx, s->text, section, "dissolution_factor")) return PD_OK;
     if (!s->setup->has_dissolve)
-        return pdi_text_fail_key(s->ctx, s->text, section, "speed_factor",
+        return pdi_text_fail_key(s->ctx, s->text, section, "dissolution_factor",
                                  "found without metal that dissolves, expected a [dissolve] or [corrode] section");
-    PD_TRY(pdi_text_get_expr(s->ctx, s->text, section, "speed_factor", "", pd_setup_get_stress_symbols(),
+    PD_TRY(pdi_text_get_expr(s->ctx, s->text, section, "dissolution_factor", "", pd_setup_get_stress_symbols(),
                              PD_SETUP_STRESS_VARS, NULL, &b->rate_factor));
     b->has_rate_factor = 1;
     return PD_OK;
@@ -15803,9 +15957,9 @@ PDI_FN pd_status pdi_read_mechanics_read(pdi_reader *s)
             return pdi_text_fail_key(s->ctx, s->text, section, "solid",
                                      "found different spacings of the axes, expected one h");
     PD_TRY(pdi_read_mechanics_material(s, section));
-    u->metal_body.has_body_force = pdi_text_has_key(s->ctx, s->text, section, "force");
+    u->metal_body.has_body_force = pdi_text_has_key(s->ctx, s->text, section, "body_force");
     if (u->metal_body.has_body_force)
-        PD_TRY(pdi_read_mechanics_vector(s, section, "force", "N/m3", u->metal_body.force));
+        PD_TRY(pdi_read_mechanics_vector(s, section, "body_force", "N/m3", u->metal_body.force));
     PD_TRY(pdi_read_mechanics_sides(s, section));
     u->metal_body.is_time_dependent = pdi_read_mechanics_is_time_dependent(&u->metal_body);
     PD_TRY(pdi_read_mechanics_add_monitors(s, section));
@@ -15858,17 +16012,17 @@ static pd_status pdi_read_precracks_direction(pdi_reader *s, int section, pd_set
     double square = 0.0;
     int count = PD_DIM;
     cut->is_recorded = PD_DIM == 2;
-    if (pdi_text_has_key(s->ctx, s->text, section, "way")) {
+    if (pdi_text_has_key(s->ctx, s->text, section, "direction")) {
         cut->is_recorded = PD_DIM > 1;
-        PD_TRY(pdi_text_get_numbers(s->ctx, s->text, section, "way", "", NULL, PD_DIM, cut->direction, &count));
+        PD_TRY(pdi_text_get_numbers(s->ctx, s->text, section, "direction", "", NULL, PD_DIM, cut->direction, &count));
     } else if (cut->is_recorded)
         for (int d = 0; d < PD_DIM; d++)
             cut->direction[d] =
                 cut->corner[(cut->corners - 1) * PD_DIM + d] - cut->corner[(cut->corners - 2) * PD_DIM + d];
     for (int d = 0; d < PD_DIM; d++) square += cut->direction[d] * cut->direction[d];
     if (!cut->is_recorded || (count == PD_DIM && square > 0.0 && square < PDI_READER_MAX_NUMBER)) return PD_OK;
-    return pdi_text_fail_key(s->ctx, s->text, section, "way", "expected a direction, %d numbers that are not all zero",
-                             PD_DIM);
+    return pdi_text_fail_key(s->ctx, s->text, section, "direction",
+                             "expected a direction, %d numbers that are not all zero", PD_DIM);
 }
 
 /* Read the three radii [m] about the tip that bound the two domains of the J-integral, a horizon or more apart. Only
@@ -15878,27 +16032,27 @@ static pd_status pdi_read_precracks_j_contours(pdi_reader *s, int section, pd_se
     const pd_setup_mechanics *b = &s->setup->metal_body;
     double least = b->m * s->setup->h[0];
     int count;
-    if (!pdi_text_has_key(s->ctx, s->text, section, "contours")) return PD_OK;
-    PD_TRY(pdi_text_get_numbers(s->ctx, s->text, section, "contours", "m", NULL, 3, cut->radius, &count));
+    if (!pdi_text_has_key(s->ctx, s->text, section, "contour_radii")) return PD_OK;
+    PD_TRY(pdi_text_get_numbers(s->ctx, s->text, section, "contour_radii", "m", NULL, 3, cut->radius, &count));
     if (b->material > PD_SOLID_COUPLING_ORDINARY_STATE || b->material == PD_SOLID_COUPLING_BOND_BASED ||
         b->density > 0.0 || b->yield > 0.0)
-        return pdi_text_fail_key(s->ctx, s->text, section, "contours",
+        return pdi_text_fail_key(s->ctx, s->text, section, "contour_radii",
                                  "found with %s, expected small strains in balance:"
                                  " J is theirs",
-                                 b->material == PD_SOLID_COUPLING_BOND_BASED ? "material = springs"
-                                 : b->density > 0.0                          ? "motion = yes"
-                                 : b->yield > 0.0                            ? "a yield stress"
+                                 b->material == PD_SOLID_COUPLING_BOND_BASED ? "model = bond_based"
+                                 : b->density > 0.0                          ? "dynamics = yes"
+                                 : b->yield > 0.0                            ? "yield_stress"
                                                                              : "a material of large strains");
     if (PD_DIM != 2)
-        return pdi_text_fail_key(s->ctx, s->text, section, "contours", "found in %dD, expected 2D", PD_DIM);
+        return pdi_text_fail_key(s->ctx, s->text, section, "contour_radii", "found in %dD, expected 2D", PD_DIM);
     if (count != 3)
-        return pdi_text_fail_key(s->ctx, s->text, section, "contours",
+        return pdi_text_fail_key(s->ctx, s->text, section, "contour_radii",
                                  "found %d length%s, expected 3: J is taken between"
                                  " the first two, and between the last two",
                                  count, count > 1 ? "s" : "");
     for (int k = 0; k < 2; k++)
         if (!(cut->radius[k + 1] - cut->radius[k] >= least * (1.0 - 1e-9)) || !(cut->radius[0] >= 0.0))
-            return pdi_text_fail_key(s->ctx, s->text, section, "contours",
+            return pdi_text_fail_key(s->ctx, s->text, section, "contour_radii",
                                      "found %.6g and %.6g m, expected growing radii"
                                      " a horizon m h or more apart, here %.6g m",
                                      cut->radius[k], cut->radius[k + 1], least);
@@ -15912,7 +16066,7 @@ static pd_status pdi_read_precracks_add_monitor(pdi_reader *s, const pd_setup_pr
     pd_setup *u = s->setup;
     if (!cut->is_recorded) return PD_OK;
     if (u->monitors == PD_SETUP_MONITORS)
-        return pdi_text_fail_key(s->ctx, s->text, pdi_text_get_section(s->ctx, s->text, "cut", cut->name), "cut",
+        return pdi_text_fail_key(s->ctx, s->text, pdi_text_get_section(s->ctx, s->text, "crack", cut->name), "crack",
                                  "found more than %d tables", PD_SETUP_MONITORS);
     pd_setup_monitor *m = &u->monitor[u->monitors++];
     memset(m, 0, sizeof *m);
@@ -15923,17 +16077,17 @@ static pd_status pdi_read_precracks_add_monitor(pdi_reader *s, const pd_setup_pr
     return PD_OK;
 }
 
-/* Read one [cut NAME] section. */
+/* Read one [crack NAME] section. */
 static pd_status pdi_read_precracks_section(pdi_reader *s, int section)
 {
     pd_setup_mechanics *b = &s->setup->metal_body;
     const char *label = s->text->section[section].label;
     if (!s->setup->has_solid)
-        return pdi_text_fail_key(s->ctx, s->text, section, "cut", "found no [solid] section, expected one");
+        return pdi_text_fail_key(s->ctx, s->text, section, "crack", "found no [solid] section, expected one");
     if (b->precracks == PD_SETUP_PRECRACKS)
-        return pdi_text_fail_key(s->ctx, s->text, section, "cut", "found more than %d cuts", PD_SETUP_PRECRACKS);
+        return pdi_text_fail_key(s->ctx, s->text, section, "crack", "found more than %d of them", PD_SETUP_PRECRACKS);
     if (label[0] == '\0' || strlen(label) >= PD_SETUP_NAME - 24)
-        return pdi_text_fail_key(s->ctx, s->text, section, "cut", "expected a short name: [cut NAME]");
+        return pdi_text_fail_key(s->ctx, s->text, section, "crack", "expected a short name: [crack NAME]");
     pd_setup_precrack *cut = &b->precrack[b->precracks++];
     memcpy(cut->name, label, strlen(label) + 1);
     cut->line = s->text->section[section].line;
@@ -15945,8 +16099,8 @@ static pd_status pdi_read_precracks_section(pdi_reader *s, int section)
 
 PDI_FN pd_status pdi_read_precracks_read(pdi_reader *s)
 {
-    for (int k = pdi_text_next_section(s->ctx, s->text, "cut", -1); k >= 0;
-         k = pdi_text_next_section(s->ctx, s->text, "cut", k))
+    for (int k = pdi_text_next_section(s->ctx, s->text, "crack", -1); k >= 0;
+         k = pdi_text_next_section(s->ctx, s->text, "crack", k))
         PD_TRY(pdi_read_precracks_section(s, k));
     return PD_OK;
 }
@@ -16311,24 +16465,25 @@ static pd_status pdi_read_shapes_grains(pdi_read_shapes_state *s)
     pd_grain_desc grain;
     int seed;
     memset(&grain, 0, sizeof grain);
-    if (!pdi_text_has_key(s->ctx, s->text, s->section, "grains")) return PD_OK;
-    PD_TRY(pdi_read_shapes_length(s, "grains", NULL, &grain.size));
-    PD_TRY(pdi_text_get_number(s->ctx, s->text, s->section, "grain_spread", "m", "0", &grain.spread));
+    if (!pdi_text_has_key(s->ctx, s->text, s->section, "grain_size")) return PD_OK;
+    PD_TRY(pdi_read_shapes_length(s, "grain_size", NULL, &grain.size));
+    PD_TRY(pdi_text_get_number(s->ctx, s->text, s->section, "grain_size_deviation", "m", "0", &grain.spread));
     PD_TRY(pdi_text_get_integer(s->ctx, s->text, s->section, "grain_seed", 0, 2147483647, "1", &seed));
-    PD_TRY(pdi_text_get_number(s->ctx, s->text, s->section, "boundary_width", "m", "0.5 um", &grain.boundary_width));
+    PD_TRY(
+        pdi_text_get_number(s->ctx, s->text, s->section, "grain_boundary_width", "m", "0.5 um", &grain.boundary_width));
     if (grain.spread < 0.0)
-        return pdi_text_fail_key(s->ctx, s->text, s->section, "grain_spread", "found %.6g m, expected at least 0",
-                                 grain.spread);
+        return pdi_text_fail_key(s->ctx, s->text, s->section, "grain_size_deviation",
+                                 "found %.6g m, expected at least 0", grain.spread);
     if (!(grain.boundary_width >= 0.0) ||
         (grain.boundary_width > grain.size && !pdi_reader_is_equal(grain.boundary_width, grain.size)))
-        return pdi_text_fail_key(s->ctx, s->text, s->section, "boundary_width",
+        return pdi_text_fail_key(s->ctx, s->text, s->section, "grain_boundary_width",
                                  "found %.6g m, expected 0 to the grain size %.6g m", grain.boundary_width, grain.size);
     grain.seed = (uint64_t)seed;
     const pd_grain_desc *first = &s->setup->grain;
     int same = pdi_reader_is_equal(grain.size, first->size) && pdi_reader_is_equal(grain.spread, first->spread) &&
                pdi_reader_is_equal(grain.boundary_width, first->boundary_width) && grain.seed == first->seed;
     if (s->grains++ && !same)
-        return pdi_text_fail_key(s->ctx, s->text, s->section, "grains",
+        return pdi_text_fail_key(s->ctx, s->text, s->section, "grain_size",
                                  "found other grains than in a shape above, expected the same for all solids");
     s->setup->grain = grain;
     s->setup->line[PD_PART_GRAIN] = s->text->section[s->section].line;
@@ -16656,24 +16811,24 @@ PDI_FN pd_status pdi_read_surface_states_current_factor(pdi_reader *s, int secti
     pd_expr_symbol vars[PD_EXPR_VARS];
     char name[PD_EXPR_VARS][PD_SPECIES_NAME + 2];
     int count = PD_SETUP_POSITION_VARS, species_index[PD_EXPR_VARS], species;
-    e->has_current_factor = pdi_text_has_key(s->ctx, s->text, section, "factor");
+    e->has_current_factor = pdi_text_has_key(s->ctx, s->text, section, "current_factor");
     if (!e->has_current_factor) return PD_OK;
     if (!u->states)
-        return pdi_text_fail_key(s->ctx, s->text, section, "factor",
+        return pdi_text_fail_key(s->ctx, s->text, section, "current_factor",
                                  "found without states of surfaces, expected a "
                                  "[surface NAME], or a factor of the curve itself");
     if (e->primary)
-        return pdi_text_fail_key(s->ctx, s->text, section, "factor",
+        return pdi_text_fail_key(s->ctx, s->text, section, "current_factor",
                                  "found beside curve = primary, where current passes "
                                  "freely, expected another curve");
     memcpy(vars, pd_setup_get_position_symbols(), PD_SETUP_POSITION_VARS * sizeof *vars);
-    PD_TRY(pdi_read_surface_states_symbols(s, section, "factor", vars, name, &count, species_index, &species));
+    PD_TRY(pdi_read_surface_states_symbols(s, section, "current_factor", vars, name, &count, species_index, &species));
     if (species)
-        return pdi_text_fail_key(s->ctx, s->text, section, "factor",
+        return pdi_text_fail_key(s->ctx, s->text, section, "current_factor",
                                  "found %s, expected states of surfaces, x, y, z and "
                                  "t",
                                  name[0]);
-    return pdi_text_get_expr(s->ctx, s->text, section, "factor", "", vars, count, NULL, &e->current_factor);
+    return pdi_text_get_expr(s->ctx, s->text, section, "current_factor", "", vars, count, NULL, &e->current_factor);
 }
 
 /* ---- rates ---- */
@@ -16783,8 +16938,8 @@ static pd_status pdi_read_surface_states_check_uses(pdi_reader *s)
         for (int e = 0; e < u->potential.electrodes; e++)
             if (u->potential.electrode[e].current_factor.variables_used >> (PD_SETUP_POSITION_VARS + k) & 1u)
                 PD_TRY(pdi_read_surface_states_check_carried(
-                    s, pdi_text_get_section(s->ctx, s->text, "electrode", u->potential.electrode[e].name), "factor", k,
-                    (uint32_t)1 << e));
+                    s, pdi_text_get_section(s->ctx, s->text, "electrode", u->potential.electrode[e].name),
+                    "current_factor", k, (uint32_t)1 << e));
         for (int m = 0; m < u->metals && u->has_dissolve; m++)
             if (goes < 0 ? m == 0 : pd_setup_has_species_rate(&u->metal[m]))
                 PD_TRY(pdi_read_surface_states_check_metal(s, m, k));
@@ -17013,7 +17168,7 @@ static pd_status pdi_read_dissolution_check_rate(pdi_reader *s, int section, con
     char slow[PD_UNITS_TEXT];
     if ((metal->rate.variables_used >> PD_SETUP_RATE_GRAIN & 1u) && !s->setup->has_grains)
         return pdi_text_fail_key(s->ctx, s->text, section, key,
-                                 "found the variable grain, expected grains = SIZE in a solid [shape ...]");
+                                 "found the variable grain, expected grain_size = SIZE in a solid [shape ...]");
     if (metal->rate.variables_used <= 1 && (!(v >= 0.0) || v > 1.0))
         return pdi_text_fail_key(s->ctx, s->text, section, key,
                                  "found a recession speed of %.6g m/s at C = 0, expected 0 to 1 m/s", v);
@@ -17111,7 +17266,7 @@ static pd_status pdi_read_dissolution_check_species_rate(pdi_reader *s, int sect
         return pdi_text_fail_key(s->ctx, s->text, section, key, "found pH, species or E %s",
                                  u->metals > 1   ? "with several metals, expected one"
                                  : u->activation ? "with control = activation, expected diffusion"
-                                                 : "with drive = difference, expected constant");
+                                                 : "with driving_force = difference, expected constant");
     return PD_OK;
 }
 
@@ -17178,7 +17333,8 @@ static pd_status pdi_read_dissolution_check_several(pdi_reader *s)
             metal->material.name);
     }
     if (pd_setup_count_species_rate_metals(u) == 1 || !(u->shielding_thickness > 0.0) || !u->minerals) return PD_OK;
-    return pdi_text_fail_key(s->ctx, s->text, pdi_text_get_section(s->ctx, s->text, "chemistry", NULL), "cover",
+    return pdi_text_fail_key(s->ctx, s->text, pdi_text_get_section(s->ctx, s->text, "chemistry", NULL),
+                             "covering_thickness",
                              "found "
                              "with several metals that dissolve among ions that migrate, expected one, or none");
 }
@@ -17207,10 +17363,11 @@ PDI_FN pd_status pdi_read_dissolution_rates(pdi_reader *s)
 static pd_status pdi_read_dissolution_gb_factor(pdi_reader *s, int section)
 {
     pd_setup *u = s->setup;
-    PD_TRY(pdi_reader_get_bounded(s, section, "gb_factor", "", "1", 0.0, 1e6, 0, &u->gb_factor));
+    PD_TRY(pdi_reader_get_bounded(s, section, "grain_boundary_factor", "", "1", 0.0, 1e6, 0, &u->gb_factor));
     if (!(fabs(u->gb_factor - 1.0) > 0.0) || u->has_grains) return PD_OK;
-    return pdi_text_fail_key(s->ctx, s->text, section, "gb_factor",
-                             "found %.6g without grains, expected grains = SIZE in a solid [shape ...]", u->gb_factor);
+    return pdi_text_fail_key(s->ctx, s->text, section, "grain_boundary_factor",
+                             "found %.6g without grains, expected grain_size = SIZE in a solid [shape ...]",
+                             u->gb_factor);
 }
 
 PDI_FN pd_status pdi_read_dissolution_dissolve(pdi_reader *s)
@@ -17266,12 +17423,12 @@ static pd_status pdi_read_dissolution_corrode_variant(pdi_reader *s, int section
     static const char *const controls[] = {"diffusion", "activation", NULL};
     static const char *const drives[] = {"constant", "difference", NULL};
     static const char *const kernels[] = {"area", "square", "inverse", NULL};
-    static const char *const weights[] = {"calibrated", "printed", NULL};
+    static const char *const weights[] = {"calibrated", "published", NULL};
     static const char *const breakings[] = {"deterministic", "stochastic", NULL};
     pd_setup *u = s->setup;
     int drive, kernel, printed;
     PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "control", controls, "diffusion", &u->activation));
-    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "drive", drives, "constant", &drive));
+    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "driving_force", drives, "constant", &drive));
     PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "kernel", kernels, "area", &kernel));
     PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "weights", weights, "calibrated", &printed));
     u->drive = (pd_drive)drive;
@@ -17283,7 +17440,7 @@ static pd_status pdi_read_dissolution_corrode_variant(pdi_reader *s, int section
                                  " bulk");
     if (printed && u->has_flow)
         return pdi_text_fail_key(s->ctx, s->text, section, "weights",
-                                 "found 'printed' beside [flow], expected calibrated: no flow is exact with others");
+                                 "found 'published' beside [flow], expected calibrated: no flow is exact with others");
     PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "breaking", breakings, "deterministic", &u->stochastic));
     if (u->stochastic) return pdi_text_get_integer(s->ctx, s->text, section, "seed", 0, 2147483647, "1", &u->seed);
     if (!pdi_text_has_key(s->ctx, s->text, section, "seed")) return PD_OK;
@@ -17442,8 +17599,8 @@ static pd_status pdi_read_chemistry_minerals(pdi_reader *s)
     PD_TRY(pdi_read_chemistry_check_minerals(s));
     PD_TRY(pdi_read_chemistry_nonnegative(s, pdi_text_get_section(s->ctx, s->text, "chemistry", NULL), "tortuosity",
                                           "", "1", HUGE_VAL, &u->tortuosity));
-    PD_TRY(pdi_read_chemistry_nonnegative(s, pdi_text_get_section(s->ctx, s->text, "chemistry", NULL), "cover", "m",
-                                          "0", HUGE_VAL, &u->shielding_thickness));
+    PD_TRY(pdi_read_chemistry_nonnegative(s, pdi_text_get_section(s->ctx, s->text, "chemistry", NULL),
+                                          "covering_thickness", "m", "0", HUGE_VAL, &u->shielding_thickness));
     for (int k = 0; k < e->count; k++) {
         const char *name = e->species[k].name;
         int section = pdi_read_chemistry_find_section(s, name),
@@ -17924,7 +18081,7 @@ static pd_status pdi_read_potential_species_curve(pdi_reader *s, int section, pd
                                  "found pH without the species H+, expected [species H+] "
                                  "and others");
     if (e->film_resistance > 0.0 || pdi_text_has_key(s->ctx, s->text, section, "range"))
-        return pdi_text_fail_key(s->ctx, s->text, section, e->film_resistance > 0.0 ? "film" : "range",
+        return pdi_text_fail_key(s->ctx, s->text, section, e->film_resistance > 0.0 ? "film_resistance" : "range",
                                  "found beside a curve in pH "
                                  "or species, expected none");
     return pdi_read_potential_check_rising(s, section, e);
@@ -17955,7 +18112,7 @@ static pd_status pdi_read_potential_kinetics(pdi_reader *s, int section, pd_setu
                                  "found no polarisation curve, expected curve = "
                                  "butler_volmer, tafel, linear, expression or primary");
     PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "curve", curves, NULL, &curve));
-    PD_TRY(pdi_reader_get_nonnegative(s, section, "film", "ohm m2", "0", &e->film_resistance));
+    PD_TRY(pdi_reader_get_nonnegative(s, section, "film_resistance", "ohm m2", "0", &e->film_resistance));
     if (curve == PDI_READ_POTENTIAL_EXPRESSION) return pdi_read_potential_expression_curve(s, section, e);
     PD_TRY(pdi_reader_get_bounded(s, section, "E0", "V", "0", -PDI_READ_POTENTIAL_MAX_VOLTAGE,
                                   PDI_READ_POTENTIAL_MAX_VOLTAGE, 0, &e->term.equilibrium));
@@ -17968,7 +18125,7 @@ static pd_status pdi_read_potential_kinetics(pdi_reader *s, int section, pd_setu
     if (curve != PDI_READ_POTENTIAL_LINEAR)
         return pdi_read_potential_tafel_slopes(s, section, curve == PDI_READ_POTENTIAL_BUTLER_VOLMER, &e->term);
     e->term.kind = PD_ELECTRODE_LINEAR;
-    return pdi_reader_get_positive(s, section, "resistance", "ohm m2", NULL, &e->term.resistance);
+    return pdi_reader_get_positive(s, section, "polarisation_resistance", "ohm m2", NULL, &e->term.resistance);
 }
 
 /* ---- circuits ---- */
@@ -18797,15 +18954,16 @@ static pd_status pdi_read_monitors_shape(pdi_read_monitors_state *w, pd_setup_mo
  * A). */
 static pd_status pdi_read_monitors_force(pdi_read_monitors_state *w, pd_setup_monitor *m)
 {
-    const char *size = PD_DIM == 3 ? "area" : "length";
+    const char *size = PD_DIM == 3 ? "reference_area" : "reference_length";
     PD_TRY(pdi_read_monitors_check_section(w, w->setup->has_flow, "flow"));
     int named = pdi_text_has_key(w->ctx, w->text, w->section, "shape");
     if (named) PD_TRY(pdi_read_monitors_shape(w, m));
     PD_TRY(pdi_read_monitors_box(w, named, m));
     PD_TRY(pdi_text_get_bool(w->ctx, w->text, w->section, "balance", named ? "no" : "yes", &m->momentum_balance));
-    if (!pdi_text_has_key(w->ctx, w->text, w->section, "speed") && !pdi_text_has_key(w->ctx, w->text, w->section, size))
+    if (!pdi_text_has_key(w->ctx, w->text, w->section, "reference_speed") &&
+        !pdi_text_has_key(w->ctx, w->text, w->section, size))
         return PD_OK;
-    PD_TRY(pdi_read_monitors_positive(w, "speed", "m/s", NULL, &m->speed));
+    PD_TRY(pdi_read_monitors_positive(w, "reference_speed", "m/s", NULL, &m->speed));
     m->area = 1.0;
     return PD_DIM == 1 ? PD_OK : pdi_read_monitors_positive(w, size, PD_DIM == 3 ? "m2" : "m", NULL, &m->area);
 }
@@ -18855,8 +19013,8 @@ static pd_status pdi_read_monitors_transfer(pdi_read_monitors_state *w, pd_setup
         PD_TRY(pdi_text_get_choice(w->ctx, w->text, w->section, "along", names, NULL, &m->axis));
     if (pdi_text_has_key(w->ctx, w->text, w->section, "area"))
         PD_TRY(pdi_read_monitors_positive(w, "area", unit, NULL, &m->area));
-    if (!pdi_text_has_key(w->ctx, w->text, w->section, "length")) return PD_OK;
-    PD_TRY(pdi_read_monitors_positive(w, "length", "m", NULL, &m->length));
+    if (!pdi_text_has_key(w->ctx, w->text, w->section, "reference_length")) return PD_OK;
+    PD_TRY(pdi_read_monitors_positive(w, "reference_length", "m", NULL, &m->length));
     PD_TRY(pdi_read_monitors_concentration(w, "surface", &m->surface_c));
     PD_TRY(pdi_read_monitors_reference_fluid(w, m));
     snprintf(diffusivity, sizeof diffusivity, "%.17g m2/s", w->setup->diffusivity);
@@ -19052,8 +19210,8 @@ static pd_status pdi_read_image_options_maps(pdi_read_image_options_state *r)
                                          PD_COLOUR_MAP_DIVERGING};
     const char *list;
     char item[PDI_READ_IMAGE_OPTIONS_ITEM_SIZE];
-    if (!pdi_text_has_key(r->ctx, r->text, r->section, "map")) return PD_OK;
-    PD_TRY(pdi_text_get_string(r->ctx, r->text, r->section, "map", NULL, &list));
+    if (!pdi_text_has_key(r->ctx, r->text, r->section, "colormap")) return PD_OK;
+    PD_TRY(pdi_text_get_string(r->ctx, r->text, r->section, "colormap", NULL, &list));
     while (pdi_read_image_options_next_item(&list, item)) {
         size_t word = strcspn(item, " \t");
         int field = -1, map = 0;
@@ -19061,11 +19219,11 @@ static pd_status pdi_read_image_options_maps(pdi_read_image_options_state *r)
         if (item[word]) {
             item[word] = '\0';
             name = item + word + 1 + strspn(item + word + 1, " \t");
-            PD_TRY(pdi_read_image_options_find_field(r, "map", item, &field));
+            PD_TRY(pdi_read_image_options_find_field(r, "colormap", item, &field));
         }
         while (map < 4 && strcmp(name, names[map]) != 0) map++;
         if (map == 4)
-            return pdi_text_fail_key(r->ctx, r->text, r->section, "map",
+            return pdi_text_fail_key(r->ctx, r->text, r->section, "colormap",
                                      "found '%.40s', expected violet, viridis, grey or diverging, or one of them "
                                      "behind a field",
                                      name);
@@ -19079,15 +19237,15 @@ static pd_status pdi_read_image_options_maps(pdi_read_image_options_state *r)
 static pd_status pdi_read_image_options_log(pdi_read_image_options_state *r)
 {
     pd_setup_image_options *drawing = &r->setup->drawing;
-    PD_TRY(pdi_read_monitors_fields(r->ctx, r->text, r->setup, r->section, "log", "none", &drawing->log));
+    PD_TRY(pdi_read_monitors_fields(r->ctx, r->text, r->setup, r->section, "log_scale", "none", &drawing->log));
     for (int k = 0; k < PD_FIELD_COUNT; k++) {
         const char *name = pd_fields_get_name(r->setup, (pd_field)k);
         int field;
         if (!(drawing->log >> k & 1u)) continue;
-        PD_TRY(pdi_read_image_options_find_field(r, "log", name, &field));
+        PD_TRY(pdi_read_image_options_find_field(r, "log_scale", name, &field));
         if (pd_fields_get_scale((pd_field)k) == PD_FIELD_SCALE_CATEGORY)
-            return pdi_text_fail_key(r->ctx, r->text, r->section, "log", "found '%s', whose values have a colour each",
-                                     name);
+            return pdi_text_fail_key(r->ctx, r->text, r->section, "log_scale",
+                                     "found '%s', whose values have a colour each", name);
     }
     return PD_OK;
 }
@@ -19150,7 +19308,7 @@ static pd_status pdi_read_image_options_check_undeformed(pdi_read_image_options_
     const char *name = pd_fields_get_name(r->setup, (pd_field)field);
     if (!pd_fields_is_in_metal(r->setup, (pd_field)field) || !(r->setup->displacement_scale > 0.0)) return PD_OK;
     return pdi_text_fail_key(r->ctx, r->text, r->section, key,
-                             "found '%s', which 'deformed' draws where the metal has "
+                             "found '%s', which 'deformation_scale' draws where the metal has "
                              "moved to, expected a field of the fluid",
                              name);
 }
@@ -19282,7 +19440,7 @@ static pd_status pdi_read_image_options_formats(pdi_read_image_options_state *r)
 /* Read the options of images of planes (2D and 3D): maps, contours, streamlines, arrows, cells, width. */
 static pd_status pdi_read_image_options_plane_images(pdi_read_image_options_state *r)
 {
-    static const char *const keys[] = {"map", "width", "cells", "contours", "streamlines", "vectors"};
+    static const char *const keys[] = {"colormap", "width", "cells", "contours", "streamlines", "vectors"};
     static const char *const cells[] = {"blocky", "smooth", NULL};
     pd_setup_image_options *drawing = &r->setup->drawing;
     for (int k = 0; PD_DIM == 1 && k < 6; k++)
@@ -19304,8 +19462,8 @@ static pd_status pdi_read_image_options_plane_images(pdi_read_image_options_stat
 /* With images = none the other options have no effect; without the key `images` they are refused. */
 static pd_status pdi_read_image_options_check_unused(pdi_read_image_options_state *r)
 {
-    static const char *const keys[] = {"range", "percentile", "log", "map", "width", "cells", "animate", "contours",
-                                       "streamlines", "vectors"};
+    static const char *const keys[] = {"range", "percentile", "log_scale", "colormap",    "width",
+                                       "cells", "animate",    "contours",  "streamlines", "vectors"};
     const char *value;
     for (size_t k = 0; k < sizeof keys / sizeof keys[0]; k++) {
         if (!pdi_text_has_key(r->ctx, r->text, r->section, keys[k])) continue;
@@ -19416,10 +19574,10 @@ static pd_status pdi_read_measured_values(const pdi_read_tables_state *s, pd_set
             return pdi_read_measured_fail_row(s, k, "value", r->value[k], "a finite value");
         r->value[k] *= r->scale;
     }
-    if (!spread && !pdi_text_has_key(s->ctx, s->text, s->section, "spread")) return PD_OK;
+    if (!spread && !pdi_text_has_key(s->ctx, s->text, s->section, "standard_deviation")) return PD_OK;
     PD_TRY(PD_NEW(s->ctx, "record", r->points, r->spread));
-    PD_TRY(pdi_read_tables_column(s, "spread", spread, 1, r->spread, unit, &scale, &dims));
-    PD_TRY(pdi_read_measured_check_dims(s, "spread", &dims, &r->dims));
+    PD_TRY(pdi_read_tables_column(s, "standard_deviation", spread, 1, r->spread, unit, &scale, &dims));
+    PD_TRY(pdi_read_measured_check_dims(s, "standard_deviation", &dims, &r->dims));
     for (int k = 0; k < r->points; k++) {
         if (!(r->spread[k] >= 0.0) || !(r->spread[k] < HUGE_VAL))
             return pdi_read_measured_fail_row(s, k, "spread", r->spread[k], "a finite spread of at least 0");
@@ -19877,7 +20035,7 @@ static pd_status pdi_scene_read_sides(pdi_reader *s)
 /* Read the time treatment of the flow, its initial velocity, and the tolerance or equation of state of that scheme. */
 static pd_status pdi_scene_read_flow_time(pdi_reader *s, int section)
 {
-    static const char *const motions[] = {"steady", "implicit", "explicit", "given", NULL};
+    static const char *const motions[] = {"steady", "implicit", "explicit", "prescribed", NULL};
     static const char *const states[] = {"tait", "linear", NULL};
     static const char *const keys[] = {"vx", "vy", "vz"};
     pd_setup *u = s->setup;
@@ -19925,13 +20083,13 @@ static pd_status pdi_scene_read_body_force(pdi_reader *s, int section)
 {
     pd_setup *u = s->setup;
     int count;
-    if (!pdi_text_has_key(s->ctx, s->text, section, "force")) return PD_OK;
-    PD_TRY(pdi_text_get_exprs(s->ctx, s->text, section, "force", "m/s2", pd_setup_get_position_symbols(),
+    if (!pdi_text_has_key(s->ctx, s->text, section, "body_force")) return PD_OK;
+    PD_TRY(pdi_text_get_exprs(s->ctx, s->text, section, "body_force", "m/s2", pd_setup_get_position_symbols(),
                               PD_SETUP_POSITION_VARS, NULL, PD_DIM, u->body_force, &count));
     for (int d = 0; d < count; d++) u->has_body_force_expr = u->has_body_force_expr || u->body_force[d].variables_used;
     if (u->has_body_force_expr) return PD_OK;
     for (int d = 0; d < count; d++) pd_expr_free(s->ctx, &u->body_force[d]);
-    return pdi_text_get_numbers(s->ctx, s->text, section, "force", "m/s2", NULL, PD_DIM, u->force, &count);
+    return pdi_text_get_numbers(s->ctx, s->text, section, "body_force", "m/s2", NULL, PD_DIM, u->force, &count);
 }
 
 /* Read the order of the flow discretisation, auto, 2 or 4; 4 needs m = 1 and planar geometry. */
@@ -19950,7 +20108,7 @@ static pd_status pdi_scene_read_flow_order(pdi_reader *s, int section)
         return pdi_text_fail_key(s->ctx, s->text, section, "order", "found 4 in an axisymmetric box, expected 2");
     if (u->flow_time == PD_FLOW_EXPLICIT || u->flow_time == PD_FLOW_PRESCRIBED)
         return pdi_text_fail_key(s->ctx, s->text, section, "order",
-                                 "found 4 beside time = explicit or given, expected steady or implicit");
+                                 "found 4 beside time = explicit or prescribed, expected steady or implicit");
     return PD_OK;
 }
 
@@ -19962,13 +20120,13 @@ static pd_status pdi_scene_read_flow(pdi_reader *s)
     if (!u->has_flow) return PD_OK;
     PD_TRY(pdi_reader_get_positive(s, section, "rho", "kg/m3", NULL, &u->rho));
     PD_TRY(pdi_reader_get_positive(s, section, "mu", "Pa s", NULL, &u->mu));
-    PD_TRY(pdi_reader_get_bounded(s, section, "steady", "", "1e-6", 0.0, 0.1, 1, &u->steady_tolerance));
-    pdi_scene_mark_given(s, section, "steady", PD_SOLVER_SETTING_STEADY);
+    PD_TRY(pdi_reader_get_bounded(s, section, "steady_tolerance", "", "1e-6", 0.0, 0.1, 1, &u->steady_tolerance));
+    pdi_scene_mark_given(s, section, "steady_tolerance", PD_SOLVER_SETTING_STEADY);
     PD_TRY(pdi_scene_read_body_force(s, section));
-    if (pdi_text_has_key(s->ctx, s->text, section, "speed"))
-        PD_TRY(pdi_reader_get_positive(s, section, "speed", "m/s", NULL, &u->speed));
-    if (pdi_text_has_key(s->ctx, s->text, section, "length"))
-        PD_TRY(pdi_reader_get_positive(s, section, "length", "m", NULL, &u->length));
+    if (pdi_text_has_key(s->ctx, s->text, section, "reference_speed"))
+        PD_TRY(pdi_reader_get_positive(s, section, "reference_speed", "m/s", NULL, &u->speed));
+    if (pdi_text_has_key(s->ctx, s->text, section, "reference_length"))
+        PD_TRY(pdi_reader_get_positive(s, section, "reference_length", "m", NULL, &u->length));
     PD_TRY(pdi_scene_read_flow_time(s, section));
     PD_TRY(pdi_scene_read_flow_order(s, section));
     PD_TRY(pdi_scene_read_ignored_eos(s, section));
@@ -20046,14 +20204,14 @@ static pd_status pdi_scene_check_steady_scene(pdi_reader *s)
         PD_TRY(pdi_scene_check_time_independent(s, grip->section, "traction", grip->traction, PD_DIM));
         PD_TRY(pdi_scene_check_time_independent(s, grip->section, "pressure", &grip->pressure, 1));
     }
-    PD_TRY(pdi_scene_check_time_independent(s, pdi_text_get_section(s->ctx, s->text, "solid", NULL), "force",
+    PD_TRY(pdi_scene_check_time_independent(s, pdi_text_get_section(s->ctx, s->text, "solid", NULL), "body_force",
                                             u->metal_body.force, PD_DIM));
     for (int k = 0; k < u->potential.electrodes; k++) {
         const pd_setup_electrode *e = &u->potential.electrode[k];
         PD_TRY(pdi_scene_check_time_independent(s, pdi_text_get_section(s->ctx, s->text, "electrode", e->name),
                                                 e->has_fixed_potential ? "potential" : "current", &e->fixed_value, 1));
     }
-    return pdi_scene_check_time_independent(s, pdi_text_get_section(s->ctx, s->text, "flow", NULL), "force",
+    return pdi_scene_check_time_independent(s, pdi_text_get_section(s->ctx, s->text, "flow", NULL), "body_force",
                                             u->body_force, PD_DIM);
 }
 
@@ -20080,16 +20238,17 @@ static pd_status pdi_scene_read_run(pdi_reader *s)
     if (u->has_corrode) { /* loss in proportion to a difference: (1 - x)^n is not exp(-n x) */
         const char *share = u->drive == PD_DRIVE_DIFFERENCE ? "0.01" : u->activation ? "0.1" : "0.2";
         PD_TRY(pdi_reader_get_bounded(s, section, "rtol", "", "1e-3", 0.0, 0.1, 1, &u->rtol));
-        return pdi_reader_get_bounded(s, section, "fraction", "", share, 0.0, 1.0, 1, &u->max_node_fraction);
+        return pdi_reader_get_bounded(s, section, "max_dissolved_fraction", "", share, 0.0, 1.0, 1,
+                                      &u->max_node_fraction);
     }
     pdi_scene_mark_given(s, section, "rtol", PD_SOLVER_SETTING_RTOL);
-    pdi_scene_mark_given(s, section, "fraction", PD_SOLVER_SETTING_FRACTION);
+    pdi_scene_mark_given(s, section, "max_dissolved_fraction", PD_SOLVER_SETTING_FRACTION);
     PD_TRY(pdi_reader_get_bounded(s, section, "rtol", "", u->has_dissolve ? "4e-3" : "1e-3", 0.0, 0.1, 1, &u->rtol));
     /* Measured on a dissolving disc of radius 12 h, law 1 - C/Csat, after 4 h of recession: the volume loss is off by
      * 3e-3 when a step takes at most 0.1 of a node, by 1e-3 with 0.025. */
     u->max_node_fraction = pd_min(1.0, 25.0 * u->rtol);
-    if (!pdi_text_has_key(s->ctx, s->text, section, "fraction")) return PD_OK;
-    return pdi_reader_get_bounded(s, section, "fraction", "", NULL, 0.0, 1.0, 1, &u->max_node_fraction);
+    if (!pdi_text_has_key(s->ctx, s->text, section, "max_dissolved_fraction")) return PD_OK;
+    return pdi_reader_get_bounded(s, section, "max_dissolved_fraction", "", NULL, 0.0, 1.0, 1, &u->max_node_fraction);
 }
 
 /* Read the plane that images of a 3D run show. */
@@ -20119,12 +20278,12 @@ static pd_status pdi_scene_read_prefix(pdi_reader *s, int section)
 /* Read the magnification of displacements in images of the metal. */
 static pd_status pdi_scene_read_magnification(pdi_reader *s, int section)
 {
-    if (!pdi_text_has_key(s->ctx, s->text, section, "deformed")) return PD_OK;
+    if (!pdi_text_has_key(s->ctx, s->text, section, "deformation_scale")) return PD_OK;
     if (PD_DIM == 1 || !s->setup->has_solid)
-        return pdi_text_fail_key(s->ctx, s->text, section, "deformed",
+        return pdi_text_fail_key(s->ctx, s->text, section, "deformation_scale",
                                  PD_DIM == 1 ? "found in 1D, where images are curves, expected it in 2D and 3D"
                                              : "found without [solid], whose displacements it magnifies");
-    return pdi_reader_get_nonnegative(s, section, "deformed", "", NULL, &s->setup->displacement_scale);
+    return pdi_reader_get_nonnegative(s, section, "deformation_scale", "", NULL, &s->setup->displacement_scale);
 }
 
 /* Read the section [output]: interval, fields, images and their options, folder. */
@@ -20178,6 +20337,17 @@ static void pdi_scene_set_section_lines(pdi_reader *s)
         u->side[k].line = pdi_scene_find_section_line(s, "side", pd_setup_side_name(k));
 }
 
+/* Add a note of the former names that the text has. */
+static void pdi_scene_add_renamed_notes(const pd_text *text, pd_setup *setup)
+{
+    for (int k = 0; k < PD_RENAMED_KEYS; k++) {
+        const char *former, *present;
+        if (!text->has_renamed[k]) continue;
+        const char *section = pdi_renamed_keys_describe(k, &former, &present);
+        pd_setup_add_note(setup, "'%s' of [%s] is a former name and holds; its name is '%s'", former, section, present);
+    }
+}
+
 /* Read all sections of a scene in the order of their dependencies. */
 static pd_status pdi_scene_read_sections(pd_ctx *ctx, pd_text *text, const char *path, pd_setup *setup)
 {
@@ -20226,6 +20396,7 @@ static pd_status pdi_scene_read_sections(pd_ctx *ctx, pd_text *text, const char 
     PD_TRY(pdi_read_monitors_read(ctx, text, setup));
     PD_TRY(pdi_read_measured_read(ctx, text, folder, setup));
     PD_TRY(pdi_text_check_unused(ctx, text));
+    pdi_scene_add_renamed_notes(text, setup);
     if (!setup->has_flow && !setup->has_gas && !setup->has_transport && !setup->has_solid && !setup->has_chemistry &&
         !setup->has_potential && !setup->registered_count)
         return pdi_text_fail_key(ctx, text, 0, "scene",
@@ -24343,7 +24514,8 @@ static void pdi_tolerance_presets_set_all(pdi_tolerance_presets *a)
     int rtol = pdi_tolerance_presets_is_given(a, PD_SOLVER_SETTING_RTOL),
         fraction = pdi_tolerance_presets_is_given(a, PD_SOLVER_SETTING_FRACTION);
     if (u->has_flow && u->flow_time == PD_FLOW_STEADY)
-        pdi_tolerance_presets_set_unless_given(a, "steady", pdi_tolerance_presets_is_given(a, PD_SOLVER_SETTING_STEADY),
+        pdi_tolerance_presets_set_unless_given(a, "flow.steady_tolerance",
+                                               pdi_tolerance_presets_is_given(a, PD_SOLVER_SETTING_STEADY),
                                                pd_min(0.1, 0.1 * w), &u->steady_tolerance);
     if (u->has_flow && u->flow_time == PD_FLOW_IMPLICIT)
         pdi_tolerance_presets_set_unless_given(a, "flow.rtol",
@@ -24352,8 +24524,9 @@ static void pdi_tolerance_presets_set_all(pdi_tolerance_presets *a)
     if (u->has_transport && !u->has_dissolve && !u->steady_transport)
         pdi_tolerance_presets_set_unless_given(a, "run.rtol", rtol, pd_min(0.1, 0.5 * w), &u->rtol);
     if (u->has_dissolve && !u->has_corrode)
-        pdi_tolerance_presets_set_unless_given(a, rtol && !fraction ? "fraction (of rtol)" : "fraction",
-                                               rtol || fraction, pd_min(0.5, 2.5 * w), &u->max_node_fraction);
+        pdi_tolerance_presets_set_unless_given(
+            a, rtol && !fraction ? "run.max_dissolved_fraction (of rtol)" : "run.max_dissolved_fraction",
+            rtol || fraction, pd_min(0.5, 2.5 * w), &u->max_node_fraction);
     if (u->has_transport && u->has_flow && u->advection == PD_ADVECTION_LIMITED)
         pdi_tolerance_presets_set_unless_given(a, "limiter", 0, 0.1 * w, &u->limiter_tolerance);
 }

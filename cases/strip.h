@@ -33,16 +33,17 @@ static inline void strip_scene(const strip_case *strip, char *text, size_t size)
              "[shape bar] box = 0 um .. 40 um, -10 um .. 10 um%s  kind = solid\n"
              "[shape low] box = 0 um .. 40 um, -10 um .. -8 um%s  kind = grip  ux = 0 um  uy = 0 um\n"
              "[shape up] box = 0 um .. 40 um, 8 um .. 10 um%s  kind = grip  ux = 0 um  uy = 1 nm * t/(1 s)\n"
-             "%s%s%s[solid] E = 45 GPa  toughness = %g J/m2  rtol = 1e-6  %s\n", h, deep, deep, deep, deep,
-             PD_DIM == 3 ? "[shape all] box = 0 um .. 40 um, -10 um .. 10 um" : "", deep,
+             "%s%s%s[solid] E = 45 GPa  fracture_energy = %g J/m2  rtol = 1e-6  %s\n",
+             h, deep, deep, deep, deep, PD_DIM == 3 ? "[shape all] box = 0 um .. 40 um, -10 um .. 10 um" : "", deep,
              PD_DIM == 3 ? "  kind = grip  uz = 0 um\n" : "", STRIP_TOUGHNESS, strip->solid);
     size_t used = strlen(text);
     if (PD_DIM == 2)
-        snprintf(text + used, size - used, "[cut a] points = 0 um, 0 um, 16 um, 0 um\n[run] until = 99 s\n");
+        snprintf(text + used, size - used, "[crack a] points = 0 um, 0 um, 16 um, 0 um\n[run] until = 99 s\n");
     else
         snprintf(text + used, size - used,
-                 "[cut a] points = 0 um, 0 um, 0 um, 16 um, 0 um, 0 um, 16 um, 0 um, %g um, 0 um, 0 um, %g um  "
-                 "way = 1, 0, 0\n[run] until = 99 s\n", h * strip->layers, h * strip->layers);
+                 "[crack a] points = 0 um, 0 um, 0 um, 16 um, 0 um, 0 um, 16 um, 0 um, %g um, 0 um, 0 um, %g um  "
+                 "direction = 1, 0, 0\n[run] until = 99 s\n",
+                 h * strip->layers, h * strip->layers);
 }
 
 /* At rest at time t: where the tip is, and J while it has not run; others begin where the grips end. */

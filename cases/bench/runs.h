@@ -50,11 +50,15 @@ static const scene_run scene_runs[] = {
 static const scene_run scene_runs[] = {
     {NULL, "mg_pin_3d.scene", {"run.until=1 h", NULL}, {NULL}, 0.0, 0.0, 900.0},
     {NULL, "validation/channel3d_3d.scene", {NULL}, {"grid.h=0.25 m", "run.until=0.5 s", NULL}, 30.0, 0.0, 700.0},
-    {"uniform_cu_3d_slab", "uniform_cu_3d.scene", /* 128 x 128 x 64 nodes; with this share about 650 steps */
+    {"uniform_cu_3d_slab",
+     "uniform_cu_3d.scene", /* 128 x 128 x 64 nodes; with this share about 650 steps */
      {"grid.box=-64 um .. 64 um, -64 um .. 64 um, -32 um .. 32 um",
-      "shape.metal.box=-58 um .. 58 um, -58 um .. 58 um, -26 um .. 26 um", "run.fraction=0.02", "run.until=150 s",
-      NULL},
-     {"run.until=5 s", NULL}, 0.0, 10.0, 250.0},
+      "shape.metal.box=-58 um .. 58 um, -58 um .. 58 um, -26 um .. 26 um", "run.max_dissolved_fraction=0.02",
+      "run.until=150 s", NULL},
+     {"run.until=5 s", NULL},
+     0.0,
+     10.0,
+     250.0},
     {NULL, "pits_304_3d.scene", {NULL}, {"run.until=1 s", NULL}, 0.0, 0.0, 250.0},
 };
 #endif
@@ -271,7 +275,7 @@ static pd_status counts_pin_level(bench *b, const char *h, const char *tolerance
     int64_t first = 0, again = 0;
     double mean = 0.0;
     snprintf(grid, sizeof grid, "grid.h=%s um", h);
-    snprintf(steady, sizeof steady, "flow.steady=%s", tolerance ? tolerance : "");
+    snprintf(steady, sizeof steady, "flow.steady_tolerance=%s", tolerance ? tolerance : "");
     overrides[0] = grid;
     overrides[1] = "run.until=90 h";
     overrides[2] = steady;

@@ -6,11 +6,11 @@
 /* mg_pin_2d without what it watches; its law is the mean speed. */
 #define SPECIES_PIN \
     "[grid] h = %g um  box = -500 um .. 900 um, -150 um .. 150 um\n" \
-    "[shape pin] box = 0 .. 400 um, -40 um .. 40 um  kind = solid  material = mg4ag  grains = 40 um\n" \
-    "            grain_spread = 5 um  grain_seed = 1  boundary_width = 0.5 um\n" \
+    "[shape pin] box = 0 .. 400 um, -40 um .. 40 um  kind = solid  material = mg4ag  grain_size = 40 um\n" \
+    "            grain_size_deviation = 5 um  grain_seed = 1  grain_boundary_width = 0.5 um\n" \
     "[side x-] flow = inlet  profile = parabola  mean = 0.236 m/s\n[side x+] flow = outlet\n" \
-    "[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s  steady = 1e-6\n[transport] D = 1e-9 m2/s\n" \
-    "[run] until = %g h  rtol = 4e-3\n[dissolve] rate = 1.21 um/h  gb_factor = 3"
+    "[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s  steady_tolerance = 1e-6\n[transport] D = 1e-9 m2/s\n" \
+    "[run] until = %g h  rtol = 4e-3\n[dissolve] rate = 1.21 um/h  grain_boundary_factor = 3"
 #define SPECIES_BUFFER \
     "  reaction = Mg + 2 H2O = Mg2+ + 2 OH- + H2(g)\n[chemistry] activity = ideal\n" \
     "[species H+] D = 9.31e-9 m2/s\n[species OH-] D = 5.27e-9 m2/s\n" \

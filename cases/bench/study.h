@@ -379,7 +379,7 @@ static pd_status study_pin_loss(bench *b, const pin_knobs *k, double *loss, stud
     pd_model model;
     snprintf(text[0], sizeof text[0], "grid.h=%s um", k->h);
     snprintf(text[1], sizeof text[1], "grid.m=%s", k->m);
-    snprintf(text[2], sizeof text[2], "flow.steady=%s", k->steady);
+    snprintf(text[2], sizeof text[2], "flow.steady_tolerance=%s", k->steady);
     for (int i = 0; i < 3; i++) overrides[i] = text[i];
     overrides[3] = "run.until=4 h";
     memset(&model, 0, sizeof model);

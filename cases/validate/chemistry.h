@@ -71,7 +71,7 @@ enum { CHEMISTRY_POINTS = (int)(sizeof chemistry_titration / sizeof chemistry_ti
     "[chemistry] activity = ideal\n" CHEMISTRY_WATER "[species Na+] initial = 145 mM\n" \
     "[species Cl-] initial = 145 mM\n[reaction water] H2O = H+ + OH-  log10_K = -14\n"
 #define CHEMISTRY_HBSS \
-    "[chemistry] activity = ideal  pH = 7.4  counter = Cl-  balance = Na+\n" CHEMISTRY_WATER \
+    "[chemistry] activity = ideal  pH = 7.4  counter_ion = Cl-  balance_ion = Na+\n" CHEMISTRY_WATER \
     "[species Na+] initial = 145.73 mM\n[species Cl-] initial = 140 mM\n[species HCO3-] initial = 4.17 mM\n" \
     "[species HPO4-2] initial = 0.78 mM\n[species H2PO4-]\n[species PO4-3]\n" \
     "[species CO3-2] initial = 4.17 mM * 10^(7.4 - 10.329)\n" \

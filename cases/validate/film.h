@@ -81,11 +81,11 @@ static pd_status film_solve(val_job *job, const char *mg, const char *oh, const 
     snprintf(text, sizeof text,
              "[grid] h = %.17g mm  m = %g  box = 0 .. 4 mm\n[shape mg] box = 0 .. 1 mm  kind = solid\n"
              "[shape al] box = 3 mm .. 4 mm  kind = solid\n[potential] conductivity = 1e6 S/m\n"
-             "[electrode mg] shape = mg  factor = sqrt(theta)  " FILM_MG "reaction = Mg = Mg2+ + 2 e-\n"
+             "[electrode mg] shape = mg  current_factor = sqrt(theta)  " FILM_MG "reaction = Mg = Mg2+ + 2 e-\n"
              "[electrode al] shape = al  connected = mg  " FILM_AL "reaction = 2 H2O + 2 e- = H2(g) + 2 OH-\n"
-             "[chemistry] activity = ideal\n[species Mg2+] D = %s m2/s\n[species OH-] D = %s m2/s\n"
-             FILM_STATES("mg")
-             "[run] until = %.17g h  rtol = 1e-3\n", 1.0 / job->level.n, job->level.m, mg, oh, job->level.p);
+             "[chemistry] activity = ideal\n[species Mg2+] D = %s m2/s\n[species OH-] D = %s m2/s\n" FILM_STATES(
+                 "mg") "[run] until = %.17g h  rtol = 1e-3\n",
+             1.0 / job->level.n, job->level.m, mg, oh, job->level.p);
     desc.no_files = 1;
     desc.figures = &f;
     PD_TRY(pd_scene_parse(job->ctx, "case", text, NULL, 0, &setup));

@@ -83,8 +83,8 @@ static pd_status galvanic_coplanar_run(val_job *job)
              "[side x-] flow = mirror\n[side x+] flow = mirror\n"
              "[shape a] box = 0 .. 0.5 m, %.17g m .. 0 m  kind = solid\n"
              "[shape b] box = 0.5 m .. 1 m, %.17g m .. 0 m  kind = solid\n[potential] conductivity = 1 S/m\n"
-             "[electrode a] shape = a  curve = linear  E0 = -1 V  resistance = %g ohm m2\n"
-             "[electrode b] shape = b  curve = linear  E0 = 0 V  resistance = %g ohm m2\n",
+             "[electrode a] shape = a  curve = linear  E0 = -1 V  polarisation_resistance = %g ohm m2\n"
+             "[electrode b] shape = b  curve = linear  E0 = 0 V  polarisation_resistance = %g ohm m2\n",
              h, job->level.m, -4.0 * h, -4.0 * h, -4.0 * h, wagner[which], wagner[which]);
     pd_status status = galvanic_solve(job, text, &f, &r);
     if (status >= 0) {
@@ -161,7 +161,7 @@ static pd_status galvanic_disc_run(val_job *job)
              "[shape plane] difference = behind, round  kind = wall\n"
              "[shape beyond] ball = 0 m, 0 m%s  radius = %g m  outside = yes\n"
              "[shape far] difference = beyond, behind  kind = solid\n[potential] conductivity = 1 S/m\n"
-             "[electrode disc] shape = disc  curve = linear  resistance = %g ohm m2  potential = 1 V\n"
+             "[electrode disc] shape = disc  curve = linear  polarisation_resistance = %g ohm m2  potential = 1 V\n"
              "[electrode far] shape = far  curve = primary  potential = 0 V\n",
              h, job->level.m, box, mirrors, PD_DIM == 3 ? ", 0 m" : "", PD_DIM == 3 ? ", 0" : "",
              PD_DIM == 3 ? ", 0 m" : "", GALVANIC_FAR, 1.0 / job->level.p);

@@ -140,7 +140,7 @@ static pd_status gutman_loss(val_job *job, double stress, double *loss)
              "[grid] h = %.17g um  m = %g  box = 0 .. 20 um, 0 .. 12 um\n"
              "[shape bar] box = 0 .. 20 um, 0 .. 10 um\n  kind = solid  material = steel304\n"
              "[solid] E = 200 GPa  nu = 0.3  plane = stress\n"
-             "speed_factor = exp(sigma_h * 7.09e-6 m3/mol / (R * 298.15 K))\n"
+             "dissolution_factor = exp(sigma_h * 7.09e-6 m3/mol / (R * 298.15 K))\n"
              "[side x-] ux = 0 um\n[side y-] uy = 0 um\n[side x+] ux = %.17g um\n"
              "[corrode] rate = 0.1 um/s  Csat = 5.1 mol/L  control = activation\n[run] until = 20 s\n",
              10.0 / job->level.n, job->level.m, 20.0 * 3.0 * stress / 200e3);

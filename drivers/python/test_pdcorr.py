@@ -42,7 +42,7 @@ PIN = """
 [shape pin] box = 0 .. 200 um, -40 um .. 40 um   kind = solid   material = mg4ag
 [side x-]   flow = inlet   profile = parabola   mean = 0.05 m/s   C = 0
 [side x+]   flow = outlet   p = 0
-[flow]      rho = 1000 kg/m3   mu = 1e-3 Pa s   steady = 1e-6
+[flow]      rho = 1000 kg/m3   mu = 1e-3 Pa s   steady_tolerance = 1e-6
 [transport] D = 1e-9 m2/s
 [dissolve]  rate = 1.21 um/h * (1 - C/Csat)   Csat = 56.1 mol/m3
 [run]       until = 4 h

@@ -174,7 +174,7 @@ static pd_status pdi_electrolyte_find_acid_bracket(pd_ctx *ctx, const pd_electro
         if (a[1] * sign >= PDI_ELECTROLYTE_MAX_ACID || (most > 0.0 && a[1] * sign >= most))
             return pd_fail(ctx, PD_ERR_ARGUMENT, "electrolyte",
                            "pH %g cannot be reached with %s, of which there are "
-                           "%g mol/m3: name another ion by 'counter'",
+                           "%g mol/m3: name another ion by 'counter_ion'",
                            ph, counter->name, from[e->counter_ion]);
         a[0] = a[1];
         f[0] = f[1];
@@ -190,8 +190,9 @@ static pd_status pdi_electrolyte_solve_ph(pd_ctx *ctx, const pd_electrolyte *e, 
 {
     double from[PD_SPECIES_MAX], a[2], f[2];
     if (e->counter_ion < 0)
-        return pd_fail(ctx, PD_ERR_ARGUMENT, "electrolyte", "pH is set, but no ion that comes with the acid or base "
-                       "that sets it, expected counter = Cl- or another ion");
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "electrolyte",
+                       "pH is set, but no ion that comes with the acid or base "
+                       "that sets it, expected counter_ion = Cl- or another ion");
     if (pd_electrolyte_find_species(e, "H+") < 0 || pd_electrolyte_find_species(e, "OH-") < 0)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "electrolyte", "pH is set and there is no [species H+] or no "
                        "[species OH-], expected both");
@@ -223,14 +224,14 @@ pd_status pd_electrolyte_neutralise(pd_ctx *ctx, const pd_electrolyte *e, double
         return pd_fail(ctx, PD_ERR_ARGUMENT, "electrolyte",
                        "the charges sum to %+.4g mol/m3, %.3g %% of the ionic "
                        "strength, expected 0: correct a concentration, or name the ion that makes up for it by "
-                       "balance = %s",
+                       "balance_ion = %s",
                        charge, 100.0 * fabs(charge) / strength, pdi_electrolyte_find_main_ion(e, c));
     if (e->balance_ion >= 0) {
         double more = -charge / e->species[e->balance_ion].charge;
         if (c[e->balance_ion] + more < 0.0)
             return pd_fail(ctx, PD_ERR_ARGUMENT, "electrolyte",
                            "the charges sum to %+.4g mol/m3, which %s cannot "
-                           "make up for: there are %g mol/m3 of it; name another ion by 'balance'",
+                           "make up for: there are %g mol/m3 of it; name another ion by 'balance_ion'",
                            charge, e->species[e->balance_ion].name, c[e->balance_ion]);
         c[e->balance_ion] += more;
     }

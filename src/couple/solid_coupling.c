@@ -149,7 +149,7 @@ static pd_status pdi_solid_coupling_apply_precrack(pd_ctx *ctx, pd_solid_couplin
         all += broken;
     }
     if (all) return PD_OK;
-    return pd_fail(ctx, PD_ERR_GEOMETRY, "structure", "the cut '%.60s' crosses no bond of the metal", cut->name);
+    return pd_fail(ctx, PD_ERR_GEOMETRY, "structure", "the crack '%.60s' crosses no bond of the metal", cut->name);
 }
 
 /* Sets up the interpenetration check with the initial components. */

@@ -62,20 +62,20 @@ static pd_status pdi_quasi_steady_fail_unsteady(pd_ctx *ctx, const pd_quasi_stea
     double reached = r->residual_over_tolerance * q->steady->desc.tolerance;
     accept[0] = '\0';
     if (reached < PDI_QUASI_STEADY_PROPOSED_TOLERANCE)
-        snprintf(accept, sizeof accept, "; steady = %.1e accepts this one", 1.1 * reached);
+        snprintf(accept, sizeof accept, "; steady_tolerance = %.1e accepts this one", 1.1 * reached);
     /* from there Newton's next step would reach the rounding: this is it, and no flow that moves */
     if (reached < sqrt(DBL_EPSILON)) snprintf(why, sizeof why, "That is as far as their rounding lets them fall");
     else
         snprintf(why, sizeof why,
                  "At Re = %.3g there may be no steady flow: time = implicit in [flow] shows how it moves",
                  q->flow->velocity_scale * q->flow->length_scale / q->flow->nu);
-    return pd_fail(ctx, PD_ERR_DIVERGED, "steady",
-                   "the flow is not steady at t = %g s: after %d Newton steps the residuals are %.3g (momentum) and "
-                   "%.3g (continuity), %.3g times what steady = %g allows, largest at %s m, and further steps do not "
-                   "lower them. %s%s",
-                   q->time, r->newton, r->momentum, r->continuity, r->residual_over_tolerance,
-                   q->steady->desc.tolerance, pdi_grid_format_position(q->flow->grid, q->steady->worst_node, place),
-                   why, accept);
+    return pd_fail(
+        ctx, PD_ERR_DIVERGED, "steady",
+        "the flow is not steady at t = %g s: after %d Newton steps the residuals are %.3g (momentum) and "
+        "%.3g (continuity), %.3g times what steady_tolerance = %g allows, largest at %s m, and further steps do not "
+        "lower them. %s%s",
+        q->time, r->newton, r->momentum, r->continuity, r->residual_over_tolerance, q->steady->desc.tolerance,
+        pdi_grid_format_position(q->flow->grid, q->steady->worst_node, place), why, accept);
 }
 
 /* Solves for the steady flow if it is out of date, and checks it. */

@@ -696,10 +696,11 @@ static pd_status pdi_dissolve_accept(pd_ctx *ctx, void *self, pd_step *s)
 static pd_status pdi_dissolve_stuck(pd_ctx *ctx, void *self, const pd_step *s)
 {
     (void)self;
-    return pd_fail(ctx, PD_ERR_STATE, "dissolve",
-                   "steps of %g s do not lead on from t = %g s to %g s: fraction (%g) or max_step (%g s) is too "
-                   "small, or the metal dissolves too fast",
-                   s->dt, s->time, s->latest_end, s->max_dissolved_fraction, s->max_step);
+    return pd_fail(
+        ctx, PD_ERR_STATE, "dissolve",
+        "steps of %g s do not lead on from t = %g s to %g s: max_dissolved_fraction (%g) or max_step (%g s) is too "
+        "small, or the metal dissolves too fast",
+        s->dt, s->time, s->latest_end, s->max_dissolved_fraction, s->max_step);
 }
 
 static pd_status pdi_dissolve_changed(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count)

@@ -249,7 +249,7 @@ static void pdi_dissolution_physics_print_bond_laws(const pdi_summary_text *s)
         pdi_summary_text_print_line(s, "  %-12s%s, Csat = %.6g mol/m3", "", text, u->saturation);
     }
     pdi_summary_text_print_line(s, "  %-12s%s weights, %s%s", "", kernels[u->kernel],
-                                u->weights == PD_WEIGHTS_PUBLISHED ? "printed" : "calibrated",
+                                u->weights == PD_WEIGHTS_PUBLISHED ? "published" : "calibrated",
                                 u->drive == PD_DRIVE_DIFFERENCE ? ", loss in proportion to the difference" : "");
     if (u->stochastic) pdi_summary_text_print_line(s, "  %-12smechanical bonds break at random, seed %d", "", u->seed);
 }

@@ -199,12 +199,13 @@ static void pdi_lattice_notes_print_toughness_error(const pd_model *m, pd_print_
     if (!(b->toughness > 0.0) || b->density > 0.0) return;
     double unit = b->young * stretch * stretch * m->grid.h[0] / b->toughness;
     if (PD_DIM == 3)
-        snprintf(text, sizeof text, "springs: a crack in balance runs at more than the toughness: in 2D at 1.3 to 3 "
-                 "times it, in 3D this is not measured (theory: 8.7). Expected material = correspondence");
+        snprintf(text, sizeof text,
+                 "springs: a crack in balance runs at more than the toughness: in 2D at 1.3 to 3 "
+                 "times it, in 3D this is not measured (theory: 8.7). Expected model = correspondence");
     else
         snprintf(text, sizeof text,
                  "springs: a crack in balance begins to run at about %.2g times the toughness, at "
-                 "more with fewer than 48 cells between what holds the metal (theory: 8.7). Expected material = "
+                 "more with fewer than 48 cells between what holds the metal (theory: 8.7). Expected model = "
                  "correspondence",
                  PDI_LATTICE_NOTES_TOUGHNESS_FACTOR * unit);
     print(user, PD_PRINT_NOTE, text);

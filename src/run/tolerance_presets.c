@@ -36,7 +36,8 @@ static void pdi_tolerance_presets_set_all(pdi_tolerance_presets *a)
     int rtol = pdi_tolerance_presets_is_given(a, PD_SOLVER_SETTING_RTOL),
         fraction = pdi_tolerance_presets_is_given(a, PD_SOLVER_SETTING_FRACTION);
     if (u->has_flow && u->flow_time == PD_FLOW_STEADY)
-        pdi_tolerance_presets_set_unless_given(a, "steady", pdi_tolerance_presets_is_given(a, PD_SOLVER_SETTING_STEADY),
+        pdi_tolerance_presets_set_unless_given(a, "flow.steady_tolerance",
+                                               pdi_tolerance_presets_is_given(a, PD_SOLVER_SETTING_STEADY),
                                                pd_min(0.1, 0.1 * w), &u->steady_tolerance);
     if (u->has_flow && u->flow_time == PD_FLOW_IMPLICIT)
         pdi_tolerance_presets_set_unless_given(a, "flow.rtol",
@@ -45,8 +46,9 @@ static void pdi_tolerance_presets_set_all(pdi_tolerance_presets *a)
     if (u->has_transport && !u->has_dissolve && !u->steady_transport)
         pdi_tolerance_presets_set_unless_given(a, "run.rtol", rtol, pd_min(0.1, 0.5 * w), &u->rtol);
     if (u->has_dissolve && !u->has_corrode)
-        pdi_tolerance_presets_set_unless_given(a, rtol && !fraction ? "fraction (of rtol)" : "fraction",
-                                               rtol || fraction, pd_min(0.5, 2.5 * w), &u->max_node_fraction);
+        pdi_tolerance_presets_set_unless_given(
+            a, rtol && !fraction ? "run.max_dissolved_fraction (of rtol)" : "run.max_dissolved_fraction",
+            rtol || fraction, pd_min(0.5, 2.5 * w), &u->max_node_fraction);
     if (u->has_transport && u->has_flow && u->advection == PD_ADVECTION_LIMITED)
         pdi_tolerance_presets_set_unless_given(a, "limiter", 0, 0.1 * w, &u->limiter_tolerance);
 }

@@ -60,19 +60,19 @@ static const pd_key pdi_keys_of_shape[] = {
     {"material", "-", "the first one that is named, else mg4ag",
      PDI_DOC("preset of the metal: `mg4ag`, `steel304`, `copper`, `alloy625` (density, molar mass, charge; sources "
              "in `src/metal/material.h`). Solids may be of different metals")},
-    {"grains", "m", "no grains", PDI_DOC("mean grain diameter; the grains of all solids are the same")},
-    {"grain_spread", "m", "0",
+    {"grain_size", "m", "no grains", PDI_DOC("mean grain diameter; the grains of all solids are the same")},
+    {"grain_size_deviation", "m", "0",
      PDI_DOC("standard deviation of the diameter; 0: random seeds (2D: 26 % of the diameter); else up to 44 %, 22 "
              "%, 13 % of it in 1D, 2D, 3D")},
     {"grain_seed", "-", "1", PDI_DOC("whole number, another polycrystal each")},
-    {"boundary_width", "m", "0.5 um", PDI_DOC("physical width of a grain boundary")},
+    {"grain_boundary_width", "m", "0.5 um", PDI_DOC("physical width of a grain boundary")},
     {"ux, uy, uz", "m", "-",
      PDI_DOC("`grip`: displacement of the metal in it, expressions in x, y, z, t; an axis without one is free")}};
 
 static const pd_key pdi_keys_of_side[] = {
     {"flow", "-", "noslip; with `[gas]` slip",
      PDI_DOC("`noslip`, `inlet`, `outlet`, `periodic` (both sides of the axis), `mirror` (plane of symmetry, free "
-             "slip), `open` (with `time = given`: inlet where the flow enters, outlet where it leaves; with "
+             "slip), `open` (with `time = prescribed`: inlet where the flow enters, outlet where it leaves; with "
              "`[corrode]`: `bulk` behind it), `slip` (with `[gas]`: a wall)")},
     {"profile", "-", "required there",
      PDI_DOC("inlet: `uniform`, `parabola` (developed flow of the opening, whatever its shape), `expression`")},
@@ -102,7 +102,7 @@ static const pd_key pdi_keys_of_side[] = {
 static const pd_key pdi_keys_of_flow[] = {
     {"rho", "kg/m3", "required", PDI_DOC("density")},
     {"mu", "Pa s", "required", PDI_DOC("viscosity")},
-    {"steady", "-", "1e-6",
+    {"steady_tolerance", "-", "1e-6",
      PDI_DOC("residual at which the flow is steady (theory: eq. 4.7, 4.8), up to 0.1, against scales of the flow "
              "itself")},
     {"order", "-", "auto",
@@ -110,15 +110,16 @@ static const pd_key pdi_keys_of_flow[] = {
              "steady` or `implicit`. `auto`: 4 in steady flow in closed boxes without shapes whose walls meet, "
              "with `m = 1`, a Reynolds number of at most 1000 and one of a cell of at most 16; else 2. The summary "
              "names order 4")},
-    {"force", "m/s2", "0", PDI_DOC("body force per mass, an expression in x, y, z, t an axis")},
-    {"speed", "m/s", "mean speed of the inlet, else a scale of the flow (theory: eq. 4.5b)",
+    {"body_force", "m/s2", "0", PDI_DOC("body force per mass, an expression in x, y, z, t an axis")},
+    {"reference_speed", "m/s", "mean speed of the inlet, else a scale of the flow (theory: eq. 4.5b)",
      PDI_DOC("reference value that residuals and `Re` are reported with; nothing else depends on it")},
-    {"length", "m", "width of the inlet, else a scale of the flow (theory: eq. 4.5b)", PDI_DOC("as `speed`")},
+    {"reference_length", "m", "width of the inlet, else a scale of the flow (theory: eq. 4.5b)",
+     PDI_DOC("as `reference_speed`")},
     {"time", "-", "steady",
      PDI_DOC("`steady`; `implicit`: incompressible flow in time, steps by error; `explicit`: weakly compressible "
-             "flow in time; `given`: `vx`, `vy`, `vz` for ever")},
+             "flow in time; `prescribed`: `vx`, `vy`, `vz` for ever")},
     {"vx, vy, vz", "m/s", "0",
-     PDI_DOC("flow at the start, or given flow (free of divergence), expressions in x, y, z")},
+     PDI_DOC("flow at the start, or prescribed flow (free of divergence), expressions in x, y, z")},
     {"rtol", "-", "1e-4", PDI_DOC("`implicit`: error of a step against the speed of the flow (theory: eq. 4.5b)")},
     {"eos", "-", "tait", PDI_DOC("`explicit`: `tait` or `linear`")},
     {"c0", "m/s", "required there", PDI_DOC("`explicit`: speed of sound, ten times the largest speed or more")}};
@@ -153,7 +154,7 @@ static const pd_key pdi_keys_of_dissolve[] = {
      PDI_DOC("with `migration = yes`: potential of the metal against inlets and walls that hold species, an "
              "expression in t. The law may depend on `E`, that potential less the one of the ions at the surface "
              "(2.20)")},
-    {"gb_factor", "-", "1", PDI_DOC("factor on the speed in a grain boundary; needs `grains`")},
+    {"grain_boundary_factor", "-", "1", PDI_DOC("factor on the speed in a grain boundary; needs `grain_size`")},
     {"reaction", "text", "none",
      PDI_DOC("by which the metal enters the species of `[chemistry]`, for example `Mg + 2 H2O = Mg2+ + 2 OH- + "
              "H2(g)`: balanced in elements and charge, the metal by its symbol; `e-` is what a current takes away, "
@@ -180,16 +181,16 @@ static const pd_key pdi_keys_of_corrode[] = {
     {"bulk", "mol/m3", "0", PDI_DOC("concentration behind open sides; with `activation` of all fluid, up to `Csat`")},
     {"control", "-", "diffusion",
      PDI_DOC("`diffusion`: dissolved metal has to diffuse away; `activation`: it is gone at once")},
-    {"drive", "-", "constant",
+    {"driving_force", "-", "constant",
      PDI_DOC("`constant`: the law holds at every concentration; `difference`: loss in proportion to the difference "
              "of metal and fluid, as in the literature")},
     {"kernel", "-", "area",
      PDI_DOC("weights of the bonds: `area` (same speed in all directions), `square`, `inverse` (one over the "
              "squared, the simple length)")},
     {"weights", "-", "calibrated",
-     PDI_DOC("`calibrated`: a flat front moves at the rate; `printed`: coefficients of the continuum, slower on a "
+     PDI_DOC("`calibrated`: a flat front moves at the rate; `published`: coefficients of the continuum, slower on a "
              "lattice; not for `area`")},
-    {"gb_factor", "-", "1", PDI_DOC("factor on the speed in a grain boundary; needs `grains`")},
+    {"grain_boundary_factor", "-", "1", PDI_DOC("factor on the speed in a grain boundary; needs `grain_size`")},
     {"repassivation", "mol/m3", "none forms",
      PDI_DOC("solution beside metal that has once been below it does not attack any more: a film has formed (with "
              "diffusion)")},
@@ -201,37 +202,39 @@ static const pd_key pdi_keys_of_corrode[] = {
 
 static const pd_key pdi_keys_of_solid[] = {
     {"E", "Pa", "required", PDI_DOC("Young's modulus")},
-    {"nu", "-", "required", PDI_DOC("Poisson's ratio, which 1D does not have; springs have 1/4, in plane stress 1/3")},
-    {"material", "-", "correspondence",
+    {"nu", "-", "required",
+     PDI_DOC("Poisson's ratio, which 1D does not have; `bond_based` has 1/4, in plane stress 1/3")},
+    {"model", "-", "correspondence",
      PDI_DOC("`correspondence`: small strains, of any Poisson's ratio (theory: 8.1); `ordinary`: the linear "
              "peridynamic solid, of small strains (8.9); `neo_hookean`, `hencky`: strains of any size (8.8); "
-             "`springs`: bonds that pull for themselves, displacements of any size, no stress (8.2)")},
+             "`bond_based`: bonds that pull for themselves, displacements of any size, no stress (8.2)")},
     {"plane", "-", "strain", PDI_DOC("2D: `strain` or `stress`")},
-    {"yield", "Pa", "0: it does not flow",
+    {"yield_stress", "Pa", "0: it does not flow",
      PDI_DOC("stress of von Mises at which the metal flows; with `correspondence` (not in `plane = stress`) and "
              "`hencky`")},
-    {"hardening", "Pa", "0", PDI_DOC("by how much `yield` grows with the plastic strain")},
-    {"toughness", "J/m2", "0: none breaks",
-     PDI_DOC("energy per area at which a crack runs; of `correspondence` without `yield`, in balance (3D: m = 1.5 "
-             "to 3), and of `springs`")},
+    {"hardening_modulus", "Pa", "0", PDI_DOC("by how much `yield_stress` grows with the plastic strain")},
+    {"fracture_energy", "J/m2", "0: none breaks",
+     PDI_DOC(
+         "energy per area at which a crack runs; of `correspondence` without `yield_stress`, in balance (3D: m = 1.5 "
+         "to 3), and of `bond_based`")},
     {"strength", "Pa", "0: none breaks",
      PDI_DOC("bonds break whose ends have a larger principal stress, in the mean; in balance")},
-    {"stretch", "-", "0: none breaks", PDI_DOC("bonds break that are stretched by more; in balance")},
-    {"motion", "-", "no", PDI_DOC("`yes`: the metal moves from rest at t = 0")},
+    {"critical_stretch", "-", "0: none breaks", PDI_DOC("bonds break that are stretched by more; in balance")},
+    {"dynamics", "-", "no", PDI_DOC("`yes`: the metal moves from rest at t = 0")},
     {"density", "kg/m3", "required there", PDI_DOC("mass density of the metal that moves")},
-    {"force", "N/m3", "0", PDI_DOC("a force on all of the metal, an expression in x, y, z, t an axis")},
-    {"speed_factor", "-", "1",
+    {"body_force", "N/m3", "0", PDI_DOC("a force on all of the metal, an expression in x, y, z, t an axis")},
+    {"dissolution_factor", "-", "1",
      PDI_DOC("factor of the speed at which the metal dissolves, an expression in sigma_h, mises, eps_p, x, y, z, t")},
-    {"m", "-", "2; springs 3", PDI_DOC("horizon of the bonds over h")},
+    {"m", "-", "2; `bond_based` 3", PDI_DOC("horizon of the bonds over h")},
     {"influence", "-", "constant", PDI_DOC("how bonds count by their length: `constant`, `inverse`, `linear`")},
     {"rtol", "-", "1e-8",
      PDI_DOC("of the balance: forces that are left, over the loads and the forces on what is held")}};
 
-static const pd_key pdi_keys_of_cut[] = {
+static const pd_key pdi_keys_of_crack[] = {
     {"points", "m", "required", PDI_DOC("corners one after another, all coordinates of each; up to 32")},
-    {"way", "-", "2D: that of the last piece; 3D: no table",
+    {"direction", "-", "2D: that of the last piece; 3D: no table",
      PDI_DOC("direction in which the crack grows, plain numbers")},
-    {"contours", "m", "no J", PDI_DOC("2D: three radii about the tip, a horizon `m h` or more apart")}};
+    {"contour_radii", "m", "no J", PDI_DOC("2D: three radii about the tip, a horizon `m h` or more apart")}};
 
 static const pd_key pdi_keys_of_table[] = {
     {"file", "-", "required",
@@ -246,14 +249,16 @@ static const pd_key pdi_keys_of_table[] = {
 static const pd_key pdi_keys_of_run[] = {
     {"until", "s", "-", PDI_DOC("end; required with `[transport]` and `[corrode]`")},
     {"rtol", "-", "4e-3; without dissolution and with `[corrode]` 1e-3",
-     PDI_DOC("aim for the error of the volume loss, up to 0.1: errors in time of the law sum up to at most "
-             "five times it, those of fluid whose law has not started go with its root (theory: eq. 6.2g); "
-             "sets `fraction = 25 rtol`. A step goes by the surface at its start: bodies of few cells that "
-             "shrink lose too much by up to half of `fraction` of the cells at their surface. What a stream "
-             "has carried off of the dissolved metal has no tolerance of its own where the law hardly reads "
-             "it: `max_step` holds it. Without dissolution: error of a step of the transport against the "
-             "largest concentration; with `[corrode]` of the concentration over `Csat`, too")},
-    {"fraction", "-", "25 rtol; with `[corrode]` 0.2, `activation` 0.1, `drive = difference` 0.01",
+     PDI_DOC(
+         "aim for the error of the volume loss, up to 0.1: errors in time of the law sum up to at most "
+         "five times it, those of fluid whose law has not started go with its root (theory: eq. 6.2g); "
+         "sets `max_dissolved_fraction = 25 rtol`. A step goes by the surface at its start: bodies of few cells that "
+         "shrink lose too much by up to half of `max_dissolved_fraction` of the cells at their surface. What a stream "
+         "has carried off of the dissolved metal has no tolerance of its own where the law hardly reads "
+         "it: `max_step` holds it. Without dissolution: error of a step of the transport against the "
+         "largest concentration; with `[corrode]` of the concentration over `Csat`, too")},
+    {"max_dissolved_fraction", "-",
+     "25 rtol; with `[corrode]` 0.2, `activation` 0.1, `driving_force = difference` 0.01",
      PDI_DOC("largest share of its content that a node loses in a step, up to 1; overrides `rtol`")},
     {"max_step", "s", "0", PDI_DOC("longest step of the run, and so between rows of the tables; 0: none")}};
 
@@ -272,9 +277,9 @@ static const pd_key pdi_keys_of_output[] = {
              "mm/s`")},
     {"percentile", "-", "100 %",
      PDI_DOC("values of a frame, in the middle of all, that count for a range that is not given")},
-    {"log", "-", "none",
+    {"log_scale", "-", "none",
      PDI_DOC("drawn fields whose colours go by the logarithm; values of zero and below stay blank")},
-    {"map", "-", "violet; diverging for p, sigma_h and stresses",
+    {"colormap", "-", "violet; diverging for p, sigma_h and stresses",
      PDI_DOC("2D and 3D: colours `violet`, `viridis`, `grey` or `diverging`, for all drawn fields or behind the "
              "name of one: `grey, p diverging`")},
     {"width", "-", "1000",
@@ -296,7 +301,7 @@ static const pd_key pdi_keys_of_output[] = {
      PDI_DOC("3D: `yes`: pictures of the metal's surface, shaded; the name of a field: in its colours; `images = none`"
              ": none")},
     {"view", "-", "1, -1, 1", PDI_DOC("3D: direction in which the eye that looks at the surface stands")},
-    {"deformed", "-", "0",
+    {"deformation_scale", "-", "0",
      PDI_DOC("with `[solid]`, 2D and 3D: images of fields of the metal show it where it has moved to, with its "
              "displacements times this factor; 0: where it was")},
     {"slice", "m", "z, middle of the box", PDI_DOC("3D: the drawn plane, for example `z 0 um`")},
@@ -329,18 +334,20 @@ static const pd_key pdi_keys_of_force[] = {
     {"balance", "-", "yes; with `shape` no",
      PDI_DOC("`no`: on the surface only. A balance needs two cells of fluid on both sides of the box, and is of "
              "all that the box holds")},
-    {"speed", "m/s", "no coefficients", PDI_DOC("reference value `U` of the coefficients `2 F/(rho U^2 A)`")},
-    {"length", "m", "required with `speed`", PDI_DOC("2D: reference value `A` of the coefficients")},
-    {"area", "m2", "required with `speed`", PDI_DOC("3D: reference value `A` of the coefficients")}};
+    {"reference_speed", "m/s", "no coefficients", PDI_DOC("reference value `U` of the coefficients `2 F/(rho U^2 A)`")},
+    {"reference_length", "m", "required with `reference_speed`",
+     PDI_DOC("2D: reference value `A` of the coefficients")},
+    {"reference_area", "m2", "required with `reference_speed`",
+     PDI_DOC("3D: reference value `A` of the coefficients")}};
 
 static const pd_key pdi_keys_of_transfer[] = {
     {"box", "m", "everything", PDI_DOC("nodes that count; a range an axis")},
     {"along", "-", "none",
      PDI_DOC("axis of local values: at output times `transfer_NAME_000012_t....csv` and its plot, a row for each "
              "layer of cells")},
-    {"length", "m", "no Sherwood number", PDI_DOC("reference length `L` of Sherwood numbers")},
-    {"surface", "mol/m3", "required with `length`", PDI_DOC("concentration at the surface")},
-    {"fluid", "mol/m3", "required with `length`",
+    {"reference_length", "m", "no Sherwood number", PDI_DOC("reference length `L` of Sherwood numbers")},
+    {"surface", "mol/m3", "required with `reference_length`", PDI_DOC("concentration at the surface")},
+    {"fluid", "mol/m3", "required with `reference_length`",
      PDI_DOC("concentration of the fluid: `inlet`, `bulk` (of the mixed stream of each layer; needs `along`), or a "
              "value")},
     {"D", "m2/s", "that of `[transport]`", PDI_DOC("diffusivity of the Sherwood number")},
@@ -352,7 +359,7 @@ static const pd_key pdi_keys_of_measured[] = {
     {"file", "-", "required", PDI_DOC("CSV file, relative to the scene, as for a table (2.17)")},
     {"time", "-", "the first", PDI_DOC("column of the times, `heading in unit`; they may not fall")},
     {"value", "-", "the second", PDI_DOC("column of the values")},
-    {"spread", "-", "the one whose heading starts with `spread`, else none",
+    {"standard_deviation", "-", "the one whose heading starts with `spread`, else none",
      PDI_DOC("column of their spread, for example a standard deviation")},
     {"of", "-", "`volume_loss`",
      PDI_DOC("figure that was measured: `volume_loss`, or one of a section of 2.13 to 2.16, of a grip, "
@@ -368,17 +375,18 @@ static const pd_key pdi_keys_of_chemistry[] = {
      PDI_DOC("`davies` (up to 0.5 mol/L) or `ideal`: coefficients of activity 1 (theory: 5b.2)")},
     {"temperature", "K", "298.15 K",
      PDI_DOC("273 to 373: Davies' equation, constants with an `enthalpy`, rates and diffusivities with an "
-             "`activation` follow it; expressions know it as `T`")},
+             "`activation_energy` follow it; expressions know it as `T`")},
     {"diffusion", "-", "given",
-     PDI_DOC("`given`: each `D` holds as it is written, but for an `activation`; `viscosity`: those are of 25 C, "
-             "and follow temperature and viscosity of water by Stokes and Einstein (theory: eq. 5b.14)")},
+     PDI_DOC(
+         "`given`: each `D` holds as it is written, but for an `activation_energy`; `viscosity`: those are of 25 C, "
+         "and follow temperature and viscosity of water by Stokes and Einstein (theory: eq. 5b.14)")},
     {"pH", "-", "that of the equilibrium",
-     PDI_DOC("at the start: acid or base comes to what is written, with its `counter`, until the equilibrium has "
+     PDI_DOC("at the start: acid or base comes to what is written, with its `counter_ion`, until the equilibrium has "
              "this pH")},
     {"inlet_pH", "-", "that of `pH`", PDI_DOC("the same of what enters")},
     {"inside_pH", "-", "that of `pH`", PDI_DOC("the same at the start in shapes of `kind = solution`")},
-    {"counter", "-", "that of `balance`", PDI_DOC("ion that comes or goes with the acid or base of `pH`")},
-    {"balance", "-", "none: charges have to sum to 0",
+    {"counter_ion", "-", "that of `balance_ion`", PDI_DOC("ion that comes or goes with the acid or base of `pH`")},
+    {"balance_ion", "-", "none: charges have to sum to 0",
      PDI_DOC("ion that makes up for the sum of charges of what is written")},
     {"time", "-", "implicit",
      PDI_DOC("of a run: `implicit`, steps in time with the error `rtol` of `[run]`, or `steady`: the fields at "
@@ -391,7 +399,7 @@ static const pd_key pdi_keys_of_chemistry[] = {
              "Of a run: `given` are those with `[mineral ...]`, and `all` puts the others in equilibrium")},
     {"tortuosity", "-", "1",
      PDI_DOC("tau of the diffusivity `D eps/tau` in cells of which minerals leave the share eps open")},
-    {"cover", "m", "0: minerals cover no metal",
+    {"covering_thickness", "m", "0: minerals cover no metal",
      PDI_DOC("thickness d0 of minerals: under a film d thick the share `exp(-d/d0)` of the metal dissolves")}};
 
 static const pd_key pdi_keys_of_mineral[] = {
@@ -407,7 +415,7 @@ static const pd_key pdi_keys_of_mineral[] = {
 
 static const pd_key pdi_keys_of_species[] = {
     {"D", "m2/s", "not known", PDI_DOC("diffusivity; a species that moves needs it")},
-    {"activation", "J/mol", "none: D holds as it is written",
+    {"activation_energy", "J/mol", "none: D holds as it is written",
      PDI_DOC("energy of activation of `D`, which is that of 25 C then (theory: eq. 5b.13)")},
     {"charge", "-", "that of the name", PDI_DOC("needed where the name is no formula with its charge")},
     {"formula", "-", "the name",
@@ -433,7 +441,7 @@ static const pd_key pdi_keys_of_reaction[] = {
     {"forward", "of the reaction", "none: the reaction is in equilibrium",
      PDI_DOC("rate constant from left to right at infinite dilution, with its unit, for example `1.4e11 L/mol/s`")},
     {"backward", "of the reaction", "`forward` over K", PDI_DOC("from right to left")},
-    {"activation", "J/mol", "none: rates hold as they are written",
+    {"activation_energy", "J/mol", "none: rates hold as they are written",
      PDI_DOC("energy of activation of `forward`; rates are those of 25 C then; that of `backward` is less by the "
              "`enthalpy`")}};
 
@@ -448,9 +456,10 @@ static const pd_key pdi_keys_of_electrode[] = {
      PDI_DOC("name of a solid `[shape]` whose metal it is; where electrodes overlap the later one counts")},
     {"material", "-", "-", PDI_DOC("all metal of a material")},
     {"curve", "-", "required",
-     PDI_DOC("`butler_volmer`: both slopes; `tafel`: one of them; `linear`: `resistance`; `expression`: `i`; "
-             "`primary`: current passes freely at `E0` (theory: 6b.1). With `migration = yes` it may be "
-             "absent: its metal dissolves alone")},
+     PDI_DOC(
+         "`butler_volmer`: both slopes; `tafel`: one of them; `linear`: `polarisation_resistance`; `expression`: `i`; "
+         "`primary`: current passes freely at `E0` (theory: 6b.1). With `migration = yes` it may be "
+         "absent: its metal dissolves alone")},
     {"i0", "A/m2", "required there", PDI_DOC("exchange current density, or that of free corrosion")},
     {"E0", "V", "0", PDI_DOC("equilibrium potential, or that of free corrosion")},
     {"anodic_slope", "V", "none",
@@ -458,21 +467,21 @@ static const pd_key pdi_keys_of_electrode[] = {
     {"cathodic_slope", "V", "none", PDI_DOC("the same of the cathodic current, positive")},
     {"anodic_limit", "A/m2", "0: none", PDI_DOC("limiting current density of the anodic branch")},
     {"cathodic_limit", "A/m2", "0: none", PDI_DOC("the same of the cathodic one, positive")},
-    {"resistance", "ohm m2", "required there", PDI_DOC("`linear`: polarisation resistance")},
+    {"polarisation_resistance", "ohm m2", "required there", PDI_DOC("`linear`: polarisation resistance")},
     {"i", "A/m2", "required there",
      PDI_DOC("`expression`: current density, positive from metal to fluid, in `E`, with `migration = yes` also "
              "in pH and species; also of a `[table]`: `i = f(E)`. It must not fall as E rises")},
     {"range", "V", "required there",
      PDI_DOC("`expression`: from where to where E may lie; straight on beyond, with a note; `E_least`, `E_most` and "
              "`range_left` of its result line tell what was met; none with pH or species")},
-    {"film", "ohm m2", "0", PDI_DOC("resistance of a coating or film on it")},
+    {"film_resistance", "ohm m2", "0", PDI_DOC("resistance of a coating or film on it")},
     {"potential", "V", "it follows from the current", PDI_DOC("given potential of the metal, expression in t")},
     {"current", "A", "0: it corrodes freely",
      PDI_DOC("given current from metal to fluid, expression in t; per m of depth in planar 2D, per m2 in 1D")},
     {"reaction", "text", "none",
      PDI_DOC("half-reaction of its current, by which it enters the species of `[chemistry]`: `O2 + 2 H2O + 4 "
              "e- = 4 OH-`, balanced in elements and charge; anodic with `e-` on the right")},
-    {"factor", "-", "1",
+    {"current_factor", "-", "1",
      PDI_DOC("factor of its currents, an expression in states of surfaces (2.22), x, y, z, t; at least 0")},
     {"connected", "-", "none",
      PDI_DOC("names of electrodes that it is wired to. Metals that touch are connected, too")}};
@@ -505,7 +514,7 @@ static const pd_key_section pdi_keys_sections[] = {
     {"corrode", "", "bond-based corrosion, in place of [dissolve]; [corrode METAL]: one of several",
      PDI_KEYS_OF(pdi_keys_of_corrode)},
     {"solid", "", "the metal bears loads", PDI_KEYS_OF(pdi_keys_of_solid)},
-    {"cut", "NAME", "a crack at the start", PDI_KEYS_OF(pdi_keys_of_cut)},
+    {"crack", "NAME", "a crack at the start", PDI_KEYS_OF(pdi_keys_of_crack)},
     {"table", "NAME", "a function of two columns of a file", PDI_KEYS_OF(pdi_keys_of_table)},
     {"chemistry", "", "an electrolyte: activities, pH, files to include", PDI_KEYS_OF(pdi_keys_of_chemistry)},
     {"species", "FORMULA", "an ion, a molecule or a solid: Mg2+, HCO3-, Mg(OH)2(s)", PDI_KEYS_OF(pdi_keys_of_species)},

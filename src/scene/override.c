@@ -16,7 +16,7 @@ static pd_status pdi_override_find_bare_key(pd_ctx *ctx, const pd_text *text, co
         const pd_text_entry *e = &text->entry[k];
         const pd_section *s = &text->section[e->section];
         pd_units_try_candidate(&near_word, e->key);
-        if (strcmp(e->key, key) != 0) continue;
+        if (strcmp(e->key, pdi_renamed_keys_get_key(s->name, key)) != 0) continue;
         char path[3 * 64];
         snprintf(path, sizeof path, "%.60s%s%.60s%s%.60s", s->name, s->label[0] ? "." : "", s->label,
                  s->name[0] ? "." : "", key);
@@ -34,7 +34,8 @@ static pd_status pdi_override_find_bare_key(pd_ctx *ctx, const pd_text *text, co
         for (int k = 0; k < sections; k++) {
             const pd_key_section *s = &known[k];
             char path[3 * 64];
-            if (strcmp(s->name, "constants") == 0 || !pdi_keys_find_key(s, key)) continue; /* that has any */
+            const char *present = pdi_renamed_keys_get_key(s->name, key);
+            if (strcmp(s->name, "constants") == 0 || !pdi_keys_find_key(s, present)) continue; /* that has any */
             snprintf(path, sizeof path, "%.60s%s%.60s.%.60s", s->name, s->label[0] ? "." : "", s->label, key);
             pdi_text_add_to_list(list, ", ", path);
         }
@@ -115,11 +116,14 @@ PDI_FN pd_status pdi_override_apply(pd_ctx *ctx, pd_text *text, const char *argu
     if (pdi_text_scan_word(key, PDI_TEXT_CHARSET_KEY) != strlen(key))
         return pdi_text_fail_line(ctx, text->name, 0, "found '%.40s', expected a key", key);
     if (parts == 1) PD_TRY(pdi_override_find_bare_key(ctx, text, key, &section));
-    else if (parts == 2) PD_TRY(pdi_override_find_named_section(ctx, text, part[0], key, &section));
-    else PD_TRY(pdi_override_find_labelled_section(ctx, text, part[0], part[1], &section));
+    else if (parts == 2)
+        PD_TRY(pdi_override_find_named_section(ctx, text, pdi_text_get_present_section(text, part[0]), key, &section));
+    else
+        PD_TRY(pdi_override_find_labelled_section(ctx, text, pdi_text_get_present_section(text, part[0]), part[1], &section));
+    key = pdi_text_get_present_key(text, section, key);
     pd_text_entry *e = pdi_text_find_entry(text, section, key);
     if (!e) return pdi_text_add_entry(ctx, text, section, key, t + value, 0, (int)value + 1);
-    e->value = t + value;
+    pdi_text_set_value(text, e, t + value);
     e->line = 0;
     e->column = (int)value + 1;
     return PD_OK;

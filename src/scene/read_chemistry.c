@@ -109,8 +109,8 @@ static pd_status pdi_read_chemistry_minerals(pdi_reader *s)
     PD_TRY(pdi_read_chemistry_check_minerals(s));
     PD_TRY(pdi_read_chemistry_nonnegative(s, pdi_text_get_section(s->ctx, s->text, "chemistry", NULL), "tortuosity",
                                           "", "1", HUGE_VAL, &u->tortuosity));
-    PD_TRY(pdi_read_chemistry_nonnegative(s, pdi_text_get_section(s->ctx, s->text, "chemistry", NULL), "cover", "m",
-                                          "0", HUGE_VAL, &u->shielding_thickness));
+    PD_TRY(pdi_read_chemistry_nonnegative(s, pdi_text_get_section(s->ctx, s->text, "chemistry", NULL),
+                                          "covering_thickness", "m", "0", HUGE_VAL, &u->shielding_thickness));
     for (int k = 0; k < e->count; k++) {
         const char *name = e->species[k].name;
         int section = pdi_read_chemistry_find_section(s, name),

@@ -104,7 +104,7 @@ static pd_status pdi_read_dissolution_check_rate(pdi_reader *s, int section, con
     char slow[PD_UNITS_TEXT];
     if ((metal->rate.variables_used >> PD_SETUP_RATE_GRAIN & 1u) && !s->setup->has_grains)
         return pdi_text_fail_key(s->ctx, s->text, section, key,
-                                 "found the variable grain, expected grains = SIZE in a solid [shape ...]");
+                                 "found the variable grain, expected grain_size = SIZE in a solid [shape ...]");
     if (metal->rate.variables_used <= 1 && (!(v >= 0.0) || v > 1.0))
         return pdi_text_fail_key(s->ctx, s->text, section, key,
                                  "found a recession speed of %.6g m/s at C = 0, expected 0 to 1 m/s", v);
@@ -202,7 +202,7 @@ static pd_status pdi_read_dissolution_check_species_rate(pdi_reader *s, int sect
         return pdi_text_fail_key(s->ctx, s->text, section, key, "found pH, species or E %s",
                                  u->metals > 1   ? "with several metals, expected one"
                                  : u->activation ? "with control = activation, expected diffusion"
-                                                 : "with drive = difference, expected constant");
+                                                 : "with driving_force = difference, expected constant");
     return PD_OK;
 }
 
@@ -269,7 +269,8 @@ static pd_status pdi_read_dissolution_check_several(pdi_reader *s)
             metal->material.name);
     }
     if (pd_setup_count_species_rate_metals(u) == 1 || !(u->shielding_thickness > 0.0) || !u->minerals) return PD_OK;
-    return pdi_text_fail_key(s->ctx, s->text, pdi_text_get_section(s->ctx, s->text, "chemistry", NULL), "cover",
+    return pdi_text_fail_key(s->ctx, s->text, pdi_text_get_section(s->ctx, s->text, "chemistry", NULL),
+                             "covering_thickness",
                              "found "
                              "with several metals that dissolve among ions that migrate, expected one, or none");
 }
@@ -298,10 +299,11 @@ PDI_FN pd_status pdi_read_dissolution_rates(pdi_reader *s)
 static pd_status pdi_read_dissolution_gb_factor(pdi_reader *s, int section)
 {
     pd_setup *u = s->setup;
-    PD_TRY(pdi_reader_get_bounded(s, section, "gb_factor", "", "1", 0.0, 1e6, 0, &u->gb_factor));
+    PD_TRY(pdi_reader_get_bounded(s, section, "grain_boundary_factor", "", "1", 0.0, 1e6, 0, &u->gb_factor));
     if (!(fabs(u->gb_factor - 1.0) > 0.0) || u->has_grains) return PD_OK;
-    return pdi_text_fail_key(s->ctx, s->text, section, "gb_factor",
-                             "found %.6g without grains, expected grains = SIZE in a solid [shape ...]", u->gb_factor);
+    return pdi_text_fail_key(s->ctx, s->text, section, "grain_boundary_factor",
+                             "found %.6g without grains, expected grain_size = SIZE in a solid [shape ...]",
+                             u->gb_factor);
 }
 
 PDI_FN pd_status pdi_read_dissolution_dissolve(pdi_reader *s)
@@ -357,12 +359,12 @@ static pd_status pdi_read_dissolution_corrode_variant(pdi_reader *s, int section
     static const char *const controls[] = {"diffusion", "activation", NULL};
     static const char *const drives[] = {"constant", "difference", NULL};
     static const char *const kernels[] = {"area", "square", "inverse", NULL};
-    static const char *const weights[] = {"calibrated", "printed", NULL};
+    static const char *const weights[] = {"calibrated", "published", NULL};
     static const char *const breakings[] = {"deterministic", "stochastic", NULL};
     pd_setup *u = s->setup;
     int drive, kernel, printed;
     PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "control", controls, "diffusion", &u->activation));
-    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "drive", drives, "constant", &drive));
+    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "driving_force", drives, "constant", &drive));
     PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "kernel", kernels, "area", &kernel));
     PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "weights", weights, "calibrated", &printed));
     u->drive = (pd_drive)drive;
@@ -374,7 +376,7 @@ static pd_status pdi_read_dissolution_corrode_variant(pdi_reader *s, int section
                                  " bulk");
     if (printed && u->has_flow)
         return pdi_text_fail_key(s->ctx, s->text, section, "weights",
-                                 "found 'printed' beside [flow], expected calibrated: no flow is exact with others");
+                                 "found 'published' beside [flow], expected calibrated: no flow is exact with others");
     PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "breaking", breakings, "deterministic", &u->stochastic));
     if (u->stochastic) return pdi_text_get_integer(s->ctx, s->text, section, "seed", 0, 2147483647, "1", &u->seed);
     if (!pdi_text_has_key(s->ctx, s->text, section, "seed")) return PD_OK;

@@ -86,10 +86,10 @@ static double pdi_read_electrolyte_stokes_einstein_factor(const pdi_read_electro
 static pd_status pdi_read_electrolyte_diffusivity(pdi_read_electrolyte_state *s, int section, double *diffusivity)
 {
     double energy;
-    int own = pdi_text_has_key(s->ctx, s->text, section, "activation");
+    int own = pdi_text_has_key(s->ctx, s->text, section, "activation_energy");
     PD_TRY(pdi_text_get_number(s->ctx, s->text, section, "D", "m2/s", NULL, diffusivity));
     if (own) {
-        PD_TRY(pdi_text_get_number(s->ctx, s->text, section, "activation", "J/mol", NULL, &energy));
+        PD_TRY(pdi_text_get_number(s->ctx, s->text, section, "activation_energy", "J/mol", NULL, &energy));
         *diffusivity *= pdi_read_electrolyte_arrhenius_factor(s, energy);
     } else if (s->diffusion_by_viscosity) {
         *diffusivity *= pdi_read_electrolyte_stokes_einstein_factor(s);
@@ -145,8 +145,9 @@ static pd_status pdi_read_electrolyte_one_species(pdi_read_electrolyte_state *s,
     if (desc.has_charge) PD_TRY(pdi_text_get_integer(s->ctx, s->text, section, "charge", -20, 20, NULL, &desc.charge));
     if (pdi_text_has_key(s->ctx, s->text, section, "D"))
         PD_TRY(pdi_read_electrolyte_diffusivity(s, section, &desc.diffusivity));
-    else if (pdi_text_has_key(s->ctx, s->text, section, "activation"))
-        return pdi_text_fail_key(s->ctx, s->text, section, "activation", "found without D, expected that of 25 C");
+    else if (pdi_text_has_key(s->ctx, s->text, section, "activation_energy"))
+        return pdi_text_fail_key(s->ctx, s->text, section, "activation_energy",
+                                 "found without D, expected that of 25 C");
     if (pd_species_read(s->ctx, &desc, &e->species[k]) < 0) return pdi_read_electrolyte_fail(s, section, "species");
     PD_TRY(pdi_read_electrolyte_concentration(s, section, "initial", "0", &e->initial[k]));
     PD_TRY(pdi_read_electrolyte_other_concentration(s, section, "inlet", &e->inlet[k]));
@@ -247,12 +248,12 @@ static pd_status pdi_read_electrolyte_rate_temperature(pdi_read_electrolyte_stat
                                                        pd_reaction_desc *desc)
 {
     double energy, enthalpy = s->electrolyte->enthalpy[s->electrolyte->reactions];
-    if (!pdi_text_has_key(s->ctx, s->text, section, "activation")) return PD_OK;
+    if (!pdi_text_has_key(s->ctx, s->text, section, "activation_energy")) return PD_OK;
     if (!(desc->forward > 0.0) && !(desc->backward > 0.0))
-        return pdi_text_fail_key(s->ctx, s->text, section, "activation",
+        return pdi_text_fail_key(s->ctx, s->text, section, "activation_energy",
                                  "found without a rate, expected forward or "
                                  "backward");
-    PD_TRY(pdi_text_get_number(s->ctx, s->text, section, "activation", "J/mol", NULL, &energy));
+    PD_TRY(pdi_text_get_number(s->ctx, s->text, section, "activation_energy", "J/mol", NULL, &energy));
     desc->forward *= pdi_read_electrolyte_arrhenius_factor(s, energy);
     desc->backward *= pdi_read_electrolyte_arrhenius_factor(s, isnan(enthalpy) ? energy : energy - enthalpy);
     return PD_OK;
@@ -353,14 +354,14 @@ static pd_status pdi_read_electrolyte_chemistry(pdi_read_electrolyte_state *s)
     PD_TRY(pdi_text_get_choice(s->ctx, s->text, at, "activity", activities, "davies", &activity));
     e->activity = (pd_activity)activity;
     PD_TRY(pdi_text_get_choice(s->ctx, s->text, at, "minerals", minerals, "given", &e->all_minerals_form));
-    PD_TRY(pdi_read_electrolyte_ion(s, "balance", &e->balance_ion));
-    PD_TRY(pdi_read_electrolyte_ion(s, "counter", &e->counter_ion));
+    PD_TRY(pdi_read_electrolyte_ion(s, "balance_ion", &e->balance_ion));
+    PD_TRY(pdi_read_electrolyte_ion(s, "counter_ion", &e->counter_ion));
     if (e->counter_ion < 0) e->counter_ion = e->balance_ion;
     if (e->counter_ion >= 0 &&
         (strcmp(e->species[e->counter_ion].name, "H+") == 0 || strcmp(e->species[e->counter_ion].name, "OH-") == 0) &&
         pdi_text_has_key(s->ctx, s->text, at, "pH"))
         return pdi_text_fail_key(s->ctx, s->text, at, "pH",
-                                 "found beside balance or counter = %s, expected another ion, "
+                                 "found beside balance_ion or counter_ion = %s, expected another ion, "
                                  "that of a salt",
                                  e->species[e->counter_ion].name);
     PD_TRY(pdi_read_electrolyte_ph(s, "pH", &e->ph));

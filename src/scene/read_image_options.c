@@ -123,8 +123,8 @@ static pd_status pdi_read_image_options_maps(pdi_read_image_options_state *r)
                                          PD_COLOUR_MAP_DIVERGING};
     const char *list;
     char item[PDI_READ_IMAGE_OPTIONS_ITEM_SIZE];
-    if (!pdi_text_has_key(r->ctx, r->text, r->section, "map")) return PD_OK;
-    PD_TRY(pdi_text_get_string(r->ctx, r->text, r->section, "map", NULL, &list));
+    if (!pdi_text_has_key(r->ctx, r->text, r->section, "colormap")) return PD_OK;
+    PD_TRY(pdi_text_get_string(r->ctx, r->text, r->section, "colormap", NULL, &list));
     while (pdi_read_image_options_next_item(&list, item)) {
         size_t word = strcspn(item, " \t");
         int field = -1, map = 0;
@@ -132,11 +132,11 @@ static pd_status pdi_read_image_options_maps(pdi_read_image_options_state *r)
         if (item[word]) {
             item[word] = '\0';
             name = item + word + 1 + strspn(item + word + 1, " \t");
-            PD_TRY(pdi_read_image_options_find_field(r, "map", item, &field));
+            PD_TRY(pdi_read_image_options_find_field(r, "colormap", item, &field));
         }
         while (map < 4 && strcmp(name, names[map]) != 0) map++;
         if (map == 4)
-            return pdi_text_fail_key(r->ctx, r->text, r->section, "map",
+            return pdi_text_fail_key(r->ctx, r->text, r->section, "colormap",
                                      "found '%.40s', expected violet, viridis, grey or diverging, or one of them "
                                      "behind a field",
                                      name);
@@ -150,15 +150,15 @@ static pd_status pdi_read_image_options_maps(pdi_read_image_options_state *r)
 static pd_status pdi_read_image_options_log(pdi_read_image_options_state *r)
 {
     pd_setup_image_options *drawing = &r->setup->drawing;
-    PD_TRY(pdi_read_monitors_fields(r->ctx, r->text, r->setup, r->section, "log", "none", &drawing->log));
+    PD_TRY(pdi_read_monitors_fields(r->ctx, r->text, r->setup, r->section, "log_scale", "none", &drawing->log));
     for (int k = 0; k < PD_FIELD_COUNT; k++) {
         const char *name = pd_fields_get_name(r->setup, (pd_field)k);
         int field;
         if (!(drawing->log >> k & 1u)) continue;
-        PD_TRY(pdi_read_image_options_find_field(r, "log", name, &field));
+        PD_TRY(pdi_read_image_options_find_field(r, "log_scale", name, &field));
         if (pd_fields_get_scale((pd_field)k) == PD_FIELD_SCALE_CATEGORY)
-            return pdi_text_fail_key(r->ctx, r->text, r->section, "log", "found '%s', whose values have a colour each",
-                                     name);
+            return pdi_text_fail_key(r->ctx, r->text, r->section, "log_scale",
+                                     "found '%s', whose values have a colour each", name);
     }
     return PD_OK;
 }
@@ -221,7 +221,7 @@ static pd_status pdi_read_image_options_check_undeformed(pdi_read_image_options_
     const char *name = pd_fields_get_name(r->setup, (pd_field)field);
     if (!pd_fields_is_in_metal(r->setup, (pd_field)field) || !(r->setup->displacement_scale > 0.0)) return PD_OK;
     return pdi_text_fail_key(r->ctx, r->text, r->section, key,
-                             "found '%s', which 'deformed' draws where the metal has "
+                             "found '%s', which 'deformation_scale' draws where the metal has "
                              "moved to, expected a field of the fluid",
                              name);
 }
@@ -353,7 +353,7 @@ static pd_status pdi_read_image_options_formats(pdi_read_image_options_state *r)
 /* Read the options of images of planes (2D and 3D): maps, contours, streamlines, arrows, cells, width. */
 static pd_status pdi_read_image_options_plane_images(pdi_read_image_options_state *r)
 {
-    static const char *const keys[] = {"map", "width", "cells", "contours", "streamlines", "vectors"};
+    static const char *const keys[] = {"colormap", "width", "cells", "contours", "streamlines", "vectors"};
     static const char *const cells[] = {"blocky", "smooth", NULL};
     pd_setup_image_options *drawing = &r->setup->drawing;
     for (int k = 0; PD_DIM == 1 && k < 6; k++)
@@ -375,8 +375,8 @@ static pd_status pdi_read_image_options_plane_images(pdi_read_image_options_stat
 /* With images = none the other options have no effect; without the key `images` they are refused. */
 static pd_status pdi_read_image_options_check_unused(pdi_read_image_options_state *r)
 {
-    static const char *const keys[] = {"range", "percentile", "log", "map", "width", "cells", "animate", "contours",
-                                       "streamlines", "vectors"};
+    static const char *const keys[] = {"range", "percentile", "log_scale", "colormap",    "width",
+                                       "cells", "animate",    "contours",  "streamlines", "vectors"};
     const char *value;
     for (size_t k = 0; k < sizeof keys / sizeof keys[0]; k++) {
         if (!pdi_text_has_key(r->ctx, r->text, r->section, keys[k])) continue;

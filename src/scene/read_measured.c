@@ -72,10 +72,10 @@ static pd_status pdi_read_measured_values(const pdi_read_tables_state *s, pd_set
             return pdi_read_measured_fail_row(s, k, "value", r->value[k], "a finite value");
         r->value[k] *= r->scale;
     }
-    if (!spread && !pdi_text_has_key(s->ctx, s->text, s->section, "spread")) return PD_OK;
+    if (!spread && !pdi_text_has_key(s->ctx, s->text, s->section, "standard_deviation")) return PD_OK;
     PD_TRY(PD_NEW(s->ctx, "record", r->points, r->spread));
-    PD_TRY(pdi_read_tables_column(s, "spread", spread, 1, r->spread, unit, &scale, &dims));
-    PD_TRY(pdi_read_measured_check_dims(s, "spread", &dims, &r->dims));
+    PD_TRY(pdi_read_tables_column(s, "standard_deviation", spread, 1, r->spread, unit, &scale, &dims));
+    PD_TRY(pdi_read_measured_check_dims(s, "standard_deviation", &dims, &r->dims));
     for (int k = 0; k < r->points; k++) {
         if (!(r->spread[k] >= 0.0) || !(r->spread[k] < HUGE_VAL))
             return pdi_read_measured_fail_row(s, k, "spread", r->spread[k], "a finite spread of at least 0");

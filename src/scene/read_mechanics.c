@@ -126,13 +126,15 @@ static pd_status pdi_read_mechanics_add_monitors(pdi_reader *s, int section)
     return pdi_read_mechanics_add_monitor(s, section, PD_MONITOR_SOLID, 0, "metal");
 }
 
-static const char *const pdi_read_mechanics_material_names[] = {"correspondence", "springs", "ordinary",
-                                                                "neo_hookean",    "hencky",  NULL};
+static const char *const pdi_read_mechanics_material_names[] = {"correspondence", "bond_based", "ordinary",
+                                                                "neo_hookean",    "hencky",     NULL};
 
 /* Part of messages: which failure criteria each material supports. */
 #define PDI_READ_MECHANICS_SUPPORT_TEXT \
-    "correspondence breaks by toughness (without yield), strength or stretch, at rest; ordinary, neo_hookean and " \
-    "hencky by strength or stretch, at rest; springs by toughness, at rest and in motion; yield is of " \
+    "correspondence breaks by fracture_energy (without yield_stress), strength or critical_stretch, at rest; " \
+    "ordinary, neo_hookean and " \
+    "hencky by strength or critical_stretch, at rest; bond_based by fracture_energy, at rest and in motion; " \
+    "yield_stress is of " \
     "correspondence and hencky at rest"
 
 /* 1: the material is bond-based. */
@@ -156,7 +158,7 @@ static pd_status pdi_read_mechanics_poisson(pdi_reader *s, int section)
                                   0.499, 0, &b->poisson));
     if (!pdi_read_mechanics_is_bond_based(b) || fabs(b->poisson - own) < 1e-3) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, section, "nu",
-                             "found %g with material = springs, expected their %g, or "
+                             "found %g with model = bond_based, expected their %g, or "
                              "another material: " PDI_READ_MECHANICS_SUPPORT_TEXT,
                              b->poisson, own);
 }
@@ -165,73 +167,75 @@ static pd_status pdi_read_mechanics_poisson(pdi_reader *s, int section)
 static pd_status pdi_read_mechanics_plasticity(pdi_reader *s, int section)
 {
     pd_setup_mechanics *b = &s->setup->metal_body;
-    PD_TRY(pdi_reader_get_nonnegative(s, section, "yield", "Pa", "0", &b->yield));
-    if (pdi_text_has_key(s->ctx, s->text, section, "hardening") && !(b->yield > 0.0))
-        return pdi_text_fail_key(s->ctx, s->text, section, "hardening", "found without a yield stress, expected both");
+    PD_TRY(pdi_reader_get_nonnegative(s, section, "yield_stress", "Pa", "0", &b->yield));
+    if (pdi_text_has_key(s->ctx, s->text, section, "hardening_modulus") && !(b->yield > 0.0))
+        return pdi_text_fail_key(s->ctx, s->text, section, "hardening_modulus",
+                                 "found without yield_stress, expected both");
     if (!(b->yield > 0.0)) return PD_OK;
     if (b->material != PD_SOLID_COUPLING_CORRESPONDENCE && b->material != PD_SOLID_COUPLING_HENCKY)
-        return pdi_text_fail_key(s->ctx, s->text, section, "yield",
-                                 "found with material = %s, expected another one of "
+        return pdi_text_fail_key(s->ctx, s->text, section, "yield_stress",
+                                 "found with model = %s, expected another one of "
                                  "both: " PDI_READ_MECHANICS_SUPPORT_TEXT,
                                  pdi_read_mechanics_material_names[b->material]);
     if (b->yield < 1e3 * b->rtol * b->young)
-        return pdi_text_fail_key(s->ctx, s->text, section, "yield",
+        return pdi_text_fail_key(s->ctx, s->text, section, "yield_stress",
                                  "found %g Pa, expected 0 or at least 1000 rtol E = "
                                  "%g Pa: balances are no finer",
                                  b->yield, 1e3 * b->rtol * b->young);
-    PD_TRY(pdi_reader_get_nonnegative(s, section, "hardening", "Pa", "0", &b->hardening));
+    PD_TRY(pdi_reader_get_nonnegative(s, section, "hardening_modulus", "Pa", "0", &b->hardening));
     if (PD_DIM != 2 || b->plane == PD_PLANE_STRAIN || b->material == PD_SOLID_COUPLING_HENCKY) return PD_OK;
-    return pdi_text_fail_key(s->ctx, s->text, section, "yield",
+    return pdi_text_fail_key(s->ctx, s->text, section, "yield_stress",
                              "found with plane = stress, expected plane = strain or "
-                             "material = hencky");
+                             "model = hencky");
 }
 
 /* Read the failure criterion: at most one of critical stretch, strength and toughness. */
 static pd_status pdi_read_mechanics_failure(pdi_reader *s, int section)
 {
-    static const char *const keys[] = {"stretch", "strength", "toughness"};
+    static const char *const keys[] = {"critical_stretch", "strength", "fracture_energy"};
     pd_setup_mechanics *b = &s->setup->metal_body;
     const char *found = NULL;
-    PD_TRY(pdi_reader_get_nonnegative(s, section, "stretch", "", "0", &b->stretch));
+    PD_TRY(pdi_reader_get_nonnegative(s, section, "critical_stretch", "", "0", &b->stretch));
     PD_TRY(pdi_reader_get_nonnegative(s, section, "strength", "Pa", "0", &b->strength));
-    PD_TRY(pdi_reader_get_nonnegative(s, section, "toughness", "J/m2", "0", &b->toughness));
+    PD_TRY(pdi_reader_get_nonnegative(s, section, "fracture_energy", "J/m2", "0", &b->toughness));
     for (int k = 0; k < 3; k++) {
         double value = k == 0 ? b->stretch : k == 1 ? b->strength : b->toughness;
         if (!(value > 0.0)) continue;
         if (found)
             return pdi_text_fail_key(s->ctx, s->text, section, keys[k],
-                                     "found beside %s, expected one of stretch, "
-                                     "strength and toughness",
+                                     "found beside %s, expected one of "
+                                     "critical_stretch, strength and fracture_energy",
                                      found);
         found = keys[k];
     }
     if (!(b->toughness > 0.0)) return PD_OK;
     if (b->material != PD_SOLID_COUPLING_CORRESPONDENCE)
-        return pdi_text_fail_key(s->ctx, s->text, section, "toughness",
-                                 "found with material = %s, expected another one "
+        return pdi_text_fail_key(s->ctx, s->text, section, "fracture_energy",
+                                 "found with model = %s, expected another one "
                                  "of both: " PDI_READ_MECHANICS_SUPPORT_TEXT,
                                  pdi_read_mechanics_material_names[b->material]);
     if (PD_DIM == 3 && (b->m < 1.5 || b->m > 3.0))
-        return pdi_text_fail_key(s->ctx, s->text, section, "toughness",
+        return pdi_text_fail_key(s->ctx, s->text, section, "fracture_energy",
                                  "found with m = %g, expected m = 1.5 to 3 in 3D", b->m);
     if (!(b->yield > 0.0)) return PD_OK;
-    return pdi_text_fail_key(s->ctx, s->text, section, "toughness",
-                             "found with a yield stress, expected stretch or "
-                             "strength: energies of bonds are those of metal that does not flow");
+    return pdi_text_fail_key(s->ctx, s->text, section, "fracture_energy",
+                             "found with yield_stress, expected "
+                             "critical_stretch or strength: energies of bonds are those of metal that does not flow");
 }
 
 /* Read plasticity and failure; check which of them the material and dynamics support. */
 static pd_status pdi_read_mechanics_plasticity_failure(pdi_reader *s, int section)
 {
-    static const char *const still[] = {"yield", "hardening", "stretch", "strength", "speed_factor", "toughness"};
+    static const char *const still[] = {"yield_stress", "hardening_modulus",  "critical_stretch",
+                                        "strength",     "dissolution_factor", "fracture_energy"};
     pd_setup_mechanics *b = &s->setup->metal_body;
     int moves = b->density > 0.0, springs = pdi_read_mechanics_is_bond_based(b);
     for (int k = 0; k < (springs ? 5 : 6); k++)
         if ((springs || moves) && pdi_text_has_key(s->ctx, s->text, section, still[k]))
             return pdi_text_fail_key(s->ctx, s->text, section, still[k],
                                      "found with %s, expected another one of both: " PDI_READ_MECHANICS_SUPPORT_TEXT,
-                                     springs ? "material = springs" : "motion = yes");
-    if (springs) return pdi_reader_get_nonnegative(s, section, "toughness", "J/m2", "0", &b->toughness);
+                                     springs ? "model = bond_based" : "dynamics = yes");
+    if (springs) return pdi_reader_get_nonnegative(s, section, "fracture_energy", "J/m2", "0", &b->toughness);
     PD_TRY(pdi_read_mechanics_plasticity(s, section));
     return pdi_read_mechanics_failure(s, section);
 }
@@ -242,14 +246,14 @@ static pd_status pdi_read_mechanics_dynamics(pdi_reader *s, int section)
     static const char *const answers[] = {"no", "yes", NULL};
     pd_setup_mechanics *b = &s->setup->metal_body;
     int moves;
-    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "motion", answers, "no", &moves));
+    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "dynamics", answers, "no", &moves));
     if (s->setup->has_dissolve && (moves || pdi_read_mechanics_is_bond_based(b)))
-        return pdi_text_fail_key(s->ctx, s->text, section, moves ? "motion" : "material",
+        return pdi_text_fail_key(s->ctx, s->text, section, moves ? "dynamics" : "model",
                                  "found beside metal that dissolves, expected %s",
-                                 moves ? "motion = no" : "material = correspondence");
+                                 moves ? "dynamics = no" : "model = correspondence");
     if (moves) return pdi_reader_get_positive(s, section, "density", "kg/m3", NULL, &b->density);
     if (!pdi_text_has_key(s->ctx, s->text, section, "density")) return PD_OK;
-    return pdi_text_fail_key(s->ctx, s->text, section, "density", "found without motion = yes, expected both");
+    return pdi_text_fail_key(s->ctx, s->text, section, "density", "found without dynamics = yes, expected both");
 }
 
 /* Read the material of [solid]: constitutive law, E, nu, plane, influence function, horizon, tolerance, failure. */
@@ -259,8 +263,8 @@ static pd_status pdi_read_mechanics_material(pdi_reader *s, int section)
     static const char *const influences[] = {"constant", "inverse", "linear", NULL};
     pd_setup_mechanics *b = &s->setup->metal_body;
     int plane = 0, influence, material;
-    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "material", pdi_read_mechanics_material_names,
-                               "correspondence", &material));
+    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "model", pdi_read_mechanics_material_names, "correspondence",
+                               &material));
     b->material = (pd_solid_coupling_material)material;
     PD_TRY(pdi_reader_get_positive(s, section, "E", "Pa", NULL, &b->young));
     if (b->young < 1e-30)
@@ -297,13 +301,14 @@ PDI_FN void pdi_read_mechanics_add_notes(pdi_reader *s)
                           "that bears the load alone with kind = solid, and a grip where the other one holds it",
                           u->metal[k].material.name, u->metal[0].material.name);
     if (b->toughness > 0.0 && !b->precracks)
-        pd_setup_add_note(u, "solid: toughness without a [cut]: the load that begins a crack in smooth metal, or at a "
-                          "notch, depends on h, about as 1/sqrt(h); expected a [cut ...], or strength = ...");
+        pd_setup_add_note(
+            u, "solid: fracture_energy without a [crack]: the load that begins a crack in smooth metal, or at a "
+               "notch, depends on h, about as 1/sqrt(h); expected a [crack ...], or strength = ...");
     if (PD_DIM > 1 && !stress && families &&
         b->poisson > (b->m > 1.0 ? PDI_READ_MECHANICS_NU_LOCKING : PDI_READ_MECHANICS_NU_LOCKING_M1))
         pd_setup_add_note(u,
-                          "solid: nu = %g with material = %s: metal that is bent over 16 cells is too stiff by more "
-                          "than 5 %%, near 1/2 by half; expected nu up to %g, material = ordinary, or plane = stress",
+                          "solid: nu = %g with model = %s: metal that is bent over 16 cells is too stiff by more "
+                          "than 5 %%, near 1/2 by half; expected nu up to %g, model = ordinary, or plane = stress",
                           b->poisson, pdi_read_mechanics_material_names[b->material], PDI_READ_MECHANICS_NU_LOCKING);
 }
 
@@ -311,11 +316,11 @@ PDI_FN void pdi_read_mechanics_add_notes(pdi_reader *s)
 static pd_status pdi_read_mechanics_rate_factor(pdi_reader *s, int section)
 {
     pd_setup_mechanics *b = &s->setup->metal_body;
-    if (!pdi_text_has_key(s->ctx, s->text, section, "speed_factor")) return PD_OK;
+    if (!pdi_text_has_key(s->ctx, s->text, section, "dissolution_factor")) return PD_OK;
     if (!s->setup->has_dissolve)
-        return pdi_text_fail_key(s->ctx, s->text, section, "speed_factor",
+        return pdi_text_fail_key(s->ctx, s->text, section, "dissolution_factor",
                                  "found without metal that dissolves, expected a [dissolve] or [corrode] section");
-    PD_TRY(pdi_text_get_expr(s->ctx, s->text, section, "speed_factor", "", pd_setup_get_stress_symbols(),
+    PD_TRY(pdi_text_get_expr(s->ctx, s->text, section, "dissolution_factor", "", pd_setup_get_stress_symbols(),
                              PD_SETUP_STRESS_VARS, NULL, &b->rate_factor));
     b->has_rate_factor = 1;
     return PD_OK;
@@ -354,9 +359,9 @@ PDI_FN pd_status pdi_read_mechanics_read(pdi_reader *s)
             return pdi_text_fail_key(s->ctx, s->text, section, "solid",
                                      "found different spacings of the axes, expected one h");
     PD_TRY(pdi_read_mechanics_material(s, section));
-    u->metal_body.has_body_force = pdi_text_has_key(s->ctx, s->text, section, "force");
+    u->metal_body.has_body_force = pdi_text_has_key(s->ctx, s->text, section, "body_force");
     if (u->metal_body.has_body_force)
-        PD_TRY(pdi_read_mechanics_vector(s, section, "force", "N/m3", u->metal_body.force));
+        PD_TRY(pdi_read_mechanics_vector(s, section, "body_force", "N/m3", u->metal_body.force));
     PD_TRY(pdi_read_mechanics_sides(s, section));
     u->metal_body.is_time_dependent = pdi_read_mechanics_is_time_dependent(&u->metal_body);
     PD_TRY(pdi_read_mechanics_add_monitors(s, section));

@@ -198,15 +198,16 @@ static pd_status pdi_read_monitors_shape(pdi_read_monitors_state *w, pd_setup_mo
  * A). */
 static pd_status pdi_read_monitors_force(pdi_read_monitors_state *w, pd_setup_monitor *m)
 {
-    const char *size = PD_DIM == 3 ? "area" : "length";
+    const char *size = PD_DIM == 3 ? "reference_area" : "reference_length";
     PD_TRY(pdi_read_monitors_check_section(w, w->setup->has_flow, "flow"));
     int named = pdi_text_has_key(w->ctx, w->text, w->section, "shape");
     if (named) PD_TRY(pdi_read_monitors_shape(w, m));
     PD_TRY(pdi_read_monitors_box(w, named, m));
     PD_TRY(pdi_text_get_bool(w->ctx, w->text, w->section, "balance", named ? "no" : "yes", &m->momentum_balance));
-    if (!pdi_text_has_key(w->ctx, w->text, w->section, "speed") && !pdi_text_has_key(w->ctx, w->text, w->section, size))
+    if (!pdi_text_has_key(w->ctx, w->text, w->section, "reference_speed") &&
+        !pdi_text_has_key(w->ctx, w->text, w->section, size))
         return PD_OK;
-    PD_TRY(pdi_read_monitors_positive(w, "speed", "m/s", NULL, &m->speed));
+    PD_TRY(pdi_read_monitors_positive(w, "reference_speed", "m/s", NULL, &m->speed));
     m->area = 1.0;
     return PD_DIM == 1 ? PD_OK : pdi_read_monitors_positive(w, size, PD_DIM == 3 ? "m2" : "m", NULL, &m->area);
 }
@@ -256,8 +257,8 @@ static pd_status pdi_read_monitors_transfer(pdi_read_monitors_state *w, pd_setup
         PD_TRY(pdi_text_get_choice(w->ctx, w->text, w->section, "along", names, NULL, &m->axis));
     if (pdi_text_has_key(w->ctx, w->text, w->section, "area"))
         PD_TRY(pdi_read_monitors_positive(w, "area", unit, NULL, &m->area));
-    if (!pdi_text_has_key(w->ctx, w->text, w->section, "length")) return PD_OK;
-    PD_TRY(pdi_read_monitors_positive(w, "length", "m", NULL, &m->length));
+    if (!pdi_text_has_key(w->ctx, w->text, w->section, "reference_length")) return PD_OK;
+    PD_TRY(pdi_read_monitors_positive(w, "reference_length", "m", NULL, &m->length));
     PD_TRY(pdi_read_monitors_concentration(w, "surface", &m->surface_c));
     PD_TRY(pdi_read_monitors_reference_fluid(w, m));
     snprintf(diffusivity, sizeof diffusivity, "%.17g m2/s", w->setup->diffusivity);

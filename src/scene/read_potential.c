@@ -200,7 +200,7 @@ static pd_status pdi_read_potential_species_curve(pdi_reader *s, int section, pd
                                  "found pH without the species H+, expected [species H+] "
                                  "and others");
     if (e->film_resistance > 0.0 || pdi_text_has_key(s->ctx, s->text, section, "range"))
-        return pdi_text_fail_key(s->ctx, s->text, section, e->film_resistance > 0.0 ? "film" : "range",
+        return pdi_text_fail_key(s->ctx, s->text, section, e->film_resistance > 0.0 ? "film_resistance" : "range",
                                  "found beside a curve in pH "
                                  "or species, expected none");
     return pdi_read_potential_check_rising(s, section, e);
@@ -231,7 +231,7 @@ static pd_status pdi_read_potential_kinetics(pdi_reader *s, int section, pd_setu
                                  "found no polarisation curve, expected curve = "
                                  "butler_volmer, tafel, linear, expression or primary");
     PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "curve", curves, NULL, &curve));
-    PD_TRY(pdi_reader_get_nonnegative(s, section, "film", "ohm m2", "0", &e->film_resistance));
+    PD_TRY(pdi_reader_get_nonnegative(s, section, "film_resistance", "ohm m2", "0", &e->film_resistance));
     if (curve == PDI_READ_POTENTIAL_EXPRESSION) return pdi_read_potential_expression_curve(s, section, e);
     PD_TRY(pdi_reader_get_bounded(s, section, "E0", "V", "0", -PDI_READ_POTENTIAL_MAX_VOLTAGE,
                                   PDI_READ_POTENTIAL_MAX_VOLTAGE, 0, &e->term.equilibrium));
@@ -244,7 +244,7 @@ static pd_status pdi_read_potential_kinetics(pdi_reader *s, int section, pd_setu
     if (curve != PDI_READ_POTENTIAL_LINEAR)
         return pdi_read_potential_tafel_slopes(s, section, curve == PDI_READ_POTENTIAL_BUTLER_VOLMER, &e->term);
     e->term.kind = PD_ELECTRODE_LINEAR;
-    return pdi_reader_get_positive(s, section, "resistance", "ohm m2", NULL, &e->term.resistance);
+    return pdi_reader_get_positive(s, section, "polarisation_resistance", "ohm m2", NULL, &e->term.resistance);
 }
 
 /* ---- circuits ---- */

@@ -40,17 +40,17 @@ static pd_status pdi_read_precracks_direction(pdi_reader *s, int section, pd_set
     double square = 0.0;
     int count = PD_DIM;
     cut->is_recorded = PD_DIM == 2;
-    if (pdi_text_has_key(s->ctx, s->text, section, "way")) {
+    if (pdi_text_has_key(s->ctx, s->text, section, "direction")) {
         cut->is_recorded = PD_DIM > 1;
-        PD_TRY(pdi_text_get_numbers(s->ctx, s->text, section, "way", "", NULL, PD_DIM, cut->direction, &count));
+        PD_TRY(pdi_text_get_numbers(s->ctx, s->text, section, "direction", "", NULL, PD_DIM, cut->direction, &count));
     } else if (cut->is_recorded)
         for (int d = 0; d < PD_DIM; d++)
             cut->direction[d] =
                 cut->corner[(cut->corners - 1) * PD_DIM + d] - cut->corner[(cut->corners - 2) * PD_DIM + d];
     for (int d = 0; d < PD_DIM; d++) square += cut->direction[d] * cut->direction[d];
     if (!cut->is_recorded || (count == PD_DIM && square > 0.0 && square < PDI_READER_MAX_NUMBER)) return PD_OK;
-    return pdi_text_fail_key(s->ctx, s->text, section, "way", "expected a direction, %d numbers that are not all zero",
-                             PD_DIM);
+    return pdi_text_fail_key(s->ctx, s->text, section, "direction",
+                             "expected a direction, %d numbers that are not all zero", PD_DIM);
 }
 
 /* Read the three radii [m] about the tip that bound the two domains of the J-integral, a horizon or more apart. Only
@@ -60,27 +60,27 @@ static pd_status pdi_read_precracks_j_contours(pdi_reader *s, int section, pd_se
     const pd_setup_mechanics *b = &s->setup->metal_body;
     double least = b->m * s->setup->h[0];
     int count;
-    if (!pdi_text_has_key(s->ctx, s->text, section, "contours")) return PD_OK;
-    PD_TRY(pdi_text_get_numbers(s->ctx, s->text, section, "contours", "m", NULL, 3, cut->radius, &count));
+    if (!pdi_text_has_key(s->ctx, s->text, section, "contour_radii")) return PD_OK;
+    PD_TRY(pdi_text_get_numbers(s->ctx, s->text, section, "contour_radii", "m", NULL, 3, cut->radius, &count));
     if (b->material > PD_SOLID_COUPLING_ORDINARY_STATE || b->material == PD_SOLID_COUPLING_BOND_BASED ||
         b->density > 0.0 || b->yield > 0.0)
-        return pdi_text_fail_key(s->ctx, s->text, section, "contours",
+        return pdi_text_fail_key(s->ctx, s->text, section, "contour_radii",
                                  "found with %s, expected small strains in balance:"
                                  " J is theirs",
-                                 b->material == PD_SOLID_COUPLING_BOND_BASED ? "material = springs"
-                                 : b->density > 0.0                          ? "motion = yes"
-                                 : b->yield > 0.0                            ? "a yield stress"
+                                 b->material == PD_SOLID_COUPLING_BOND_BASED ? "model = bond_based"
+                                 : b->density > 0.0                          ? "dynamics = yes"
+                                 : b->yield > 0.0                            ? "yield_stress"
                                                                              : "a material of large strains");
     if (PD_DIM != 2)
-        return pdi_text_fail_key(s->ctx, s->text, section, "contours", "found in %dD, expected 2D", PD_DIM);
+        return pdi_text_fail_key(s->ctx, s->text, section, "contour_radii", "found in %dD, expected 2D", PD_DIM);
     if (count != 3)
-        return pdi_text_fail_key(s->ctx, s->text, section, "contours",
+        return pdi_text_fail_key(s->ctx, s->text, section, "contour_radii",
                                  "found %d length%s, expected 3: J is taken between"
                                  " the first two, and between the last two",
                                  count, count > 1 ? "s" : "");
     for (int k = 0; k < 2; k++)
         if (!(cut->radius[k + 1] - cut->radius[k] >= least * (1.0 - 1e-9)) || !(cut->radius[0] >= 0.0))
-            return pdi_text_fail_key(s->ctx, s->text, section, "contours",
+            return pdi_text_fail_key(s->ctx, s->text, section, "contour_radii",
                                      "found %.6g and %.6g m, expected growing radii"
                                      " a horizon m h or more apart, here %.6g m",
                                      cut->radius[k], cut->radius[k + 1], least);
@@ -94,7 +94,7 @@ static pd_status pdi_read_precracks_add_monitor(pdi_reader *s, const pd_setup_pr
     pd_setup *u = s->setup;
     if (!cut->is_recorded) return PD_OK;
     if (u->monitors == PD_SETUP_MONITORS)
-        return pdi_text_fail_key(s->ctx, s->text, pdi_text_get_section(s->ctx, s->text, "cut", cut->name), "cut",
+        return pdi_text_fail_key(s->ctx, s->text, pdi_text_get_section(s->ctx, s->text, "crack", cut->name), "crack",
                                  "found more than %d tables", PD_SETUP_MONITORS);
     pd_setup_monitor *m = &u->monitor[u->monitors++];
     memset(m, 0, sizeof *m);
@@ -105,17 +105,17 @@ static pd_status pdi_read_precracks_add_monitor(pdi_reader *s, const pd_setup_pr
     return PD_OK;
 }
 
-/* Read one [cut NAME] section. */
+/* Read one [crack NAME] section. */
 static pd_status pdi_read_precracks_section(pdi_reader *s, int section)
 {
     pd_setup_mechanics *b = &s->setup->metal_body;
     const char *label = s->text->section[section].label;
     if (!s->setup->has_solid)
-        return pdi_text_fail_key(s->ctx, s->text, section, "cut", "found no [solid] section, expected one");
+        return pdi_text_fail_key(s->ctx, s->text, section, "crack", "found no [solid] section, expected one");
     if (b->precracks == PD_SETUP_PRECRACKS)
-        return pdi_text_fail_key(s->ctx, s->text, section, "cut", "found more than %d cuts", PD_SETUP_PRECRACKS);
+        return pdi_text_fail_key(s->ctx, s->text, section, "crack", "found more than %d of them", PD_SETUP_PRECRACKS);
     if (label[0] == '\0' || strlen(label) >= PD_SETUP_NAME - 24)
-        return pdi_text_fail_key(s->ctx, s->text, section, "cut", "expected a short name: [cut NAME]");
+        return pdi_text_fail_key(s->ctx, s->text, section, "crack", "expected a short name: [crack NAME]");
     pd_setup_precrack *cut = &b->precrack[b->precracks++];
     memcpy(cut->name, label, strlen(label) + 1);
     cut->line = s->text->section[section].line;
@@ -127,8 +127,8 @@ static pd_status pdi_read_precracks_section(pdi_reader *s, int section)
 
 PDI_FN pd_status pdi_read_precracks_read(pdi_reader *s)
 {
-    for (int k = pdi_text_next_section(s->ctx, s->text, "cut", -1); k >= 0;
-         k = pdi_text_next_section(s->ctx, s->text, "cut", k))
+    for (int k = pdi_text_next_section(s->ctx, s->text, "crack", -1); k >= 0;
+         k = pdi_text_next_section(s->ctx, s->text, "crack", k))
         PD_TRY(pdi_read_precracks_section(s, k));
     return PD_OK;
 }

@@ -363,24 +363,25 @@ static pd_status pdi_read_shapes_grains(pdi_read_shapes_state *s)
     pd_grain_desc grain;
     int seed;
     memset(&grain, 0, sizeof grain);
-    if (!pdi_text_has_key(s->ctx, s->text, s->section, "grains")) return PD_OK;
-    PD_TRY(pdi_read_shapes_length(s, "grains", NULL, &grain.size));
-    PD_TRY(pdi_text_get_number(s->ctx, s->text, s->section, "grain_spread", "m", "0", &grain.spread));
+    if (!pdi_text_has_key(s->ctx, s->text, s->section, "grain_size")) return PD_OK;
+    PD_TRY(pdi_read_shapes_length(s, "grain_size", NULL, &grain.size));
+    PD_TRY(pdi_text_get_number(s->ctx, s->text, s->section, "grain_size_deviation", "m", "0", &grain.spread));
     PD_TRY(pdi_text_get_integer(s->ctx, s->text, s->section, "grain_seed", 0, 2147483647, "1", &seed));
-    PD_TRY(pdi_text_get_number(s->ctx, s->text, s->section, "boundary_width", "m", "0.5 um", &grain.boundary_width));
+    PD_TRY(
+        pdi_text_get_number(s->ctx, s->text, s->section, "grain_boundary_width", "m", "0.5 um", &grain.boundary_width));
     if (grain.spread < 0.0)
-        return pdi_text_fail_key(s->ctx, s->text, s->section, "grain_spread", "found %.6g m, expected at least 0",
-                                 grain.spread);
+        return pdi_text_fail_key(s->ctx, s->text, s->section, "grain_size_deviation",
+                                 "found %.6g m, expected at least 0", grain.spread);
     if (!(grain.boundary_width >= 0.0) ||
         (grain.boundary_width > grain.size && !pdi_reader_is_equal(grain.boundary_width, grain.size)))
-        return pdi_text_fail_key(s->ctx, s->text, s->section, "boundary_width",
+        return pdi_text_fail_key(s->ctx, s->text, s->section, "grain_boundary_width",
                                  "found %.6g m, expected 0 to the grain size %.6g m", grain.boundary_width, grain.size);
     grain.seed = (uint64_t)seed;
     const pd_grain_desc *first = &s->setup->grain;
     int same = pdi_reader_is_equal(grain.size, first->size) && pdi_reader_is_equal(grain.spread, first->spread) &&
                pdi_reader_is_equal(grain.boundary_width, first->boundary_width) && grain.seed == first->seed;
     if (s->grains++ && !same)
-        return pdi_text_fail_key(s->ctx, s->text, s->section, "grains",
+        return pdi_text_fail_key(s->ctx, s->text, s->section, "grain_size",
                                  "found other grains than in a shape above, expected the same for all solids");
     s->setup->grain = grain;
     s->setup->line[PD_PART_GRAIN] = s->text->section[s->section].line;

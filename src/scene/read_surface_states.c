@@ -210,24 +210,24 @@ PDI_FN pd_status pdi_read_surface_states_current_factor(pdi_reader *s, int secti
     pd_expr_symbol vars[PD_EXPR_VARS];
     char name[PD_EXPR_VARS][PD_SPECIES_NAME + 2];
     int count = PD_SETUP_POSITION_VARS, species_index[PD_EXPR_VARS], species;
-    e->has_current_factor = pdi_text_has_key(s->ctx, s->text, section, "factor");
+    e->has_current_factor = pdi_text_has_key(s->ctx, s->text, section, "current_factor");
     if (!e->has_current_factor) return PD_OK;
     if (!u->states)
-        return pdi_text_fail_key(s->ctx, s->text, section, "factor",
+        return pdi_text_fail_key(s->ctx, s->text, section, "current_factor",
                                  "found without states of surfaces, expected a "
                                  "[surface NAME], or a factor of the curve itself");
     if (e->primary)
-        return pdi_text_fail_key(s->ctx, s->text, section, "factor",
+        return pdi_text_fail_key(s->ctx, s->text, section, "current_factor",
                                  "found beside curve = primary, where current passes "
                                  "freely, expected another curve");
     memcpy(vars, pd_setup_get_position_symbols(), PD_SETUP_POSITION_VARS * sizeof *vars);
-    PD_TRY(pdi_read_surface_states_symbols(s, section, "factor", vars, name, &count, species_index, &species));
+    PD_TRY(pdi_read_surface_states_symbols(s, section, "current_factor", vars, name, &count, species_index, &species));
     if (species)
-        return pdi_text_fail_key(s->ctx, s->text, section, "factor",
+        return pdi_text_fail_key(s->ctx, s->text, section, "current_factor",
                                  "found %s, expected states of surfaces, x, y, z and "
                                  "t",
                                  name[0]);
-    return pdi_text_get_expr(s->ctx, s->text, section, "factor", "", vars, count, NULL, &e->current_factor);
+    return pdi_text_get_expr(s->ctx, s->text, section, "current_factor", "", vars, count, NULL, &e->current_factor);
 }
 
 /* ---- rates ---- */
@@ -337,8 +337,8 @@ static pd_status pdi_read_surface_states_check_uses(pdi_reader *s)
         for (int e = 0; e < u->potential.electrodes; e++)
             if (u->potential.electrode[e].current_factor.variables_used >> (PD_SETUP_POSITION_VARS + k) & 1u)
                 PD_TRY(pdi_read_surface_states_check_carried(
-                    s, pdi_text_get_section(s->ctx, s->text, "electrode", u->potential.electrode[e].name), "factor", k,
-                    (uint32_t)1 << e));
+                    s, pdi_text_get_section(s->ctx, s->text, "electrode", u->potential.electrode[e].name),
+                    "current_factor", k, (uint32_t)1 << e));
         for (int m = 0; m < u->metals && u->has_dissolve; m++)
             if (goes < 0 ? m == 0 : pd_setup_has_species_rate(&u->metal[m]))
                 PD_TRY(pdi_read_surface_states_check_metal(s, m, k));

@@ -353,7 +353,7 @@ static pd_status pdi_scene_read_sides(pdi_reader *s)
 /* Read the time treatment of the flow, its initial velocity, and the tolerance or equation of state of that scheme. */
 static pd_status pdi_scene_read_flow_time(pdi_reader *s, int section)
 {
-    static const char *const motions[] = {"steady", "implicit", "explicit", "given", NULL};
+    static const char *const motions[] = {"steady", "implicit", "explicit", "prescribed", NULL};
     static const char *const states[] = {"tait", "linear", NULL};
     static const char *const keys[] = {"vx", "vy", "vz"};
     pd_setup *u = s->setup;
@@ -401,13 +401,13 @@ static pd_status pdi_scene_read_body_force(pdi_reader *s, int section)
 {
     pd_setup *u = s->setup;
     int count;
-    if (!pdi_text_has_key(s->ctx, s->text, section, "force")) return PD_OK;
-    PD_TRY(pdi_text_get_exprs(s->ctx, s->text, section, "force", "m/s2", pd_setup_get_position_symbols(),
+    if (!pdi_text_has_key(s->ctx, s->text, section, "body_force")) return PD_OK;
+    PD_TRY(pdi_text_get_exprs(s->ctx, s->text, section, "body_force", "m/s2", pd_setup_get_position_symbols(),
                               PD_SETUP_POSITION_VARS, NULL, PD_DIM, u->body_force, &count));
     for (int d = 0; d < count; d++) u->has_body_force_expr = u->has_body_force_expr || u->body_force[d].variables_used;
     if (u->has_body_force_expr) return PD_OK;
     for (int d = 0; d < count; d++) pd_expr_free(s->ctx, &u->body_force[d]);
-    return pdi_text_get_numbers(s->ctx, s->text, section, "force", "m/s2", NULL, PD_DIM, u->force, &count);
+    return pdi_text_get_numbers(s->ctx, s->text, section, "body_force", "m/s2", NULL, PD_DIM, u->force, &count);
 }
 
 /* Read the order of the flow discretisation, auto, 2 or 4; 4 needs m = 1 and planar geometry. */
@@ -426,7 +426,7 @@ static pd_status pdi_scene_read_flow_order(pdi_reader *s, int section)
         return pdi_text_fail_key(s->ctx, s->text, section, "order", "found 4 in an axisymmetric box, expected 2");
     if (u->flow_time == PD_FLOW_EXPLICIT || u->flow_time == PD_FLOW_PRESCRIBED)
         return pdi_text_fail_key(s->ctx, s->text, section, "order",
-                                 "found 4 beside time = explicit or given, expected steady or implicit");
+                                 "found 4 beside time = explicit or prescribed, expected steady or implicit");
     return PD_OK;
 }
 
@@ -438,13 +438,13 @@ static pd_status pdi_scene_read_flow(pdi_reader *s)
     if (!u->has_flow) return PD_OK;
     PD_TRY(pdi_reader_get_positive(s, section, "rho", "kg/m3", NULL, &u->rho));
     PD_TRY(pdi_reader_get_positive(s, section, "mu", "Pa s", NULL, &u->mu));
-    PD_TRY(pdi_reader_get_bounded(s, section, "steady", "", "1e-6", 0.0, 0.1, 1, &u->steady_tolerance));
-    pdi_scene_mark_given(s, section, "steady", PD_SOLVER_SETTING_STEADY);
+    PD_TRY(pdi_reader_get_bounded(s, section, "steady_tolerance", "", "1e-6", 0.0, 0.1, 1, &u->steady_tolerance));
+    pdi_scene_mark_given(s, section, "steady_tolerance", PD_SOLVER_SETTING_STEADY);
     PD_TRY(pdi_scene_read_body_force(s, section));
-    if (pdi_text_has_key(s->ctx, s->text, section, "speed"))
-        PD_TRY(pdi_reader_get_positive(s, section, "speed", "m/s", NULL, &u->speed));
-    if (pdi_text_has_key(s->ctx, s->text, section, "length"))
-        PD_TRY(pdi_reader_get_positive(s, section, "length", "m", NULL, &u->length));
+    if (pdi_text_has_key(s->ctx, s->text, section, "reference_speed"))
+        PD_TRY(pdi_reader_get_positive(s, section, "reference_speed", "m/s", NULL, &u->speed));
+    if (pdi_text_has_key(s->ctx, s->text, section, "reference_length"))
+        PD_TRY(pdi_reader_get_positive(s, section, "reference_length", "m", NULL, &u->length));
     PD_TRY(pdi_scene_read_flow_time(s, section));
     PD_TRY(pdi_scene_read_flow_order(s, section));
     PD_TRY(pdi_scene_read_ignored_eos(s, section));
@@ -522,14 +522,14 @@ static pd_status pdi_scene_check_steady_scene(pdi_reader *s)
         PD_TRY(pdi_scene_check_time_independent(s, grip->section, "traction", grip->traction, PD_DIM));
         PD_TRY(pdi_scene_check_time_independent(s, grip->section, "pressure", &grip->pressure, 1));
     }
-    PD_TRY(pdi_scene_check_time_independent(s, pdi_text_get_section(s->ctx, s->text, "solid", NULL), "force",
+    PD_TRY(pdi_scene_check_time_independent(s, pdi_text_get_section(s->ctx, s->text, "solid", NULL), "body_force",
                                             u->metal_body.force, PD_DIM));
     for (int k = 0; k < u->potential.electrodes; k++) {
         const pd_setup_electrode *e = &u->potential.electrode[k];
         PD_TRY(pdi_scene_check_time_independent(s, pdi_text_get_section(s->ctx, s->text, "electrode", e->name),
                                                 e->has_fixed_potential ? "potential" : "current", &e->fixed_value, 1));
     }
-    return pdi_scene_check_time_independent(s, pdi_text_get_section(s->ctx, s->text, "flow", NULL), "force",
+    return pdi_scene_check_time_independent(s, pdi_text_get_section(s->ctx, s->text, "flow", NULL), "body_force",
                                             u->body_force, PD_DIM);
 }
 
@@ -556,16 +556,17 @@ static pd_status pdi_scene_read_run(pdi_reader *s)
     if (u->has_corrode) { /* loss in proportion to a difference: (1 - x)^n is not exp(-n x) */
         const char *share = u->drive == PD_DRIVE_DIFFERENCE ? "0.01" : u->activation ? "0.1" : "0.2";
         PD_TRY(pdi_reader_get_bounded(s, section, "rtol", "", "1e-3", 0.0, 0.1, 1, &u->rtol));
-        return pdi_reader_get_bounded(s, section, "fraction", "", share, 0.0, 1.0, 1, &u->max_node_fraction);
+        return pdi_reader_get_bounded(s, section, "max_dissolved_fraction", "", share, 0.0, 1.0, 1,
+                                      &u->max_node_fraction);
     }
     pdi_scene_mark_given(s, section, "rtol", PD_SOLVER_SETTING_RTOL);
-    pdi_scene_mark_given(s, section, "fraction", PD_SOLVER_SETTING_FRACTION);
+    pdi_scene_mark_given(s, section, "max_dissolved_fraction", PD_SOLVER_SETTING_FRACTION);
     PD_TRY(pdi_reader_get_bounded(s, section, "rtol", "", u->has_dissolve ? "4e-3" : "1e-3", 0.0, 0.1, 1, &u->rtol));
     /* Measured on a dissolving disc of radius 12 h, law 1 - C/Csat, after 4 h of recession: the volume loss is off by
      * 3e-3 when a step takes at most 0.1 of a node, by 1e-3 with 0.025. */
     u->max_node_fraction = pd_min(1.0, 25.0 * u->rtol);
-    if (!pdi_text_has_key(s->ctx, s->text, section, "fraction")) return PD_OK;
-    return pdi_reader_get_bounded(s, section, "fraction", "", NULL, 0.0, 1.0, 1, &u->max_node_fraction);
+    if (!pdi_text_has_key(s->ctx, s->text, section, "max_dissolved_fraction")) return PD_OK;
+    return pdi_reader_get_bounded(s, section, "max_dissolved_fraction", "", NULL, 0.0, 1.0, 1, &u->max_node_fraction);
 }
 
 /* Read the plane that images of a 3D run show. */
@@ -595,12 +596,12 @@ static pd_status pdi_scene_read_prefix(pdi_reader *s, int section)
 /* Read the magnification of displacements in images of the metal. */
 static pd_status pdi_scene_read_magnification(pdi_reader *s, int section)
 {
-    if (!pdi_text_has_key(s->ctx, s->text, section, "deformed")) return PD_OK;
+    if (!pdi_text_has_key(s->ctx, s->text, section, "deformation_scale")) return PD_OK;
     if (PD_DIM == 1 || !s->setup->has_solid)
-        return pdi_text_fail_key(s->ctx, s->text, section, "deformed",
+        return pdi_text_fail_key(s->ctx, s->text, section, "deformation_scale",
                                  PD_DIM == 1 ? "found in 1D, where images are curves, expected it in 2D and 3D"
                                              : "found without [solid], whose displacements it magnifies");
-    return pdi_reader_get_nonnegative(s, section, "deformed", "", NULL, &s->setup->displacement_scale);
+    return pdi_reader_get_nonnegative(s, section, "deformation_scale", "", NULL, &s->setup->displacement_scale);
 }
 
 /* Read the section [output]: interval, fields, images and their options, folder. */
@@ -654,6 +655,17 @@ static void pdi_scene_set_section_lines(pdi_reader *s)
         u->side[k].line = pdi_scene_find_section_line(s, "side", pd_setup_side_name(k));
 }
 
+/* Add a note of the former names that the text has. */
+static void pdi_scene_add_renamed_notes(const pd_text *text, pd_setup *setup)
+{
+    for (int k = 0; k < PD_RENAMED_KEYS; k++) {
+        const char *former, *present;
+        if (!text->has_renamed[k]) continue;
+        const char *section = pdi_renamed_keys_describe(k, &former, &present);
+        pd_setup_add_note(setup, "'%s' of [%s] is a former name and holds; its name is '%s'", former, section, present);
+    }
+}
+
 /* Read all sections of a scene in the order of their dependencies. */
 static pd_status pdi_scene_read_sections(pd_ctx *ctx, pd_text *text, const char *path, pd_setup *setup)
 {
@@ -702,6 +714,7 @@ static pd_status pdi_scene_read_sections(pd_ctx *ctx, pd_text *text, const char 
     PD_TRY(pdi_read_monitors_read(ctx, text, setup));
     PD_TRY(pdi_read_measured_read(ctx, text, folder, setup));
     PD_TRY(pdi_text_check_unused(ctx, text));
+    pdi_scene_add_renamed_notes(text, setup);
     if (!setup->has_flow && !setup->has_gas && !setup->has_transport && !setup->has_solid && !setup->has_chemistry &&
         !setup->has_potential && !setup->registered_count)
         return pdi_text_fail_key(ctx, text, 0, "scene",

@@ -68,11 +68,38 @@ PDI_FN void pdi_text_add_to_list(char *list, const char *separator, const char *
     snprintf(list + used, PDI_TEXT_LIST_SIZE - used, "%s%s", used > 0 ? separator : "", name);
 }
 
+/* Record that the text has a former name; index -1: it is none. */
+static void pdi_text_mark_renamed(pd_text *text, int index)
+{
+    if (index >= 0) text->has_renamed[index] = 1;
+}
+
+PDI_FN const char *pdi_text_get_present_section(pd_text *text, const char *name)
+{
+    pdi_text_mark_renamed(text, pdi_renamed_keys_find(name, NULL, NULL));
+    return pdi_renamed_keys_get_section(name);
+}
+
+PDI_FN const char *pdi_text_get_present_key(pd_text *text, int section, const char *key)
+{
+    const char *name = text->section[section].name;
+    pdi_text_mark_renamed(text, pdi_renamed_keys_find(name, key, NULL));
+    return pdi_renamed_keys_get_key(name, key);
+}
+
+PDI_FN void pdi_text_set_value(pd_text *text, pd_text_entry *entry, const char *value)
+{
+    const char *name = text->section[entry->section].name;
+    pdi_text_mark_renamed(text, pdi_renamed_keys_find(name, entry->key, value));
+    entry->value = pdi_renamed_keys_get_value(name, entry->key, value);
+}
+
 PDI_FN pd_status pdi_text_find_or_add_section(pd_ctx *ctx, pd_text *text, const char *name, const char *label,
                                               int *index)
 {
     int group = text->section_count;
     char *kept_name, *kept_label;
+    name = pdi_text_get_present_section(text, name);
     for (int k = text->section_count - 1; k >= 0; k--) {
         if (strcmp(text->section[k].name, name) != 0) continue;
         group = text->section[k].group_first;
@@ -94,6 +121,7 @@ PDI_FN pd_status pdi_text_find_or_add_section(pd_ctx *ctx, pd_text *text, const 
 
 PDI_FN pd_text_entry *pdi_text_find_entry(const pd_text *text, int section, const char *key)
 {
+    key = pdi_renamed_keys_get_key(text->section[section].name, key);
     for (int k = 0; k < text->entry_count; k++)
         if (text->entry[k].section == section && strcmp(text->entry[k].key, key) == 0) return &text->entry[k];
     return NULL;
@@ -113,9 +141,9 @@ PDI_FN pd_status pdi_text_add_entry(pd_ctx *ctx, pd_text *text, int section, con
         return pdi_text_fail_line(ctx, text->name, line, "found more than %d pairs, expected fewer", PD_TEXT_ENTRIES);
     PDI_TEXT_GROW(ctx, text->entry, text->entry_count, text->entry_capacity);
     pd_text_entry *e = &text->entry[text->entry_count++];
-    e->key = key;
-    e->value = value;
+    e->key = pdi_text_get_present_key(text, section, key);
     e->section = section;
+    pdi_text_set_value(text, e, value);
     e->file = text->name;
     e->line = line;
     e->column = column;
@@ -205,7 +233,7 @@ static const pd_key *pdi_text_find_listed_key(const pd_text *text, int section, 
     if (!table || size >= sizeof key) return NULL;
     memcpy(key, t, size);
     key[size] = '\0';
-    return pdi_keys_find_key(table, key);
+    return pdi_keys_find_key(table, pdi_renamed_keys_get_key(table->name, key));
 }
 
 /* Length of the key at t, 0: none. In a section with free text, and inside such a value (within = 1), only the keys of

@@ -18,6 +18,7 @@
 #include "io/file.h"
 #include "setup/expr.h"
 #include "scene/keys.h"
+#include "scene/renamed_keys.h"
 
 #define PD_TEXT_SIZE (1 << 20) /* [byte] of a file */
 #define PD_TEXT_ENTRIES 4096   /* pairs, and sections */
@@ -68,6 +69,7 @@ typedef struct pd_text {
     int table_count;
     /* set by the caller: with PD_DEBUG each look-up is compared with the table pd_key_sections */
     int check_keys;
+    uint8_t has_renamed[PD_RENAMED_KEYS]; /* 1: the text has this former name (renamed_keys.h) */
     pd_section *section; /* section 0 holds the pairs before the first section line */
     int section_count, section_capacity;
     pd_text_entry *entry;
@@ -171,6 +173,11 @@ PDI_FN void pdi_text_add_to_list(char *list, const char *separator, const char *
 /* Find the section [name label], or create it empty; *index: its position. */
 PDI_FN pd_status pdi_text_find_or_add_section(pd_ctx *ctx, pd_text *text, const char *name, const char *label,
                                               int *index);
+/* Present names of a section, and of a key of a section; a former one is recorded for the notes. */
+PDI_FN const char *pdi_text_get_present_section(pd_text *text, const char *name);
+PDI_FN const char *pdi_text_get_present_key(pd_text *text, int section, const char *key);
+/* Set the value of a pair, which must live as long as text. */
+PDI_FN void pdi_text_set_value(pd_text *text, pd_text_entry *entry, const char *value);
 /* Find the pair of a key in a section. NULL: there is none. */
 PDI_FN pd_text_entry *pdi_text_find_entry(const pd_text *text, int section, const char *key);
 /* Append a pair to a section; key and value must live as long as text. PD_ERR_PARSE: the section has the key

@@ -27,7 +27,7 @@ static const char *pdi_fields_lacks_gas(const pd_setup *u) { return u->has_gas ?
 
 static const char *pdi_fields_lacks_grains(const pd_setup *u)
 {
-    return u->has_grains ? NULL : "a solid [shape] with grains";
+    return u->has_grains ? NULL : "a solid [shape] with grain_size";
 }
 
 static const char *pdi_fields_lacks_dissolve(const pd_setup *u)
@@ -49,26 +49,26 @@ static const char *pdi_fields_lacks_solid(const pd_setup *u) { return u->has_sol
 
 static const char *pdi_fields_lacks_yield(const pd_setup *u)
 {
-    return u->has_solid && u->metal_body.yield > 0.0 ? NULL : "a [solid] section with a yield stress";
+    return u->has_solid && u->metal_body.yield > 0.0 ? NULL : "a [solid] section with yield_stress";
 }
 
 /* The bond-based material has no stress. */
 static const char *pdi_fields_lacks_stress(const pd_setup *u)
 {
     if (u->has_solid && u->metal_body.material != PD_SOLID_COUPLING_BOND_BASED) return NULL;
-    return "a [solid] section whose bonds are no springs";
+    return "a [solid] section whose model is not bond_based";
 }
 
 static const char *pdi_fields_lacks_stress_2d(const pd_setup *u)
 {
     if (PD_DIM > 1 && !pdi_fields_lacks_stress(u)) return NULL;
-    return "two dimensions and a [solid] section whose bonds are no springs";
+    return "two dimensions and a [solid] section whose model is not bond_based";
 }
 
 static const char *pdi_fields_lacks_stress_3d(const pd_setup *u)
 {
     if (PD_DIM > 2 && !pdi_fields_lacks_stress(u)) return NULL;
-    return "three dimensions and a [solid] section whose bonds are no springs";
+    return "three dimensions and a [solid] section whose model is not bond_based";
 }
 
 static const char *pdi_fields_lacks_potential(const pd_setup *u)

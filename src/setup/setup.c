@@ -167,7 +167,7 @@ static pd_status pdi_setup_find_rate_expr(pd_ctx *ctx, pd_setup *u, const char *
                                        key[4] ? "no solid is of that material"
                                               : "there are several metals, expected rate.NAME for one of them");
     if ((uses >> PD_SETUP_RATE_GRAIN & 1u) && !u->has_grains)
-        return pdi_setup_fail_function(ctx, key, "it depends on the grain, expected a solid [shape] with grains");
+        return pdi_setup_fail_function(ctx, key, "it depends on the grain, expected a solid [shape] with grain_size");
     u->metal[metal].rate_scale = 1.0;
     *expr = &u->metal[metal].rate;
     return PD_OK;
@@ -273,8 +273,8 @@ void pd_setup_get_reactive_desc(const pd_setup *u, pd_reactive_desc *desc)
 
 const char *pd_setup_monitor_section_name(pd_monitor_kind kind)
 {
-    static const char *const names[] = {"line", "plane", "force", "transfer", "total", "grip", "solid", "cut",
-                                        "electrode", "surface"};
+    static const char *const names[] = {"line", "plane", "force", "transfer",  "total",
+                                        "grip", "solid", "crack", "electrode", "surface"};
     return names[kind];
 }
 

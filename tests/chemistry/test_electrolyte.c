@@ -47,7 +47,7 @@ TEST(strong_acid_and_base)
     for (size_t k = 0; k < sizeof ph / sizeof ph[0]; k++) {
         double h = 1e3 * pow(10.0, -ph[k]), oh = 1e-8 / h; /* [mol/m3] */
         for (int sodium = 0; sodium < 2; sodium++) {
-            snprintf(text, sizeof text, "[chemistry] activity = ideal  pH = %g  counter = %s\n" WATER, ph[k],
+            snprintf(text, sizeof text, "[chemistry] activity = ideal  pH = %g  counter_ion = %s\n" WATER, ph[k],
                      sodium ? "Na+" : "Cl-");
             if (h - oh >= 100.0 && sodium) continue; /* there is not so much to take */
             if (!parse(&ctx, text)) continue;
@@ -70,16 +70,17 @@ TEST(strong_acid_and_base)
 TEST(balance)
 {
     pd_ctx ctx;
-    if (parse(&ctx, "[chemistry] balance = Cl-\n[species Na+] initial = 3 mol/m3\n[species Ca2+] initial = 2 mM\n"
+    if (parse(&ctx, "[chemistry] balance_ion = Cl-\n[species Na+] initial = 3 mol/m3\n[species Ca2+] initial = 2 mM\n"
                     "[species Cl-] initial = 1 mmol/L\n")) {
         CHECK_REL(amount("Cl-"), 7.0, 1e-14);
         CHECK_REL(e.recipe[pd_electrolyte_find_species(&e, "Cl-")], 1.0, 1e-14);
     }
-    if (parse(&ctx, "[chemistry] balance = Ca2+\n[species Ca2+]\n[species Cl-] initial = 1 mM  inlet = 3e-3 mol/L\n")) {
+    if (parse(&ctx,
+              "[chemistry] balance_ion = Ca2+\n[species Ca2+]\n[species Cl-] initial = 1 mM  inlet = 3e-3 mol/L\n")) {
         CHECK_REL(amount("Ca2+"), 0.5, 1e-14);
         CHECK_REL(e.inlet[pd_electrolyte_find_species(&e, "Ca2+")], 1.5, 1e-14);
     }
-    if (parse(&ctx, "[chemistry] activity = ideal  pH = 5  inlet_pH = 9  counter = Cl-\n" WATER)) {
+    if (parse(&ctx, "[chemistry] activity = ideal  pH = 5  inlet_pH = 9  counter_ion = Cl-\n" WATER)) {
         CHECK_REL(amount("H+"), 1e-2 - 1e-6, 1e-8);
         CHECK_REL(e.inlet[pd_electrolyte_find_species(&e, "OH-")], 1e-2 - 1e-6, 1e-8);
     }
@@ -111,9 +112,9 @@ TEST(temperature_of_rates)
     double by = 1.0 / 298.15 - 1.0 / 310.15, arrhenius = exp(20e3 / 8.31446261815324 * by);
     pd_ctx ctx;
     if (!parse(&ctx, "[chemistry] temperature = 310.15 K  diffusion = viscosity\n[species H+] D = 9.31e-9 m2/s\n"
-                     "[species OH-] D = 5e-9 m2/s * T/(310.15 K)  activation = 20 kJ/mol\n"
+                     "[species OH-] D = 5e-9 m2/s * T/(310.15 K)  activation_energy = 20 kJ/mol\n"
                      "[reaction a] H+ + OH- = H2O  K = 1e14 L2/mol2  enthalpy = -55.91 kJ/mol  forward = 1 L/mol/s  "
-                     "activation = 20 kJ/mol\n"))
+                     "activation_energy = 20 kJ/mol\n"))
         return;
     CHECK_REL(e.species[0].diffusivity, 9.31e-9 * 0.8902 / 0.6913 * 310.15 / 298.15, 3e-4);
     CHECK_REL(e.species[1].diffusivity, 5e-9 * arrhenius, 1e-12);
@@ -242,21 +243,23 @@ TEST(bad_input)
     refuse(6, WATER "[species Na+] initial = 1 mM\n", "a second time in [species Na+], first on line 3");
     refuse(7, WATER "[reaction r] H+ + OH- = H2O  log10_K = 14\n[reaction r] Na+ = Na+\n", "a second time");
     refuse(6, WATER "[species]\n", "found no name");
-    refuse(6, WATER "[chemistry] pH = 7\n", "expected counter = Cl-");
-    refuse(6, WATER "[chemistry] pH = 7  counter = K+\n", "found 'K+', which no section defines");
-    refuse(6, WATER "[chemistry] pH = 7  counter = H2O\n", "which is no ion");
-    refuse(6, WATER "[chemistry] pH = 7  counter = H+\n", "expected another ion");
-    refuse(6, WATER "[chemistry] pH = 0.5  counter = Na+\n", "cannot be reached with Na+");
-    refuse(6, WATER "[chemistry] pH = 17  counter = Na+\n", "expected a pH from -2 to 16");
+    refuse(6, WATER "[chemistry] pH = 7\n", "expected counter_ion = Cl-");
+    refuse(6, WATER "[chemistry] pH = 7  counter_ion = K+\n", "found 'K+', which no section defines");
+    refuse(6, WATER "[chemistry] pH = 7  counter_ion = H2O\n", "which is no ion");
+    refuse(6, WATER "[chemistry] pH = 7  counter_ion = H+\n", "expected another ion");
+    refuse(6, WATER "[chemistry] pH = 0.5  counter_ion = Na+\n", "cannot be reached with Na+");
+    refuse(6, WATER "[chemistry] pH = 17  counter_ion = Na+\n", "expected a pH from -2 to 16");
     refuse(6, WATER "[chemistry] temperature = 37 K\n", "expected water from 273 to 373 K");
     refuse(6, WATER "[constants] T = 300 K\n", "found beside species, where T is their temperature");
-    refuse(6, WATER "[reaction r] H+ + OH- = H2O  K = 1e14 L2/mol2  activation = 1 J/mol\n", "found without a rate");
-    refuse(6, WATER "[species K+] activation = 1 J/mol\n", "found without D");
+    refuse(6, WATER "[reaction r] H+ + OH- = H2O  K = 1e14 L2/mol2  activation_energy = 1 J/mol\n",
+           "found without a rate");
+    refuse(6, WATER "[species K+] activation_energy = 1 J/mol\n", "found without D");
     refuse(6, WATER "[chemistry] activity = debye\n", "expected one of ideal, davies");
     refuse(6, WATER "[chemistry] ph = 7\n", "found the unknown key 'ph' in [chemistry]");
     refuse(1, "[species Na+] initial = 2 mM\n[species Cl-] initial = 1 mM\n", "the charges sum to +1 mol/m3");
-    refuse(1, "[chemistry] balance = Na+\n[species Na+]\n[species K+] initial = 1 mM\n", "which Na+ cannot make up");
-    refuse(1, "[chemistry] pH = 7  counter = Na+\n[species Na+]\n", "no [species H+] or no [species OH-]");
+    refuse(1, "[chemistry] balance_ion = Na+\n[species Na+]\n[species K+] initial = 1 mM\n",
+           "which Na+ cannot make up");
+    refuse(1, "[chemistry] pH = 7  counter_ion = Na+\n[species Na+]\n", "no [species H+] or no [species OH-]");
     refuse(1, "[chemistry] pH = 7\n", "found no species");
     refuse(1, "[grid] h = 1 um\n", "found no species, expected sections such as [species Na+]");
 }
@@ -278,8 +281,9 @@ static int joined(pd_ctx *ctx, const char *name, const char *part)
 TEST(includes)
 {
     pd_ctx ctx;
-    leave_file("base.e", "[chemistry] balance = Na+\n[species Na+] initial = 1 mM\n[species Cl-] initial = 2 mM\n");
-    leave_file("mid.e", "[chemistry] include = base.e  balance = Cl-\n[species Na+] initial = 5 mM  D = 1e-9 m2/s\n");
+    leave_file("base.e", "[chemistry] balance_ion = Na+\n[species Na+] initial = 1 mM\n[species Cl-] initial = 2 mM\n");
+    leave_file("mid.e",
+               "[chemistry] include = base.e  balance_ion = Cl-\n[species Na+] initial = 5 mM  D = 1e-9 m2/s\n");
     leave_file("other.e", "[chemistry] include = base.e\n[species K+]\n");
     leave_file("top.e", "[chemistry] include = mid.e, other.e  activity = ideal\n[species Cl-] initial = 3 mM\n");
     if (joined(&ctx, "top.e", NULL)) {
@@ -323,11 +327,39 @@ TEST(scenes)
 
 TEST(garbage)
 {
-    static const char *const parts[] = {"[reaction", " water]", "[species ", "Na+]", "Mg(OH)2(s)]", " initial", " = ",
-                                        "1 mM", "K", "log10_K = ", "-14", " + ", "H+", "OH-", "2 ", "H2O", "\n",
-                                        "mol2/L2", "[chemistry]", " pH = 7", " include = ", "(", "]", ":", "^", "=",
-                                        " counter = Cl-", " balance = Na+", " minerals = all", "#", "e-", "(g)"};
-    static const char sound[] = "[chemistry] pH = 5  counter = Cl-\n" WATER;
+    static const char *const parts[] = {"[reaction",
+                                        " water]",
+                                        "[species ",
+                                        "Na+]",
+                                        "Mg(OH)2(s)]",
+                                        " initial",
+                                        " = ",
+                                        "1 mM",
+                                        "K",
+                                        "log10_K = ",
+                                        "-14",
+                                        " + ",
+                                        "H+",
+                                        "OH-",
+                                        "2 ",
+                                        "H2O",
+                                        "\n",
+                                        "mol2/L2",
+                                        "[chemistry]",
+                                        " pH = 7",
+                                        " include = ",
+                                        "(",
+                                        "]",
+                                        ":",
+                                        "^",
+                                        "=",
+                                        " counter_ion = Cl-",
+                                        " balance_ion = Na+",
+                                        " minerals = all",
+                                        "#",
+                                        "e-",
+                                        "(g)"};
+    static const char sound[] = "[chemistry] pH = 5  counter_ion = Cl-\n" WATER;
     uint32_t state = 7;
     int bad = 0;
     for (int k = 0; k < 6000; k++) {

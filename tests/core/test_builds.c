@@ -36,17 +36,21 @@
 #define ACROSS(a, b) ", " a " .. " b ", " a " .. " b
 #endif
 
-static const char pin[] =
-    "[grid] h = 1 um  m = 2  box = 0 .. 16 um" ACROSS("0", "8 um") "\n"
-    "[shape metal] box = 6 um .. 11 um" ACROSS("3 um", "5 um") "\n  kind = solid  material = mg4ag  grains = 3 um\n"
+static const char pin[] = "[grid] h = 1 um  m = 2  box = 0 .. 16 um" ACROSS(
+    "0", "8 um") "\n"
+                 "[shape metal] box = 6 um .. 11 um" ACROSS(
+                     "3 um",
+                     "5 um") "\n  kind = solid  material = mg4ag  grain_size = 3 um\n"
 #if PD_DIM > 1
-    "[side x-] flow = inlet  profile = uniform  mean = 0.01 m/s  C = 1 mol/m3*t/1 s\n[side x+] flow = outlet\n"
-    "[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s\n"
+                             "[side x-] flow = inlet  profile = uniform  mean = 0.01 m/s  C = 1 mol/m3*t/1 s\n[side "
+                             "x+] flow = outlet\n"
+                             "[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s\n"
 #else
-    "[side x-] C = 1 mol/m3*t/1 s\n"
+                             "[side x-] C = 1 mol/m3*t/1 s\n"
 #endif
-    "[transport] D = 1e-9 m2/s\n[dissolve] rate = 1 um/s * (1 - C/Csat)  Csat = 50 mol/m3\n"
-    "[run] until = 0.1 s\n[transfer m] length = 1 um  surface = Csat  fluid = 0 mol/m3\n[total t]\n";
+                             "[transport] D = 1e-9 m2/s\n[dissolve] rate = 1 um/s * (1 - C/Csat)  Csat = 50 mol/m3\n"
+                             "[run] until = 0.1 s\n[transfer m] reference_length = 1 um  surface = Csat  fluid = 0 "
+                             "mol/m3\n[total t]\n";
 static const char pit[] =
     "[grid] h = 1 um  m = 2  box = 0 .. 16 um" ACROSS("0", "8 um") "\n[side x-] flow = open\n"
     "[shape metal] box = 4 um .. 16 um" ACROSS("0", "8 um") "\n  kind = solid  material = steel304\n"

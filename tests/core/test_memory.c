@@ -28,7 +28,7 @@ enum { DENSE = 300, STRIDE = 11 };
 
 #define GRID "[grid] h = 1 um  m = 2  box = 0 .. 16 um" ACROSS("0", "8") "\n"
 #define BLOCK "[shape metal] box = 6 um .. 11 um" ACROSS("3", "5") "\n  kind = solid  material = mg4ag\n"
-#define GRAINS "  grains = 3 um  grain_spread = 0.3 um  boundary_width = 0.5 um\n"
+#define GRAINS "  grain_size = 3 um  grain_size_deviation = 0.3 um  grain_boundary_width = 0.5 um\n"
 #define STREAM "[side x-] flow = inlet  profile = uniform  mean = 0.01 m/s  C = 1 mol/m3\n[side x+] flow = outlet\n"
 #define OPEN "[side x-] flow = open\n[side x+] flow = open\n"
 #define WATER "[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s"
@@ -37,9 +37,12 @@ enum { DENSE = 300, STRIDE = 11 };
               "  images = none\n" \
               "[total t] box = 0 .. 8 um" ACROSS("0", "8") "\n"
 
-#define FORCE "[force f] box = 4 um .. 13 um" ACROSS("2", "6") "  balance = no\n" \
-              "[transfer f] box = 4 um .. 13 um" ACROSS("2", "6") "\n" \
-              "  along = x  length = 1 um  surface = Csat  fluid = bulk\n"
+#define FORCE \
+    "[force f] box = 4 um .. 13 um" ACROSS( \
+        "2", "6") "  balance = no\n" \
+                  "[transfer f] box = 4 um .. 13 um" ACROSS( \
+                      "2", "6") "\n" \
+                                "  along = x  reference_length = 1 um  surface = Csat  fluid = bulk\n"
 
 /* ---- what a folder may hold after a failure ---- */
 
@@ -156,19 +159,24 @@ static void sweep(const char *what, const char *text, int dry, int estimate)
  * (test_krylov). */
 TEST(dissolving_pin)
 {
-    sweep("pin", GRID BLOCK GRAINS STREAM WATER "  steady = 0.05\n[transport] D = 1e-7 m2/s\n"
-          "[dissolve] rate = 1 um/s * (1 - C/Csat)  Csat = 50 mol/m3  gb_factor = 3\n"
+    sweep("pin",
+          GRID BLOCK GRAINS STREAM WATER
+          "  steady = 0.05\n[transport] D = 1e-7 m2/s\n"
+          "[dissolve] rate = 1 um/s * (1 - C/Csat)  Csat = 50 mol/m3  grain_boundary_factor = 3\n"
           "[run] until = 0.1 s\n[output] every = 0.1 s  images = C, v, grain\n"
-          "  fields = C, v, p, kind, grain, phase, D, rate, density\n" WATCH "[plane in] at = x 2 um\n" FORCE, 0, 0);
+          "  fields = C, v, p, kind, grain, phase, D, rate, density\n" WATCH "[plane in] at = x 2 um\n" FORCE,
+          0, 0);
 }
 #endif
 
 TEST(dissolving_block)
 {
-    sweep("block", GRID BLOCK GRAINS "[transport] D = 1e-9 m2/s  initial = if(x < 3 um, 1 mol/m3, 0)\n"
-          "[dissolve] rate = 1 um/s  threshold = 0.1\n[run] until = 0.2 s\n"
-          "[output] every = 0.2 s  fields = C, rate\n" WATCH
-          "[transfer m] surface = 1 mol/m3  fluid = 0 mol/m3  length = 1 um\n", 0, 0);
+    sweep("block",
+          GRID BLOCK GRAINS "[transport] D = 1e-9 m2/s  initial = if(x < 3 um, 1 mol/m3, 0)\n"
+                            "[dissolve] rate = 1 um/s  threshold = 0.1\n[run] until = 0.2 s\n"
+                            "[output] every = 0.2 s  fields = C, rate\n" WATCH
+                            "[transfer m] surface = 1 mol/m3  fluid = 0 mol/m3  reference_length = 1 um\n",
+          0, 0);
 }
 
 /* Walls that hold a concentration, and a medium. */
@@ -202,10 +210,12 @@ TEST(flow_in_time)
 
 TEST(corrosion)
 {
-    sweep("implicit", GRID METAL GRAINS OPEN_END "[shape film] half_space = yes  point = " VALUES("3 um", "0")
-          "  normal = " VALUES("1", "0") "  kind = passive\n"
-          "[corrode] rate = 0.5 um/s  Csat = 5 mol/L  D = 1e-9 m2/s  gb_factor = 2\n"
-          "[run] until = 2 s\n[output] every = 2 s  fields = C, density, phase\n" WATCH, 0, 0);
+    sweep("implicit",
+          GRID METAL GRAINS OPEN_END "[shape film] half_space = yes  point = " VALUES("3 um", "0") "  normal = " VALUES(
+              "1", "0") "  kind = passive\n"
+                        "[corrode] rate = 0.5 um/s  Csat = 5 mol/L  D = 1e-9 m2/s  grain_boundary_factor = 2\n"
+                        "[run] until = 2 s\n[output] every = 2 s  fields = C, density, phase\n" WATCH,
+          0, 0);
     sweep("stochastic", GRID METAL OPEN_END "[corrode] rate = 1 um/s  Csat = 5 mol/L  D = 1e-9 m2/s\n"
           "breaking = stochastic  repassivation = 0.1 mol/L\n"
           "[run] until = 0.02 s\n[output] every = 0.02 s\n" WATCH, 0, 0);

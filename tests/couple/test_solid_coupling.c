@@ -33,7 +33,7 @@
 #define END "21 um .. 30 um, 0 .. 10 um, 0 .. 8 um"
 #endif
 #define FLOWS \
-    "[solid] E = 200 GPa  nu = 0.3  yield = 200 MPa  hardening = 2 GPa\n[side x-] ux = 0 um\n" AROUND \
+    "[solid] E = 200 GPa  nu = 0.3  yield_stress = 200 MPa  hardening_modulus = 2 GPa\n[side x-] ux = 0 um\n" AROUND \
     "[shape g] box = 0 .. 12 um, 3 um .. 5 um" DEEP "  kind = grip  uy = 0 um\n" \
     "[side x+] ux = 0.06 um*t/(1 s)\n[run] until = 1 s\n"
 #define LENGTH (PD_DIM == 2 ? 20e-6 : 24e-6)
@@ -138,7 +138,7 @@ TEST(large_strains)
 {
     double mu = 200e9 / 2.6, lambda = 200e9 * 0.3 / (1.3 * 0.4), bulk = lambda + 2.0 * mu / 3.0, a, b;
     double load = PD_DIM == 3 ? 2e9 : 20e9;
-    scene_case *c = pull("material = neo_hookean", PD_DIM == 3 ? "2 GPa" : "20 GPa");
+    scene_case *c = pull("model = neo_hookean", PD_DIM == 3 ? "2 GPa" : "20 GPa");
     if (!c) return;
     stretches(c, &a, &b);
     double swell = log(a * b * b); /* both ways across are alike */
@@ -148,7 +148,7 @@ TEST(large_strains)
     CHECK_REL(c->model.solid.stress[0] * b * b, load, 1e-6);
     end(c);
     if (PD_DIM == 3) return; /* minutes */
-    c = pull("material = hencky", "20 GPa");
+    c = pull("model = hencky", "20 GPa");
     if (!c) return;
     stretches(c, &a, &b);
     swell = log(a * b * b);
@@ -156,7 +156,7 @@ TEST(large_strains)
     CHECK_NEAR(bulk * swell + 2.0 * mu * (log(b) - swell / 3.0), 0.0, 2e3);
     end(c);
     /* flow at large strains, in plane stress, too: true stress 300 MPa + 1 GPa e_p */
-    c = pull("material = hencky  yield = 300 MPa  hardening = 1 GPa", "400 MPa");
+    c = pull("model = hencky  yield_stress = 300 MPa  hardening_modulus = 1 GPa", "400 MPa");
     if (!c) return;
     stretches(c, &a, &b);
     double tau = 400e6 * a, slip = (tau - 300e6) / 1e9; /* of Kirchhoff, whose volume is that of the reference */
@@ -171,7 +171,7 @@ TEST(large_strains)
 TEST(ordinary)
 {
     double force[PD_DIM], a, b;
-    scene_case *c = pull("material = ordinary", "100 MPa");
+    scene_case *c = pull("model = ordinary", "100 MPa");
     if (!c) return;
     stretches(c, &a, &b);
     CHECK(pd_reaction_force_compute(&c->ctx, &c->model.mechanical_bc, 0, c->model.time_loop.time, force) == PD_OK);
@@ -242,12 +242,13 @@ TEST(gutman)
 {
     double factor = exp(100e6 * 7.09e-6 / (8.31446261815324 * 298.0));
     scene_case *alone = run(0, LATTICE CORRODE);
-    scene_case *loaded = run(1, PD_DIM == 2 ?
-        LATTICE "[solid] E = 200 GPa nu = 0.3 plane = stress\n"
-        "speed_factor = exp(sigma_h * 7.09e-6 m3/mol / (R * 298 K))\n"
-        "[side x-] ux = 0 um\n[side y-] uy = 0 um\n[side x+] ux = 0.03 um\n" CORRODE :
-        LATTICE "[solid] E = 200 GPa nu = 0.3 speed_factor = exp(sigma_h * 7.09e-6 m3/mol / (R * 298 K))\n"
-        "[side x-] ux = 0 um\n[side y-] uy = 0 um\n[side z-] uz = 0 um\n[side x+] ux = 0.036 um\n" CORRODE);
+    scene_case *loaded =
+        run(1, PD_DIM == 2 ? LATTICE "[solid] E = 200 GPa nu = 0.3 plane = stress\n"
+                                     "dissolution_factor = exp(sigma_h * 7.09e-6 m3/mol / (R * 298 K))\n"
+                                     "[side x-] ux = 0 um\n[side y-] uy = 0 um\n[side x+] ux = 0.03 um\n" CORRODE
+                           : LATTICE
+                   "[solid] E = 200 GPa nu = 0.3 dissolution_factor = exp(sigma_h * 7.09e-6 m3/mol / (R * 298 K))\n"
+                   "[side x-] ux = 0 um\n[side y-] uy = 0 um\n[side z-] uz = 0 um\n[side x+] ux = 0.036 um\n" CORRODE);
     if (!alone || !loaded) return;
     double slow = pd_time_loop_volume_loss(&alone->model.time_loop),
            fast = pd_time_loop_volume_loss(&loaded->model.time_loop);
@@ -262,9 +263,9 @@ TEST(gutman)
  * stretched, do not hold it. All that was stored is released. */
 TEST(torn)
 {
-    scene_case *c = run(0, LATTICE "[solid] E = 200 GPa  nu = 0.3  " PLANE "  stretch = 1e-3\n[side x-] ux = 0 um\n"
-                        "[side y-] uy = 0 um\n"
-                        AROUND "[side x+] ux = 0.1 um\n");
+    scene_case *c =
+        run(0, LATTICE "[solid] E = 200 GPa  nu = 0.3  " PLANE "  critical_stretch = 1e-3\n[side x-] ux = 0 um\n"
+                       "[side y-] uy = 0 um\n" AROUND "[side x+] ux = 0.1 um\n");
     double force[PD_DIM];
     if (!c) return;
     const pd_quasi_static *rest = &c->model.solid.static_solver;
@@ -282,8 +283,8 @@ TEST(torn)
 TEST(thinning)
 {
     double force[PD_DIM], flow = PD_DIM == 2 ? 200e6 * 2.0 / sqrt(3.0) : 200e6;
-    scene_case *c = run(0, LATTICE "[solid] E = 200 GPa nu = 0.3 yield = 200 MPa\n[side x-] ux = 0 um\n" AROUND
-                        "[side y-] uy = 0 um\n[side x+] ux = 0.2 um\n" CORRODE);
+    scene_case *c = run(0, LATTICE "[solid] E = 200 GPa nu = 0.3 yield_stress = 200 MPa\n[side x-] ux = 0 um\n" AROUND
+                                   "[side y-] uy = 0 um\n[side x+] ux = 0.2 um\n" CORRODE);
     if (!c) return;
     double left = 1.0 - pd_time_loop_volume_loss(&c->model.time_loop), section = left * 10e-6 * DEPTH;
     for (int k = 0; k < c->setup.metal_body.mechanical_bcs; k++) {
@@ -372,7 +373,7 @@ TEST(notes)
     static const char *const texts[4] = {LATTICE "[solid] E = 200 GPa  nu = 0.46\n[side x-] ux = 0 um\n",
                                          LATTICE "[solid] E = 200 GPa  nu = 0.46  m = 1\n[side x-] ux = 0 um\n",
                                          LATTICE "[solid] E = 200 GPa  nu = 0.49  m = 1\n[side x-] ux = 0 um\n",
-                                         LATTICE "[solid] E = 200 GPa  nu = 0.49  material = ordinary\n"
+                                         LATTICE "[solid] E = 200 GPa  nu = 0.49  model = ordinary\n"
                                                  "[side x-] ux = 0 um\n"};
     for (int k = 0; k < 4; k++) {
         scene_case *c = &cases[0];
@@ -393,32 +394,38 @@ TEST(refused)
         {LATTICE "[solid] E = 200 GPa  nu = 0.3\n", "nothing that loads"},
         {LATTICE "[solid] E = -1 Pa  nu = 0.3\n[side x-] ux = 0 um\n", "E"},
         {LATTICE "[solid] E = 1 GPa  nu = 0.5\n[side x-] ux = 0 um\n", "nu"},
-        {LATTICE "[solid] E = 1 GPa  nu = 0.3  speed_factor = 2\n[side x-] ux = 0 um\n", "dissolves"},
-        {LATTICE "[solid] E = 1 GPa  nu = 0.3  hardening = 1 GPa\n[side x-] ux = 0 um\n", "yield"},
+        {LATTICE "[solid] E = 1 GPa  nu = 0.3  dissolution_factor = 2\n[side x-] ux = 0 um\n", "dissolves"},
+        {LATTICE "[solid] E = 1 GPa  nu = 0.3  hardening_modulus = 1 GPa\n[side x-] ux = 0 um\n", "yield"},
         {LATTICE "[solid] E = 1 GPa  nu = 0.3\n[side x-] ux = 0 um * t / (1 s)\n", "until"},
         {LATTICE "[shape g] box = " METAL "\n kind = grip\n[solid] E = 1 GPa  nu = 0.3\n", "holds nothing"},
         {LATTICE "[side x-] ux = 0 um\n", "ux"},
-        {LATTICE "[output] deformed = 10\n", "without [solid]"},
-        {LATTICE "[solid] E = 1 GPa  nu = 0.3\n[side x-] ux = 0 um\n[output] deformed = -1\n", "deformed"},
-        {LATTICE "[solid] E = 1 GPa  nu = 0.3  stretch = 0.1  strength = 1 MPa\n[side x-] ux = 0 um\n", "beside"},
-        {LATTICE "[solid] E = 1 GPa  nu = 0.3  material = ordinary  yield = 1 MPa\n[side x-] ux = 0 um\n", "hencky"},
-        {LATTICE "[solid] E = 1 GPa  nu = 0.3  material = hencky  toughness = 1 J/m2\n[side x-] ux = 0 um\n",
+        {LATTICE "[output] deformation_scale = 10\n", "without [solid]"},
+        {LATTICE "[solid] E = 1 GPa  nu = 0.3\n[side x-] ux = 0 um\n[output] deformation_scale = -1\n",
+         "deformation_scale"},
+        {LATTICE "[solid] E = 1 GPa  nu = 0.3  critical_stretch = 0.1  strength = 1 MPa\n[side x-] ux = 0 um\n",
+         "beside"},
+        {LATTICE "[solid] E = 1 GPa  nu = 0.3  model = ordinary  yield_stress = 1 MPa\n[side x-] ux = 0 um\n",
+         "hencky"},
+        {LATTICE "[solid] E = 1 GPa  nu = 0.3  model = hencky  fracture_energy = 1 J/m2\n[side x-] ux = 0 um\n",
          "expected another one of both"},
         {LATTICE "[shape g] box = " METAL "\n kind = grip  ux = 0 um\n", "'grip' without a [solid] section"},
-        {LATTICE "[solid] E = 1 GPa  nu = 0.3  force = 1 N/m3\n", "found 1 component"},
+        {LATTICE "[solid] E = 1 GPa  nu = 0.3  body_force = 1 N/m3\n", "found 1 component"},
         {LATTICE "[solid] E = 1e-31 Pa  nu = 0.3\n[side x-] ux = 0 um\n", "expected at least 1e-30 Pa"},
         {LATTICE "[solid] E = 1 GPa  nu = 0.3\n[side x-] ux = 0 um\n[side y-] flow = periodic\n"
-         "[side y+] flow = periodic\n", "found beside a periodic side"},
+                 "[side y+] flow = periodic\n",
+         "found beside a periodic side"},
 #if PD_DIM == 2
-        {LATTICE "[solid] E = 1 GPa  nu = 0.3  plane = stress  yield = 10 MPa\n[side x-] ux = 0 um\n",
-         "found with plane = stress, expected plane = strain or material = hencky"},
+        {LATTICE "[solid] E = 1 GPa  nu = 0.3  plane = stress  yield_stress = 10 MPa\n[side x-] ux = 0 um\n",
+         "found with plane = stress, expected plane = strain or model = hencky"},
         {"[grid] h = 1 um, 2 um  box = " BOX "\n[shape bar] box = " METAL "  kind = solid  material = steel304\n"
-         "[solid] E = 1 GPa  nu = 0.3\n[side x-] ux = 0 um\n", "found different spacings of the axes"},
+         "[solid] E = 1 GPa  nu = 0.3\n[side x-] ux = 0 um\n",
+         "found different spacings of the axes"},
         {"[grid] h = 1 um  geometry = axisymmetric  box = " BOX "\n[shape bar] box = " METAL "\n kind = solid  "
-         "material = steel304\n[solid] E = 1 GPa  nu = 0.3\n[side x-] ux = 0 um\n",
+         "model = steel304\n[solid] E = 1 GPa  nu = 0.3\n[side x-] ux = 0 um\n",
          "found in a box with geometry = axisymmetric"},
 #endif
-        {"[grid] h = 1 um  box = " BOX "\n[solid] E = 1 GPa  nu = 0.3\n[side x-] ux = 0 um\n", "no metal"}};
+        {"[grid] h = 1 um  box = " BOX "\n[solid] E = 1 GPa  nu = 0.3\n[side x-] ux = 0 um\n", "no metal"}
+    };
     for (size_t k = 0; k < sizeof wrong / sizeof wrong[0]; k++) {
         scene_case *c = &cases[0];
         memset(c, 0, sizeof *c);

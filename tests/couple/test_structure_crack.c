@@ -88,16 +88,16 @@ static void check_bonds(const scene_case *c, double last, double height)
 /* A cut between rows of nodes, through a row, and two that a line has: what a straight line says. */
 TEST(bonds)
 {
-    scene_case *c = build(METAL "[cut a] " CUT("6 um", "5 um"));
+    scene_case *c = build(METAL "[crack a] " CUT("6 um", "5 um"));
     if (!c) return;
     check_bonds(c, 6.0, 5.0);
     end(c);
-    c = build(METAL "[cut a] " CUT("6.5 um", "4.5 um"));
+    c = build(METAL "[crack a] " CUT("6.5 um", "4.5 um"));
     if (!c) return;
     check_bonds(c, 6.5, 4.5);
     end(c);
 #if PD_DIM == 2
-    c = build(METAL "[cut a] points = 0 um, 5 um, 2.5 um, 5 um, 6 um, 5 um\n");
+    c = build(METAL "[crack a] points = 0 um, 5 um, 2.5 um, 5 um, 6 um, 5 um\n");
     if (!c) return;
     check_bonds(c, 6.0, 5.0);
     end(c);
@@ -108,10 +108,12 @@ TEST(bonds)
 /* Each cut has the tip of its own crack, to a cell. */
 TEST(tips)
 {
-    scene_case *c = build(PD_DIM == 2 ?
-        METAL "[cut a] " CUT("6 um", "5 um") "[cut b] points = 20 um, 5 um, 15 um, 5 um\n" :
-        METAL "[cut a] " CUT("6 um", "5 um") "  way = 1, 0, 0\n[cut b] points = 20 um, 5 um, 0 um, 15 um, 5 um, 0 um, "
-              "15 um, 5 um, 6 um, 20 um, 5 um, 6 um  way = -2, 0, 0\n");
+    scene_case *c =
+        build(PD_DIM == 2 ? METAL "[crack a] " CUT("6 um", "5 um") "[crack b] points = 20 um, 5 um, 15 um, 5 um\n"
+                          : METAL
+                  "[crack a] " CUT(
+                      "6 um", "5 um") "  direction = 1, 0, 0\n[crack b] points = 20 um, 5 um, 0 um, 15 um, 5 um, 0 um, "
+                                      "15 um, 5 um, 6 um, 20 um, 5 um, 6 um  direction = -2, 0, 0\n");
     if (!c || !CHECK_OK(&c->ctx, pdi_monitors_build(&c->ctx, &c->model, &c->monitors))) return;
     const pd_monitor *m = c->monitors.monitor + 2; /* behind the side and the body */
     CHECK_INT(c->setup.monitors, 4);
@@ -135,7 +137,7 @@ TEST(strip)
         "[grid] h = 0.5 um  box = 0 .. 40 um, 0 .. 20 um\n[shape bar] box = 0 .. 40 um, 0 .. 20 um  kind = solid\n"
         "[side y-] ux = 0 um  uy = 0 um\n[side y+] ux = 0 um  uy = 0.004 um\n"
         "[solid] E = 45 GPa  nu = 0.3  rtol = 1e-5\n"
-        "[cut a] points = 0 um, 10 um, 16 um, 10 um  contours = 2 um, 5 um, 8 um\n");
+        "[crack a] points = 0 um, 10 um, 16 um, 10 um  contour_radii = 2 um, 5 um, 8 um\n");
     if (!c || !CHECK_OK(&c->ctx, pd_time_loop_run(&c->ctx, &c->model.time_loop, c->setup.end_time, 0.0, NULL, NULL)))
         return;
     if (!CHECK_OK(&c->ctx, pdi_monitors_build(&c->ctx, &c->model, &c->monitors))) return;
@@ -148,10 +150,9 @@ TEST(strip)
     CHECK_REL(outer, wanted, 0.05);
     end(c);
     /* a contour that reaches the end of the strip has no J */
-    c = build(
-        "[grid] h = 1 um  box = 0 .. 20 um, 0 .. 20 um\n[shape bar] box = 0 .. 20 um, 0 .. 20 um  kind = solid\n"
-        "[side y-] ux = 0 um  uy = 0 um\n[side y+] ux = 0 um  uy = 0.004 um\n[solid] E = 45 GPa  nu = 0.3\n"
-        "[cut a] points = 0 um, 10 um, 15 um, 10 um  contours = 1 um, 4 um, 9 um\n");
+    c = build("[grid] h = 1 um  box = 0 .. 20 um, 0 .. 20 um\n[shape bar] box = 0 .. 20 um, 0 .. 20 um  kind = solid\n"
+              "[side y-] ux = 0 um  uy = 0 um\n[side y+] ux = 0 um  uy = 0.004 um\n[solid] E = 45 GPa  nu = 0.3\n"
+              "[crack a] points = 0 um, 10 um, 15 um, 10 um  contour_radii = 1 um, 4 um, 9 um\n");
     if (!c || !CHECK_OK(&c->ctx, pdi_monitors_build(&c->ctx, &c->model, &c->monitors))) return;
     CHECK(!isnan(c->monitors.monitor[3].output[3].value));
     CHECK(isnan(c->monitors.monitor[3].output[4].value));
@@ -238,30 +239,31 @@ TEST(toughness_of_no_lattice)
 TEST(refused)
 {
     static const char *const wrong[][2] = {
-        {BAR "[cut a] " CUT("6 um", "5 um"), "found no [solid] section"},
-        {METAL "[cut] " CUT("6 um", "5 um"), "expected a short name"},
+        {BAR "[crack a] " CUT("6 um", "5 um"), "found no [solid] section"},
+        {METAL "[crack] " CUT("6 um", "5 um"), "expected a short name"},
 #if PD_DIM > 1
-        {METAL "[cut a] points = 0 um, 5 um\n", "corners"},
-        {METAL "[cut a] " CUT("6 um", "5 um") " way = 0, 0\n", "expected a direction"},
+        {METAL "[crack a] points = 0 um, 5 um\n", "corners"},
+        {METAL "[crack a] " CUT("6 um", "5 um") " direction = 0, 0\n", "expected a direction"},
 #endif
 #if PD_DIM == 2
-        {METAL "[cut a] points = 0 um, 5 um, 3 um\n", "found 3 numbers"},
-        {METAL "[cut a] points = 0 um, 5 um, 0 um, 5 um\n", "corner 2 at the place of corner 1"},
-        {METAL "[cut a] " CUT("6 um", "5 um") " contours = 1 um, 2 um, 5 um\n", "a horizon"},
-        {METAL "[cut a] " CUT("6 um", "5 um") " contours = 1 um, 5 um\n", "found 2 lengths, expected 3"},
-        {METAL "[cut a] points = 0 um, 50 um, 3 um, 50 um\n", "the cut 'a' crosses no bond"},
+        {METAL "[crack a] points = 0 um, 5 um, 3 um\n", "found 3 numbers"},
+        {METAL "[crack a] points = 0 um, 5 um, 0 um, 5 um\n", "corner 2 at the place of corner 1"},
+        {METAL "[crack a] " CUT("6 um", "5 um") " contour_radii = 1 um, 2 um, 5 um\n", "a horizon"},
+        {METAL "[crack a] " CUT("6 um", "5 um") " contour_radii = 1 um, 5 um\n", "found 2 lengths, expected 3"},
+        {METAL "[crack a] points = 0 um, 50 um, 3 um, 50 um\n", "the crack 'a' crosses no bond"},
 #elif PD_DIM == 3
-        {METAL "[cut a] " CUT("6 um", "5 um") " contours = 1 um, 3 um, 5 um\n", "expected 2D"},
-        {METAL "[cut a] points = 0 um, 0 um, 0 um, 5 um, 0 um, 0 um, 5 um, 5 um, 1 um, 0 um, 5 um, 0 um\n",
+        {METAL "[crack a] " CUT("6 um", "5 um") " contour_radii = 1 um, 3 um, 5 um\n", "expected 2D"},
+        {METAL "[crack a] points = 0 um, 0 um, 0 um, 5 um, 0 um, 0 um, 5 um, 5 um, 1 um, 0 um, 5 um, 0 um\n",
          "do not lie in a plane"},
 #else
-        {METAL "[cut a] points = 25 um\n", "the cut 'a' crosses no bond"},
-        {METAL "[cut a] points = 5 um, 7 um\n", "expected one place"},
+        {METAL "[crack a] points = 25 um\n", "the crack 'a' crosses no bond"},
+        {METAL "[crack a] points = 5 um, 7 um\n", "expected one place"},
 #endif
 #if PD_DIM == 3
-        {BAR "[solid] E = 200 GPa  nu = 0.3  m = 1  toughness = 1 J/m2\n", "m = 1.5 to 3"},
+        {BAR "[solid] E = 200 GPa  nu = 0.3  m = 1  fracture_energy = 1 J/m2\n", "m = 1.5 to 3"},
 #endif
-        {METAL "[cut a] points = 5\n", "without unit"}};
+        {METAL "[crack a] points = 5\n", "without unit"}
+    };
     for (size_t k = 0; k < sizeof wrong / sizeof wrong[0]; k++) {
         scene_case *c = &test_case;
         memset(c, 0, sizeof *c);

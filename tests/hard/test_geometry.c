@@ -6,7 +6,7 @@
 
 static hard hard_two;
 
-#define FLUID "[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s  steady = 1e-8\n[transport] D = 1e-9 m2/s\n"
+#define FLUID "[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s  steady_tolerance = 1e-8\n[transport] D = 1e-9 m2/s\n"
 #define STREAM "[side x-] flow = inlet  profile = uniform  mean = 1 mm/s  C = 0\n[side x+] flow = outlet\n" FLUID
 #define METAL "Cs = 2 mol/L  Csat = 500 mol/m3\n"
 #define LAW "[dissolve] rate = 10 um/h * (1 - C/Csat)  " METAL
@@ -69,7 +69,7 @@ TEST(wall_of_one_node)
         "0 .. 80 um") "  kind = solid\n"
                       "[side x-] flow = open\n[side x+] flow = open\n"
                       "[corrode] control = activation  rate = 10 um/h  Cs = 2 mol/L  Csat = 1e-3 mol/m3\n"
-                      "[run] until = 10 h  max_step = 0.5 min  fraction = 0.01\n";
+                      "[run] until = 10 h  max_step = 0.5 min  max_dissolved_fraction = 0.01\n";
     double error = 1.0;
     if (CHECK(hard_open(h, both))) {
         const pd_stencil *s = &h->model.stencil;
@@ -190,8 +190,9 @@ TEST(closed_pocket)
                            "40 um .. 60 um") "  kind = solid\n"
                                              "[side y+] flow = noslip  velocity = 1 mm/s, 0 m/s" ALONG_Z(
                                                  "0 m/s") "\n"
-                                                          "[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s  steady = 1e-8  "
-                                                          "speed = 1 mm/s  length = 120 um\n"
+                                                          "[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s  steady_tolerance = "
+                                                          "1e-8  "
+                                                          "reference_speed = 1 mm/s  reference_length = 120 um\n"
                                                           "[transport] D = 1e-9 m2/s\n" LAW "[run] until = 6 h\n";
     if (hard_play(h, lid)) check_gone(h);
     hard_end(h, "couple_without_outlet", h->ledger, "imbalance", 0.0, NULL);
@@ -365,11 +366,12 @@ TEST(channel_of_one_node)
 
     /* boundaries that dissolve a thousand times faster leave such slits behind, and debris in the end */
     const char *metal = "[shape pin] box = 50 um .. 150 um" ACROSS(
-        "0 .. 50 um") "  kind = solid  grains = 40 um  boundary_width = 2 um\n";
+        "0 .. 50 um") "  kind = solid  grain_size = 40 um  grain_boundary_width = 2 um\n";
     for (int bonds = 0; bonds < 2; bonds++) {
         const char *law = bonds ? OPEN "[corrode] D = 1e-9 m2/s  " : STREAM "[dissolve] ";
-        snprintf(text, sizeof text, "%s%s%srate = 0.2 um/h * (1 - C/Csat)  gb_factor = 1000\n%s[run] until = %s\n",
-                 CHANNEL, metal, law, METAL, PD_DIM == 3 ? "0.5 h" : "1 h");
+        snprintf(text, sizeof text,
+                 "%s%s%srate = 0.2 um/h * (1 - C/Csat)  grain_boundary_factor = 1000\n%s[run] until = %s\n", CHANNEL,
+                 metal, law, METAL, PD_DIM == 3 ? "0.5 h" : "1 h");
         if (hard_play(h, text)) CHECK(pd_time_loop_volume_loss(&h->model.time_loop) > 0.05);
         double loss = h->built ? pd_time_loop_volume_loss(&h->model.time_loop) : 0.0;
         CHECK(loss < 0.999);

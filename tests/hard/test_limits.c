@@ -20,7 +20,7 @@ static hard hard_two;
                                                                       "um" ACROSS("20 um .. 40 um") "  kind = solid\n"
 #define STREAM \
     "[side x-] flow = inlet  profile = uniform  mean = 1 mm/s  C = 0\n[side x+] flow = outlet\n" \
-    "[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s  steady = 1e-8\n" STILL
+    "[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s  steady_tolerance = 1e-8\n" STILL
 
 /* A front that recedes at v whatever the fluid holds, for t: off by, over the depth. */
 static double depth_error(const hard *h, double front, double far, double v, double t)
@@ -98,7 +98,8 @@ TEST(spacing_ratio_100)
 #if PD_DIM == 3
                  "[side z-] flow = periodic\n[side z+] flow = periodic\n"
 #endif
-                 "[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s  steady = 1e-8  force = %s  speed = 1 mm/s  length = %s\n",
+                 "[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s  steady_tolerance = 1e-8  body_force = %s  reference_speed = "
+                 "1 mm/s  reference_length = %s\n",
                  k ? "1 um, 100 um" ALONG_Z("100 um") "  m = 3  box = 0 .. 10 um, 0 .. 2 mm" ALONG_Z("0 .. 400 um")
                    : "100 um, 1 um" ALONG_Z("1 um") "  m = 3  box = 0 .. 1 mm, 0 .. 20 um" ALONG_Z("0 .. 4 um"),
                  k ? "2e-3 m/s2, 0 m/s2" ALONG_Z("0 m/s2") : "20 m/s2, 0 m/s2" ALONG_Z("0 m/s2"), k ? "2 mm" : "20 um");
@@ -188,7 +189,7 @@ TEST(reynolds_1000)
     const char *pin =
         CHANNEL "[side x-] flow = inlet  profile = uniform  mean = 16.67 m/s  C = 0\n[side x+] flow = "
                 "outlet\n"
-                "[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s  steady = 1e-8\n" STILL LAW "[run] until = 1 s\n";
+                "[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s  steady_tolerance = 1e-8\n" STILL LAW "[run] until = 1 s\n";
     /* refused, or right: never in between */
     if (hard_open(h, pin) && hard_steps(h, h->setup.end_time)) hard_sound(h);
     else CHECK(h->status == PD_ERR_DIVERGED && strstr(h->ctx.message, "time = implicit") != NULL);
@@ -229,7 +230,7 @@ TEST(impulsive_start)
     const char *channel = "[grid] h = 10 um  m = 3  box = 0 .. 200 um" ACROSS(
         "0 .. 60 um") "\n[side x-] flow = inlet\n"
                       "profile = uniform  mean = 10 mm/s  C = 100 mol/m3\n[side x+] flow = outlet\n" STILL
-                      "[run] until = 50 ms\n[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s  steady = 1e-8";
+                      "[run] until = 50 ms\n[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s  steady_tolerance = 1e-8";
     hard *steady = &hard_two;
     char text[1200];
     snprintf(text, sizeof text, "%s  time = implicit\n", channel);

@@ -21,7 +21,7 @@ static const char *physics(int kind)
 }
 static int streams(int kind) { return PD_DIM > 1 && (kind == 0 || kind == 3); }
 
-#define FLOW "[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s  steady = 1e-9\n"
+#define FLOW "[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s  steady_tolerance = 1e-9\n"
 
 /* Largest difference of the concentrations over Csat, node a of the one against place(a) of the other. */
 static double difference(const hard *a, const hard *b, int32_t (*place)(const pd_grid *, const int *))
@@ -50,7 +50,7 @@ TEST(units_of_the_file)
             "0 m .. 6e-5 m") "\n[shape pin] box = 8e-5 m .. 1.1e-4 m" ACROSS("2e-5 m .. 4e-5 m") "  kind = solid\n"};
     static const char *const inlets[2] = {
         "[side x-] flow = inlet  profile = uniform  mean = 3.6 m/h\n[side x+] flow = outlet\n"
-        "[flow] rho = 1 g/cm3  mu = 1 mPa s  steady = 1e-9\n",
+        "[flow] rho = 1 g/cm3  mu = 1 mPa s  steady_tolerance = 1e-9\n",
         "[side x-] flow = inlet  profile = uniform  mean = 1e-3 m/s\n[side x+] flow = outlet\n" FLOW};
     static const char *const laws[2] = {"D = 3600 um2/s  rate = 10 um/h * (1 - C/Csat)  Cs = 2 mol/L  Csat = 0.5 "
                                         "mol/L\n",
@@ -297,8 +297,9 @@ TEST(steps_need_no_memory)
                  streaming ? "[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s  " : "",
                  !streaming  ? ""
                  : kind < 5  ? "\n"
-                 : kind == 5 ? "speed = 1 mm/s  length = 60 um  force = 1 m/s2" REST "  time = implicit\n"
-                             : "speed = 1 mm/s  length = 60 um  force = 1 m/s2" REST
+                 : kind == 5 ? "reference_speed = 1 mm/s  reference_length = 60 um  body_force = 1 m/s2" REST
+                               "  time = implicit\n"
+                             : "reference_speed = 1 mm/s  reference_length = 60 um  body_force = 1 m/s2" REST
                                "  time = explicit  c0 = 20 mm/s\n",
                  kind == 4  ? "[transport] D = 1e-9 m2/s  initial = 1 mol/m3 * (x > 100 um)\n"
                  : kind < 4 ? physics(kind)

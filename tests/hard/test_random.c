@@ -95,14 +95,14 @@ static int random_scene(dice *d, int kind, char *text, size_t size)
     }
     const char *initial[] = {"0 mol/m3", "0.5*Csat", "1.5*Csat", "Csat"};
     double csat = pow(10.0, roll(d, 1.0, 2.9)), diffusivity = pow(10.0, roll(d, -13.0, -8.0));
-    if (streams) add(text, size, "\n[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s  steady = 1e-8");
+    if (streams) add(text, size, "\n[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s  steady_tolerance = 1e-8");
     const char *start = initial[choose(d, 4)];
     if (kind == 3) add(text, size, "\n[corrode] control = activation  bulk = %.3g mol/m3", roll(d, 0.0, 0.99) * csat);
     else
         add(text, size, "\n[%s] D = %.3g m2/s  initial = %s", kind < 2 ? "transport" : "corrode", diffusivity, start);
     if (kind < 2)
         add(text, size, "\n[dissolve] threshold = %.3g", choose(d, 3) ? 0.0 : roll(d, 0.0, 0.9) * csat / 1000.0);
-    if (kind >= 2) add(text, size, "  drive = %s", choose(d, 2) ? "difference" : "constant");
+    if (kind >= 2) add(text, size, "  driving_force = %s", choose(d, 2) ? "difference" : "constant");
     add(text, size, "\nrate = %.3g um/h * (1 - C/Csat)  Cs = 1 mol/L  Csat = %.3g mol/m3\n[run] until = 1 h%s\n",
         pow(10.0, roll(d, 0.0, 2.0)), csat, kind < 2 ? "" : "  max_step = 30 min");
     return 1;

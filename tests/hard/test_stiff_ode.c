@@ -93,10 +93,10 @@ TEST(step_1e6_times_the_limit)
 #if PD_DIM > 1
     /* flow under a force, from rest to the parabola in one step */
     double off = 1.0;
-    if (CHECK(hard_open(h, BOX
-                        "[side x-] flow = periodic\n[side x+] flow = periodic\n" MIRRORS
-                        "[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s  time = implicit  speed = 1.25 mm/s  length = 100 um\n"
-                        "force = 1 m/s2, 0 m/s2" ALONG_Z("0 m/s2") "\n[run] until = 1 s\n"))) {
+    if (CHECK(hard_open(h, BOX "[side x-] flow = periodic\n[side x+] flow = periodic\n" MIRRORS
+                               "[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s  time = implicit  reference_speed = 1.25 mm/s  "
+                               "reference_length = 100 um\n"
+                               "body_force = 1 m/s2, 0 m/s2" ALONG_Z("0 m/s2") "\n[run] until = 1 s\n"))) {
         const pd_model *m = &h->model;
         double dt = TIMES / (2.0 * m->stencil.lap_sum * m->flow.nu);
         CHECK_OK(&h->ctx, pd_implicit_step(&h->ctx, &h->model.implicit, dt));
@@ -153,7 +153,7 @@ TEST(step_at_the_limit)
         snprintf(text, sizeof text,
                  "%s[corrode] rate = 10 um/h  D = 1e-9 m2/s  Cs = 2 mol/L  Csat = "
                  "500 "
-                 "mol/m3  drive = %s\n[run] until = 1 h  fraction = 1\n",
+                 "mol/m3  driving_force = %s\n[run] until = 1 h  max_dissolved_fraction = 1\n",
                  FRONT, drive ? "difference" : "constant");
         if (CHECK(hard_open(h, text))) {
             pd_time_loop *c = &h->model.time_loop;

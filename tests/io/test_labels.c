@@ -138,9 +138,9 @@ TEST(axes_and_bars)
     if (!picture(FIELD "range = C -20 mol/m3 .. 180 mol/m3\n", "C_000001_t0.1s.svg")) return;
     axes(-10.0, 30.0, 5.0, 25.0, 3);
     bar(-20.0, 180.0, 0, 4);
-    if (!picture(FIELD "log = C\n", "C_000000_t0.0s.svg")) return;
+    if (!picture(FIELD "log_scale = C\n", "C_000000_t0.0s.svg")) return;
     bar(low, high, 1, 1);
-    if (!picture(FIELD "log = C  range = C 1e-3 mol/m3 .. 1e3 mol/m3\n", "C_000000_t0.0s.svg")) return;
+    if (!picture(FIELD "log_scale = C  range = C 1e-3 mol/m3 .. 1e3 mol/m3\n", "C_000000_t0.0s.svg")) return;
     bar(1e-3, 1e3, 1, 2);
 }
 
@@ -193,9 +193,9 @@ TEST(values_below_zero)
     "[output] fields = none  images = phi  format = svg  width = 400  "
     if (!picture(PLATES "\n", "phi_000000_t0.0s.svg")) return;
     bar(-13.5, 23.5, 0, 2);
-    if (!picture(PLATES "log = phi\n", "phi_000000_t0.0s.svg")) return;
+    if (!picture(PLATES "log_scale = phi\n", "phi_000000_t0.0s.svg")) return;
     bar(0.5, 23.5, 1, 2);
-    if (!picture(PLATES "log = phi  percentile = 50 %\n", "phi_000000_t0.0s.svg")) return;
+    if (!picture(PLATES "log_scale = phi  percentile = 50 %\n", "phi_000000_t0.0s.svg")) return;
     bar(6.25, 17.75, 1, 1); /* each value stands in a column of 20 cells */
 }
 #endif
@@ -210,7 +210,7 @@ TEST(long_titles)
         "[grid] h = 1 mm  box = 0 .. 20 mm, 0 .. 10 mm\n[shape s] box = 0 .. 20 mm, 0 .. 10 mm  kind = solid\n"
         "[solid] E = 200 GPa  nu = 0.3  plane = stress\n[side x-] ux = 0 mm  uy = 0 mm\n"
         "[side x+] ux = 1 nm  uy = 0 mm\n"
-        "[output] fields = none  images = mises  format = svg  width = 400  deformed = 123456\n";
+        "[output] fields = none  images = mises  format = svg  width = 400  deformation_scale = 123456\n";
     snprintf(title, sizeof title, "%s: mises, displacements \xC3\x97 123456", case_name);
     if (picture(text, "mises_000000_t0.0s.svg")) CHECK(label_of(title) != NULL);
 #else

@@ -41,11 +41,14 @@
 
 /* Flow, transport and dissolution with grains, and all that watches. */
 #define COUPLED \
-    CHANNEL PIN "  grains = 20 um\n" THROUGH "[transport] D = 1e-9 m2/s\n[dissolve] m = 2  gb_factor = 3" LAW "\n" \
-    "[run] until = " HOURS "  fraction = 0.3\n[output] every = 2 h  fields = C, v, p, kind, rate, density, grain" \
-    "  images = C, kind" SLICE "\n" WATCHES \
-    "[transfer f] box = -30 um .. 60 um" ACROSS("-25 um .. 25 um") "  along = x  length = 40 um" \
-    "  surface = 56 mol/m3  fluid = inlet\n"
+    CHANNEL PIN \
+        "  grain_size = 20 um\n" THROUGH "[transport] D = 1e-9 m2/s\n[dissolve] m = 2  grain_boundary_factor = 3" LAW \
+        "\n" \
+        "[run] until = " HOURS \
+        "  max_dissolved_fraction = 0.3\n[output] every = 2 h  fields = C, v, p, kind, rate, density, grain" \
+        "  images = C, kind" SLICE "\n" WATCHES \
+        "[transfer f] box = -30 um .. 60 um" ACROSS("-25 um .. 25 um") "  along = x  reference_length = 40 um" \
+                                                                       "  surface = 56 mol/m3  fluid = inlet\n"
 
 /* Dissolution of two metals at rest in a periodic box. */
 #define AT_REST \
@@ -57,18 +60,18 @@
 
 /* Flow in time with transport of controlled error, and transport of a given flow. */
 #define MOVING(time) \
-    CHANNEL "[side x-] flow = periodic\n[side x+] flow = periodic\n[shape pin] box = 0 .. 40 um" \
-    ACROSS("-20 um .. 20 um") "  kind = wall\n[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s  speed = 0.01 m/s" \
-    "  length = 60 um  force = 30 m/s2" NONE time "\n[transport] D = 1e-7 m2/s" \
-    "  initial = if(x < 0 um, 1 mol/m3, 0 mol/m3)\n"
+    CHANNEL "[side x-] flow = periodic\n[side x+] flow = periodic\n[shape pin] box = 0 .. 40 um" ACROSS( \
+        "-20 um .. 20 um") "  kind = wall\n[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s  reference_speed = 0.01 m/s" \
+                           "  reference_length = 60 um  body_force = 30 m/s2" NONE time "\n[transport] D = 1e-7 m2/s" \
+                           "  initial = if(x < 0 um, 1 mol/m3, 0 mol/m3)\n"
 #define IMPLICIT MOVING("  time = implicit") "[run] until = " MOMENT "  rtol = 1e-2\n" FRAMES(MOMENT) WATCHES
 #define EXPLICIT MOVING("  time = explicit  c0 = 0.2 m/s") "[run] until = " WHILE "  max_step = 0.2 ms\n" \
     FRAMES("0.5 ms") WATCHES
 #define GIVEN \
-    CHANNEL "[side x-] flow = open\n[side x+] flow = open\n[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s  time = given" \
-    "  speed = 0.01 m/s  length = 80 um" \
-    "  vx = 0.01 m/s\n[transport] D = 1e-7 m2/s  initial = if(x < 0 um, 1 mol/m3, 0 mol/m3)\n" \
-    "[run] until = " WHILE "  rtol = 1e-2\n" FRAMES("0.4 ms") "[total e]\n"
+    CHANNEL "[side x-] flow = open\n[side x+] flow = open\n[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s  time = prescribed" \
+            "  reference_speed = 0.01 m/s  reference_length = 80 um" \
+            "  vx = 0.01 m/s\n[transport] D = 1e-7 m2/s  initial = if(x < 0 um, 1 mol/m3, 0 mol/m3)\n" \
+            "[run] until = " WHILE "  rtol = 1e-2\n" FRAMES("0.4 ms") "[total e]\n"
 
 /* Bond-based corrosion. */
 #define METAL \
@@ -89,27 +92,31 @@
 
 /* 2D: metal whose bonds break, alone and as it dissolves: sides that move, a crack at the start, stress and flow. */
 #define BREAKS(time) \
-    "[cut a] points = -12 um, 0 um, -9 um, 0 um\n" \
+    "[crack a] points = -12 um, 0 um, -9 um, 0 um\n" \
     "[side x-] ux = 0 um\n[side y-] uy = 0 um\n[side y+] uy = " time "\n[output] every = 1 s" \
     "  fields = u, mises, broken  images = broken" SLICE "\n[line b] from = -11 um" ZERO "  to = 3 um" ZERO \
     "  points = 9  fields = u, broken\n"
 #define SOLID_BREAKS \
-    "[grid] h = 1 um  box = -12 um .. 4 um" ACROSS("-4 um .. 4 um") "\n[shape bar] box = -12 um .. 4 um" \
-    ACROSS("-4 um .. 4 um") "  kind = solid\n[solid] E = 45 GPa  nu = 0.3  m = 1  stretch = 2e-3  yield = 100 MPa" \
-    "  hardening = 1 GPa\n[run] until = 1 s  max_step = 0.25 s\n" BREAKS("0.014 um * t / (1 s)")
+    "[grid] h = 1 um  box = -12 um .. 4 um" ACROSS("-4 um .. 4 um") "\n[shape bar] box = -12 um .. 4 um" ACROSS( \
+        "-4 um .. 4 um") "  kind = solid\n[solid] E = 45 GPa  nu = 0.3  m = 1  critical_stretch = 2e-3  yield_stress " \
+                         "= 100 MPa" \
+                         "  hardening_modulus = 1 GPa\n[run] until = 1 s  max_step = 0.25 s\n" BREAKS( \
+                             "0.014 um * t / (1 s)")
 #define SOLID_DISSOLVES \
     METAL "[corrode] control = activation  rate = 1 um/s  Cs = 143 mol/L  Csat = 5.1 mol/L\n[solid] E = 190 GPa" \
-    "  nu = 0.3  m = 1  stretch = 2e-3  speed_factor = exp(sigma_h / (1 GPa))\n" \
-    "[run] until = 0.5 s  max_step = 0.1 s\n" \
-    BREAKS("0.04 um * t / (1 s)")
+          "  nu = 0.3  m = 1  critical_stretch = 2e-3  dissolution_factor = exp(sigma_h / (1 GPa))\n" \
+          "[run] until = 0.5 s  max_step = 0.1 s\n" BREAKS("0.04 um * t / (1 s)")
 
 #define SOLID_MOVES \
-    "[grid] h = 1 mm  box = -12 mm .. 8 mm" ACROSS("-6 mm .. 6 mm") "\n[shape bar] box = -12 mm .. 8 mm" \
-    ACROSS("-6 mm .. 6 mm") "  kind = solid\n[shape foot] box = -12 mm .. 8 mm, -6 mm .. -5 mm  kind = grip" \
-    "  ux = 0 mm  uy = 0 mm\n[shape hand] box = -12 mm .. 8 mm, 5 mm .. 6 mm  kind = grip  uy = 20 m/s * t\n" \
-    "[cut a] points = -12 mm, 0 mm, -4 mm, 0 mm\n[solid] material = springs  E = 72 GPa  toughness = 20 J/m2" \
-    "  motion = yes  density = 2440 kg/m3\n[run] until = 8 us  max_step = 1 us\n[output] every = 2 us" \
-    "  fields = u, broken  images = broken" SLICE "\n"
+    "[grid] h = 1 mm  box = -12 mm .. 8 mm" ACROSS("-6 mm .. 6 mm") "\n[shape bar] box = -12 mm .. 8 mm" ACROSS( \
+        "-6 mm .. 6 mm") "  kind = solid\n[shape foot] box = -12 mm .. 8 mm, -6 mm .. -5 mm  kind = grip" \
+                         "  ux = 0 mm  uy = 0 mm\n[shape hand] box = -12 mm .. 8 mm, 5 mm .. 6 mm  kind = grip  uy = " \
+                         "20 m/s * t\n" \
+                         "[crack a] points = -12 mm, 0 mm, -4 mm, 0 mm\n[solid] model = bond_based  E = 72 GPa  " \
+                         "fracture_energy = 20 J/m2" \
+                         "  dynamics = yes  density = 2440 kg/m3\n[run] until = 8 us  max_step = 1 us\n[output] " \
+                         "every = 2 us" \
+                         "  fields = u, broken  images = broken" SLICE "\n"
 
 /* Metal in ions: by a law in pH behind a state of its surface; by a law in E beside a cathode, as ions migrate; by
  * a law in pH under the mineral that its base lays down. */
@@ -134,11 +141,15 @@
     "[run] until = 60 s  rtol = 0.02  max_step = 10 s\n" \
     "[output] every = 30 s  fields = Mg2+, potential, kind\n[total e]\n"
 #define SPECIES_MINERAL \
-    BESIDE IONS("10 mol/m3", "  cover = 20 um") "[species Mg(OH)2(s)] volume = 24.6e-6 m3/mol\n" \
-    "[reaction brucite] Mg(OH)2(s) + 2 H+ = Mg2+ + 2 H2O  log10_K = 16.84\n" \
-    "[mineral Mg(OH)2(s)] rate = 1e-7 mol/m2/s  area = 1e4 1/m\n" \
-    "[dissolve] rate = 20 um/s*10^(0.1*(7 - pH))  reaction = Mg + 2 H2O = Mg2+ + 2 OH- + H2(g)\n" \
-    "[run] until = 10 s  rtol = 0.02\n[output] every = 5 s  fields = Mg2+, pH, film, kind\n[total e]\n"
+    BESIDE IONS( \
+        "10 mol/m3", \
+        "  covering_thickness = 20 um") "[species Mg(OH)2(s)] volume = 24.6e-6 m3/mol\n" \
+                                        "[reaction brucite] Mg(OH)2(s) + 2 H+ = Mg2+ + 2 H2O  log10_K = 16.84\n" \
+                                        "[mineral Mg(OH)2(s)] rate = 1e-7 mol/m2/s  area = 1e4 1/m\n" \
+                                        "[dissolve] rate = 20 um/s*10^(0.1*(7 - pH))  reaction = Mg + 2 H2O = Mg2+ + " \
+                                        "2 OH- + H2(g)\n" \
+                                        "[run] until = 10 s  rtol = 0.02\n[output] every = 5 s  fields = Mg2+, pH, " \
+                                        "film, kind\n[total e]\n"
 
 static const struct {
     const char *name, *text;

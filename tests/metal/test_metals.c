@@ -245,13 +245,14 @@ TEST(refusals)
  * nothing is lost. */
 TEST(stripes)
 {
-    static const char *const laws[] = {"[corrode] rate = 1 um/s  Csat = 5 mol/L  D = 1e-9 m2/s\n[corrode steel304] "
-                                       "rate = 0.5 um/s * (0.2 + 0.8*(C < 0.4*Csat))  Cs = 50 mol/L\n",
-                                       "[corrode] drive = difference  rate = 1 um/s * (1 - C/Csat)  Csat = 5 mol/L  "
-                                       "D = 1e-9 m2/s\n[corrode steel304] rate = 0.5 um/s  Cs = 50 mol/L\n",
-                                       "[transport] D = 1e-9 m2/s  initial = 0 mol/m3\n[dissolve] rate = 1 um/s * (1 - "
-                                       "C/Csat)  Csat = 5 mol/L\n[dissolve steel304] rate = 0.5 um/s * (0.2 + 0.8*(C < "
-                                       "0.4*Csat))  Cs = 50 mol/L\n"};
+    static const char *const laws[] = {
+        "[corrode] rate = 1 um/s  Csat = 5 mol/L  D = 1e-9 m2/s\n[corrode steel304] "
+        "rate = 0.5 um/s * (0.2 + 0.8*(C < 0.4*Csat))  Cs = 50 mol/L\n",
+        "[corrode] driving_force = difference  rate = 1 um/s * (1 - C/Csat)  Csat = 5 mol/L  "
+        "D = 1e-9 m2/s\n[corrode steel304] rate = 0.5 um/s  Cs = 50 mol/L\n",
+        "[transport] D = 1e-9 m2/s  initial = 0 mol/m3\n[dissolve] rate = 1 um/s * (1 - "
+        "C/Csat)  Csat = 5 mol/L\n[dissolve steel304] rate = 0.5 um/s * (0.2 + 0.8*(C < "
+        "0.4*Csat))  Cs = 50 mol/L\n"};
     for (int k = 0; k < 3; k++) {
         played p[2];
         for (int two = 0; two < 2; two++) {

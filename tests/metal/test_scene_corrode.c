@@ -47,12 +47,19 @@ TEST(every_key)
     pd_ctx ctx;
     pd_setup u;
     double c = 0.0;
-    if (!CHECK_OK(&ctx, load(&ctx, FLAT "[shape film] box = 0 .. 2 um" ACROSS("0 .. 4 um") "  kind = passive\n"
-                             "[corrode] rate = 1 um/s * (1 - C/Csat)  Cs = 140 mol/L  Csat = 5 mol/L  D = 7e-10 m2/s\n"
-                             "          initial = 1 mol/L  bulk = 10 mol/m3  drive = difference  kernel = inverse\n"
-                             "          weights = printed  charge = 2.5\n"
-                             "          repassivation = 0.6*Csat  breaking = stochastic  seed = 12\n"
-                             "[run] until = 25 s  fraction = 0.02  rtol = 2e-4  max_step = 0.25 s\n", NULL, 0, &u)))
+    if (!CHECK_OK(
+            &ctx,
+            load(&ctx,
+                 FLAT "[shape film] box = 0 .. 2 um" ACROSS(
+                     "0 .. 4 um") "  kind = passive\n"
+                                  "[corrode] rate = 1 um/s * (1 - C/Csat)  Cs = 140 mol/L  Csat = 5 mol/L  D = 7e-10 "
+                                  "m2/s\n"
+                                  "          initial = 1 mol/L  bulk = 10 mol/m3  driving_force = difference  kernel = "
+                                  "inverse\n"
+                                  "          weights = published  charge = 2.5\n"
+                                  "          repassivation = 0.6*Csat  breaking = stochastic  seed = 12\n"
+                                  "[run] until = 25 s  max_dissolved_fraction = 0.02  rtol = 2e-4  max_step = 0.25 s\n",
+                 NULL, 0, &u)))
         return;
     CHECK(u.has_corrode && u.has_transport && u.has_dissolve && !u.has_flow && !u.activation);
     CHECK_REL(u.metal[0].solid_c, 140e3, 1e-15);
@@ -103,7 +110,7 @@ TEST(refusals)
         {"[corrode] rate = -1 um/s  Csat = 5 mol/L  D = 1e-9 m2/s\n", "expected 0 to 1 m/s"},
         {"[corrode] rate = 1 um/s  Csat = 500 mol/L  D = 1e-9 m2/s\n", "at most 142.805 kmol/m3"},
         {"[corrode] rate = 1 um/s  Csat = 5 mol/L  D = 1e-9 m2/s  control = both\n", "diffusion, activation"},
-        {"[corrode] rate = 1 um/s  Csat = 5 mol/L  D = 1e-9 m2/s  gb_factor = 3\n", "without grains"},
+        {"[corrode] rate = 1 um/s  Csat = 5 mol/L  D = 1e-9 m2/s  grain_boundary_factor = 3\n", "without grains"},
         {"[corrode] rate = 1 um/s  Csat = 5 mol/L  D = 1e-9 m2/s  initial = -1 mol/m3\n", "expected at least 0"},
         {"[corrode] rate = 1 um/s  Csat = 5 mol/L  D = 1e-9 m2/s  repassivation = 6 mol/L\n", "at most 5 kmol/m3"},
         {"[corrode] rate = 1 um/s  Csat = 5 mol/L  control = activation  repassivation = 3 mol/L\n",
@@ -113,7 +120,8 @@ TEST(refusals)
         {"[corrode] rate = 1 um/s  Csat = 5 mol/L  D = 1e-9 m2/s  breaking = stochastic  seed = -1\n", "whole number"},
         {"[corrode] rate = 1 um/s  Csat = 5 mol/L  D = 1e-9 m2/s  share = 0.1\n", "unknown key 'share'"},
         {"[corrode] rate = 1 um/s  Csat = 5 mol/L  D = 1e-9 m2/s  time = explicit\n", "unknown key 'time'"},
-        {"[corrode] rate = 1 um/s  Csat = 5 mol/L  D = 1e-9 m2/s\n[run] until = 1 s  fraction = 2\n", "at most 1"}};
+        {"[corrode] rate = 1 um/s  Csat = 5 mol/L  D = 1e-9 m2/s\n[run] until = 1 s  max_dissolved_fraction = 2\n",
+         "at most 1"}};
     char text[1200];
     for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
         snprintf(text, sizeof text, "%s%s%s", FLAT, cases[k][0], strstr(cases[k][0], "[run]") ? "" : END);
@@ -197,11 +205,14 @@ TEST(threads_do_not_matter)
         pd_run_result r;
         const char *out = run ? "two" : "one";
         char name[64];
-        if (!play_text("[grid] h = 1 um  m = 3  box = 0 .. 24 um" ACROSS("0 .. 20 um") "\n"
-                       "[shape metal] box = 6 um .. 24 um" ACROSS("0 .. 20 um")
-                       "  kind = solid  material = steel304  grains = 8 um\n"
-                       "[side x-] flow = open\n[corrode] rate = 1 um/s  Csat = 5.1 mol/L  D = 8.5e-10 m2/s"
-                       "  gb_factor = 4\n[run] until = 2 s\n[output] every = 2 s  fields = C, kind, density\n",
+        if (!play_text("[grid] h = 1 um  m = 3  box = 0 .. 24 um" ACROSS(
+                           "0 .. 20 um") "\n"
+                                         "[shape metal] box = 6 um .. 24 um" ACROSS(
+                                             "0 .. 20 um") "  kind = solid  material = steel304  grain_size = 8 um\n"
+                                                           "[side x-] flow = open\n[corrode] rate = 1 um/s  Csat = 5.1 "
+                                                           "mol/L  D = 8.5e-10 m2/s"
+                                                           "  grain_boundary_factor = 4\n[run] until = 2 s\n[output] "
+                                                           "every = 2 s  fields = C, kind, density\n",
                        run ? 2 : 1, out, &r))
             return;
         CHECK(r.volume_loss > 0.0);
@@ -221,14 +232,14 @@ TEST(grains_dissolve_along_their_boundaries)
 {
     pd_run_result with, plain;
     char text[1200];
-    const char *law = "[corrode] control = activation  rate = 0.5 um/s  Csat = 5.1 mol/L  gb_factor = %d\n"
+    const char *law = "[corrode] control = activation  rate = 0.5 um/s  Csat = 5.1 mol/L  grain_boundary_factor = %d\n"
                       "[run] until = 20 s\n[output] every = 20 s  fields = C\n";
     char part[400];
     snprintf(part, sizeof part, law, 1);
-    snprintf(text, sizeof text, BOX METAL "  grains = 4 um\n[side x-] flow = open\n%s", part);
+    snprintf(text, sizeof text, BOX METAL "  grain_size = 4 um\n[side x-] flow = open\n%s", part);
     if (!play_text(text, 1, "plain", &plain)) return;
     snprintf(part, sizeof part, law, 4);
-    snprintf(text, sizeof text, BOX METAL "  grains = 4 um\n[side x-] flow = open\n%s", part);
+    snprintf(text, sizeof text, BOX METAL "  grain_size = 4 um\n[side x-] flow = open\n%s", part);
     if (!play_text(text, 1, "with", &with)) return;
     CHECK(with.volume_loss > 1.1 * plain.volume_loss && with.volume_loss < 4.0 * plain.volume_loss);
     CHECK_LE(with.mass_balance_error, 1e-12);
@@ -301,8 +312,9 @@ TEST(refused_in_a_stream)
 {
     refused(BODY STREAM "[corrode] Csat = 5 mol/L  rate = 1 um/s  control = activation\n[run] until = 1 s\n",
             "found 'activation' beside [flow]");
-    refused(BODY STREAM "[corrode] Csat = 5 mol/L  rate = 1 um/s  D = 1e-9 m2/s  kernel = square  weights = printed\n"
-            "[run] until = 1 s\n", "found 'printed' beside [flow]");
+    refused(BODY STREAM "[corrode] Csat = 5 mol/L  rate = 1 um/s  D = 1e-9 m2/s  kernel = square  weights = published\n"
+                        "[run] until = 1 s\n",
+            "found 'printed' beside [flow]");
 }
 #endif
 

@@ -115,7 +115,7 @@ static void rotate_stress(const transform *t, char *name, double *sign)
 /* The axis along which a figure is a place, as of the tip of a crack; -1: it is none. */
 static int axis_of_place(const run_figure *f)
 {
-    return strcmp(f->section, "cut") == 0 && is_axis(f->key[0]) && !f->key[1] ? f->key[0] - 'x' : -1;
+    return strcmp(f->section, "crack") == 0 && is_axis(f->key[0]) && !f->key[1] ? f->key[0] - 'x' : -1;
 }
 
 /* The figure of the second record that belongs to one of the first. */
@@ -429,7 +429,7 @@ static double work_error(const scene *x)
     double length = x->h[0] * x->cells[0]; /* the shortest: what the strain is at most */
     for (int d = 1; d < PD_DIM; d++) length = fmin(length, x->h[d] * x->cells[d]);
     for (int k = 0; k < x->sections; k++) {
-        entry *material = strcmp(x->part[k].name, "solid") == 0 ? scene_find((scene *)x, k, "material") : NULL;
+        entry *material = strcmp(x->part[k].name, "solid") == 0 ? scene_find((scene *)x, k, "model") : NULL;
         const char *name = material ? x->pool[material->first[0]].text : "";
         if (strcmp(name, "neo_hookean") == 0 || strcmp(name, "hencky") == 0)
             return pow(x->moved / length, 3.0);

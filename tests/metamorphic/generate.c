@@ -172,7 +172,7 @@ static void draw_solid(draw *g, const char *name, const char *material, const do
     }
     scene_key(x, s, "kind", "solid");
     scene_key(x, s, "material", "%s", material);
-    if (x->has & HAS_GRAINS) scene_key(x, s, "grains", "%q", g->grain * x->h[0], UNIT_LENGTH);
+    if (x->has & HAS_GRAINS) scene_key(x, s, "grain_size", "%q", g->grain * x->h[0], UNIT_LENGTH);
 }
 
 /* A bar from side to side, with a hole now and then; a loose one ends in the fluid. */
@@ -200,7 +200,7 @@ static void draw_bar(draw *g)
     }
     scene_key(x, s, "kind", "solid");
     scene_key(x, s, "material", "mg4ag");
-    if (x->has & HAS_GRAINS) scene_key(x, s, "grains", "%q", g->grain * x->h[0], UNIT_LENGTH);
+    if (x->has & HAS_GRAINS) scene_key(x, s, "grain_size", "%q", g->grain * x->h[0], UNIT_LENGTH);
     g->metals = 1;
 }
 
@@ -335,7 +335,7 @@ static void given_flow(draw *g)
     double speed = draw_between(g, 0.2, 6.0) * g->D / x->h[axis];
     scene_key(x, s, "rho", "%q", 1000.0, UNIT_DENSITY);
     scene_key(x, s, "mu", "%q", 1e-3, UNIT_VISCOSITY);
-    scene_key(x, s, "time", "given");
+    scene_key(x, s, "time", "prescribed");
     scene_component(x, s, "v", axis, "%q*(1 + %g*sin(%g*%p))", draw_chance(g, 0.5) ? speed : -speed, UNIT_SPEED,
                     draw_between(g, 0.0, 0.9), draw_between(g, 0.2, 0.6), other);
     for (int plus = 0; plus < 2; plus++) {
@@ -385,11 +385,11 @@ void generate_flow(draw *g)
         scene_key(x, s, "time", "implicit");
         x->has |= HAS_FLOW_IN_TIME;
         if (draw_exact(g)) scene_key(x, s, "rtol", "0.1");
-    } else scene_key(x, s, "steady", g->of != CLASS_TOLERANCE ? "1e-10" : "1e-6");
+    } else scene_key(x, s, "steady_tolerance", g->of != CLASS_TOLERANCE ? "1e-10" : "1e-6");
     if (draw_chance(g, 0.15))
-        scene_vector(x, s, "force", 0, "%q", 0.1 * speed * mu / (rho * g->length * g->length), UNIT_ACCELERATION);
-    entry *force = scene_find(x, s, "force");
-    for (int d = 1; d < PD_DIM && force; d++) scene_vector(x, s, "force", d, "%q", 0.0, UNIT_ACCELERATION);
+        scene_vector(x, s, "body_force", 0, "%q", 0.1 * speed * mu / (rho * g->length * g->length), UNIT_ACCELERATION);
+    entry *force = scene_find(x, s, "body_force");
+    for (int d = 1; d < PD_DIM && force; d++) scene_vector(x, s, "body_force", d, "%q", 0.0, UNIT_ACCELERATION);
 }
 
 /* ---- transport and metal ---- */
@@ -485,7 +485,8 @@ void generate_metal(draw *g)
             scene_key(x, s, "m", "%i", m < (int)ceil(g->m) ? (int)ceil(g->m) : m);
         }
     }
-    if ((x->has & HAS_GRAINS) && draw_chance(g, 0.7)) scene_key(x, s, "gb_factor", "%g", draw_between(g, 1.5, 8.0));
+    if ((x->has & HAS_GRAINS) && draw_chance(g, 0.7))
+        scene_key(x, s, "grain_boundary_factor", "%g", draw_between(g, 1.5, 8.0));
     if (x->has & HAS_RANDOM) {
         scene_key(x, s, "breaking", "stochastic");
         scene_key(x, s, "seed", "%i", draw_whole(g, 1, 1000));
@@ -596,7 +597,7 @@ static void write_run(draw *g)
     if (g->of != CLASS_TOLERANCE) {
         scene_key(x, s, "rtol", "0.1");
         scene_key(x, s, "max_step", "%q", x->until / draw_whole(g, 4, 9), UNIT_TIME);
-        if (x->has & (HAS_DISSOLVE | HAS_CORRODE)) scene_key(x, s, "fraction", "1");
+        if (x->has & (HAS_DISSOLVE | HAS_CORRODE)) scene_key(x, s, "max_dissolved_fraction", "1");
     }
     if (g->of == CLASS_TOLERANCE) {
         x->rtol = x->has & (HAS_DISSOLVE) ? 4e-3 : 1e-3; /* what they are without the key */

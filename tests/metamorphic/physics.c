@@ -29,7 +29,7 @@ void generate_chemistry(draw *g)
     if (x->has & HAS_MIGRATION) scene_key(x, c, "migration", "yes");
     if ((x->has & HAS_MINERAL) && (x->has & HAS_DISSOLVE) && !(x->has & (HAS_POTENTIAL | HAS_MIGRATION)) &&
         draw_chance(g, 0.3))
-        scene_key(x, c, "cover", "%q", draw_between(g, 0.02, 1.0) * x->h[0], UNIT_LENGTH);
+        scene_key(x, c, "covering_thickness", "%q", draw_between(g, 0.02, 1.0) * x->h[0], UNIT_LENGTH);
     if ((x->has & HAS_MINERAL) && draw_chance(g, 0.3)) scene_key(x, c, "tortuosity", "%g", draw_between(g, 1.0, 3.0));
     draw_species(g, "H+", 9.31e-9 * size, 1e-4, 1e-4);
     draw_species(g, "OH-", 5.27e-9 * size, 1e-4, 1e-4);
@@ -116,14 +116,14 @@ void generate_potential(draw *g)
         }
         if (curve == 0) {
             scene_key(x, s, "curve", "linear");
-            scene_key(x, s, "resistance", "%q", draw_decade(g, 0.01, 1.0) / i, UNIT_RESISTANCE);
+            scene_key(x, s, "polarisation_resistance", "%q", draw_decade(g, 0.01, 1.0) / i, UNIT_RESISTANCE);
         } else {
             scene_key(x, s, "curve", "butler_volmer");
             scene_key(x, s, "i0", "%q", 0.3 * i, UNIT_CURRENT_DENSITY);
             scene_key(x, s, "anodic_slope", "%q", draw_between(g, 0.06, 0.15), UNIT_VOLT);
             scene_key(x, s, "cathodic_slope", "%q", draw_between(g, 0.08, 0.16), UNIT_VOLT);
             if (draw_chance(g, 0.4)) scene_key(x, s, "cathodic_limit", "%q", 3.0 * i, UNIT_CURRENT_DENSITY);
-            if (draw_chance(g, 0.3)) scene_key(x, s, "film", "%q", 0.01 / i, UNIT_RESISTANCE);
+            if (draw_chance(g, 0.3)) scene_key(x, s, "film_resistance", "%q", 0.01 / i, UNIT_RESISTANCE);
         }
         scene_key(x, s, "E0", "%q", E0, UNIT_VOLT);
         if (draw_chance(g, 0.6) && !ions)
@@ -148,7 +148,8 @@ void generate_potential(draw *g)
 static void draw_cut(draw *g)
 {
     scene *x = g->x;
-    int axis = g->holds, across = (axis + 1) % PD_DIM, s = scene_section(x, "cut", "c"), slanted = draw_chance(g, 0.4);
+    int axis = g->holds, across = (axis + 1) % PD_DIM, s = scene_section(x, "crack", "c"),
+        slanted = draw_chance(g, 0.4);
     double n = x->cells[axis], place = floor(n * draw_between(g, 0.35, 0.65)), at[3] = {0.0, 0.0, 0.0};
     double depth = x->cells[across] * draw_between(g, 0.35, 0.6);
     at[axis] = x->low[axis] + place * x->h[axis];
@@ -214,8 +215,8 @@ static void draw_load(draw *g, int alone)
         for (int k = 0; k < x->sections; k++)
             if (strcmp(x->part[k].name, "solid") == 0) s = k;
         for (int d = 0; d < PD_DIM; d++)
-            scene_vector(x, s, "force", d, "%q*(1 + 0.2*sin(0.4*%p))", draw_between(g, -1e7, 2e7) / length, UNIT_FORCE,
-                         axis);
+            scene_vector(x, s, "body_force", d, "%q*(1 + 0.2*sin(0.4*%p))", draw_between(g, -1e7, 2e7) / length,
+                         UNIT_FORCE, axis);
     }
 }
 
@@ -223,7 +224,7 @@ void generate_solid(draw *g)
 {
     scene *x = g->x;
     int s = scene_section(x, "solid", ""), alone = !(x->has & (HAS_TRANSPORT | HAS_CORRODE)), axis = g->holds;
-    static const char *const materials[] = {"correspondence", "ordinary", "neo_hookean", "hencky", "springs"};
+    static const char *const materials[] = {"correspondence", "ordinary", "neo_hookean", "hencky", "bond_based"};
     int springs = (x->has & HAS_SPRINGS) != 0, rests = alone && !(x->has & HAS_MOTION);
     int material = springs ? 4 : rests ? draw_whole(g, 0, 3) : draw_whole(g, 0, 1);
     double E = 45e9;
@@ -231,17 +232,17 @@ void generate_solid(draw *g)
     int stress = PD_DIM == 2 && draw_chance(g, 0.3) && g->of != CLASS_RING && !(x->has & HAS_AXIS);
     if (PD_DIM > 1 && !springs) scene_key(x, s, "nu", "%g", draw_between(g, 0.1, 0.4));
     else if (PD_DIM > 1) scene_key(x, s, "nu", stress ? "1/3" : "0.25");
-    scene_key(x, s, "material", "%s", materials[material]);
+    scene_key(x, s, "model", "%s", materials[material]);
     if (g->solid_m != (springs ? 3 : 2) || draw_chance(g, 0.5)) scene_key(x, s, "m", "%i", g->solid_m);
     if (stress) scene_key(x, s, "plane", "stress");
     if (x->has & HAS_MOTION) {
-        scene_key(x, s, "motion", "yes");
+        scene_key(x, s, "dynamics", "yes");
         scene_key(x, s, "density", "%q", 1800.0, UNIT_DENSITY);
     } else scene_key(x, s, "rtol", draw_exact(g) ? "1e-12" : "1e-8");
     if (draw_chance(g, 0.2)) scene_key(x, s, "influence", draw_chance(g, 0.5) ? "inverse" : "linear");
     if (rests && material == 0 && draw_chance(g, 0.2) && PD_DIM > 1 && !stress) { /* it flows */
-        scene_key(x, s, "yield", "%q", draw_between(g, 1e7, 1e8), UNIT_PRESSURE);
-        scene_key(x, s, "hardening", "%q", 1e9, UNIT_PRESSURE);
+        scene_key(x, s, "yield_stress", "%q", draw_between(g, 1e7, 1e8), UNIT_PRESSURE);
+        scene_key(x, s, "hardening_modulus", "%q", 1e9, UNIT_PRESSURE);
     }
     if (draw_chance(g, 0.85)) {
         int low = scene_side(x, axis, 0);
@@ -249,7 +250,7 @@ void generate_solid(draw *g)
     } else draw_grip(g, "holds", 0.1, 0.0);
     draw_load(g, alone);
     if (x->has & HAS_CRACK) draw_cut(g);
-    if (!alone && draw_chance(g, 0.5)) scene_key(x, s, "speed_factor", "exp(sigma_h/%q)", 1e8, UNIT_PRESSURE);
+    if (!alone && draw_chance(g, 0.5)) scene_key(x, s, "dissolution_factor", "exp(sigma_h/%q)", 1e8, UNIT_PRESSURE);
 }
 
 void generate_gas(draw *g)

@@ -62,7 +62,7 @@ static int without_sections(shrinker *s)
 /* Prescribed steps and tolerances stay: without them pairs differ by what they allow. */
 static int of_steps(const entry *e)
 {
-    static const char *const keys[] = {"max_step", "rtol", "fraction", "steady"};
+    static const char *const keys[] = {"max_step", "rtol", "max_dissolved_fraction", "steady_tolerance"};
     for (size_t k = 0; k < sizeof keys / sizeof keys[0]; k++)
         if (strcmp(e->key, keys[k]) == 0) return 1;
     return 0;

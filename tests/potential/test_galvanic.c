@@ -59,8 +59,10 @@ TEST(mixed_potential)
 TEST(gap)
 {
     static const char text[] = PLATES "[potential] conductivity = 2 S/m\n"
-        "[electrode a] shape = left  curve = linear  resistance = 1e-3 ohm m2  E0 = 0.1 V  potential = 1 V\n"
-        "[electrode b] shape = right  curve = linear  resistance = 2e-3 ohm m2  film = 5e-4 ohm m2  potential = 0\n";
+                                      "[electrode a] shape = left  curve = linear  polarisation_resistance = 1e-3 ohm "
+                                      "m2  E0 = 0.1 V  potential = 1 V\n"
+                                      "[electrode b] shape = right  curve = linear  polarisation_resistance = 2e-3 ohm "
+                                      "m2  film_resistance = 5e-4 ohm m2  potential = 0\n";
     if (!open_model(text, NULL, 0)) return;
     if (run_to(0.0)) {
         double i = 0.9 / (1e-3 + 2e-3 + 5e-4 + 2e-3 / 2.0);
@@ -83,10 +85,11 @@ TEST(gap)
 /* A given current that grows in time, and a side that holds the potential of the fluid. */
 TEST(in_time)
 {
-    static const char text[] = BOX("0.1 mm", "4 mm") ACROSS
-        "[shape left] box = 0 .. 1 mm" SPAN "  kind = solid\n[side x+] potential = 0.5 V\n"
-        "[potential] conductivity = 2 S/m\n[electrode a] shape = left  curve = linear  resistance = 1e-3 ohm m2  "
-        "current = 3 mA * t/(1 s)\n[run] until = 4 s  max_step = 1 s\n";
+    static const char text[] =
+        BOX("0.1 mm", "4 mm") ACROSS "[shape left] box = 0 .. 1 mm" SPAN "  kind = solid\n[side x+] potential = 0.5 V\n"
+                                     "[potential] conductivity = 2 S/m\n[electrode a] shape = left  curve = linear  "
+                                     "polarisation_resistance = 1e-3 ohm m2  "
+                                     "current = 3 mA * t/(1 s)\n[run] until = 4 s  max_step = 1 s\n";
     if (!open_model(text, NULL, 0)) return;
     for (int k = 0; k < 3 && run_to(k); k++) {
         double i = 3e-3 * k / DEEP;
@@ -132,11 +135,12 @@ static double amount(const char *species)
 /* Currents bring and take species by Faraday's law; what both electrodes bring is neutral. */
 TEST(half_reactions)
 {
-    static const char text[] = PLATES "[potential] conductivity = 0.5 S/m\n"
-        "[electrode mg] shape = left  curve = linear  resistance = 1 ohm m2  connected = steel\n"
-        "  reaction = Mg = Mg2+ + 2 e-\n"
-        "[electrode steel] shape = right  curve = linear  resistance = 1 ohm m2  E0 = 0.01 V\n"
-        "  reaction = O2 + 2 H2O + 4 e- = 4 OH-\n" SEA "[run] until = 4 h\n";
+    static const char text[] =
+        PLATES "[potential] conductivity = 0.5 S/m\n"
+               "[electrode mg] shape = left  curve = linear  polarisation_resistance = 1 ohm m2  connected = steel\n"
+               "  reaction = Mg = Mg2+ + 2 e-\n"
+               "[electrode steel] shape = right  curve = linear  polarisation_resistance = 1 ohm m2  E0 = 0.01 V\n"
+               "  reaction = O2 + 2 H2O + 4 e- = 4 OH-\n" SEA "[run] until = 4 h\n";
     if (!open_model(text, NULL, 0)) return;
     double o2 = amount("O2"), oh = amount("OH-"), mg = amount("Mg2+"), na = amount("Na+");
     if (run_to(4.0 * 3600.0)) {
@@ -187,11 +191,12 @@ TEST(faraday)
 /* As the metal goes the gap grows, and with it the drop: r L + L^2/(2 kappa) grows by U V t. */
 TEST(growing_gap)
 {
-    static const char text[] = PLATES "[potential] conductivity = 0.05 S/m\n"
-        "[electrode mg] shape = left  curve = linear  resistance = 2e-2 ohm m2  potential = 0.3 V\n"
-        "[electrode b] shape = right  curve = linear  resistance = 1e-2 ohm m2  potential = 0 V\n"
-        "[transport] D = 1e-9 m2/s\n[dissolve mg4ag] current = i\n[dissolve steel304] rate = 0\n"
-        "[run] until = 40 day  fraction = 0.1\n";
+    static const char text[] =
+        PLATES "[potential] conductivity = 0.05 S/m\n"
+               "[electrode mg] shape = left  curve = linear  polarisation_resistance = 2e-2 ohm m2  potential = 0.3 V\n"
+               "[electrode b] shape = right  curve = linear  polarisation_resistance = 1e-2 ohm m2  potential = 0 V\n"
+               "[transport] D = 1e-9 m2/s\n[dissolve mg4ag] current = i\n[dissolve steel304] rate = 0\n"
+               "[run] until = 40 day  max_dissolved_fraction = 0.1\n";
     if (!open_model(text, NULL, 0)) return;
     if (run_to(40.0 * 86400.0)) {
         const pd_mass_balance *l = &model.time_loop.ledger[0];
@@ -344,8 +349,8 @@ TEST(state)
 /* ---- bad input ---- */
 
 #define OPEN PLATES "[potential] conductivity = 1 S/m\n"
-#define A "[electrode a] shape = left  curve = linear  resistance = 1 ohm m2\n"
-#define B "[electrode b] shape = right  curve = linear  resistance = 1 ohm m2\n"
+#define A "[electrode a] shape = left  curve = linear  polarisation_resistance = 1 ohm m2\n"
+#define B "[electrode b] shape = right  curve = linear  polarisation_resistance = 1 ohm m2\n"
 
 TEST(refused)
 {
@@ -357,16 +362,17 @@ TEST(refused)
         {PLATES A B, "found none, expected [potential] conductivity"},
         {PLATES "[potential] conductivity = 1\n" A B, "unit"},
         {PLATES "[potential] conductivity = -1 S/m\n" A B, "expected"},
-        {OPEN B "[electrode a] curve = linear  resistance = 1 ohm m2\n", "neither a shape nor a material"},
-        {OPEN B "[electrode a] shape = left  material = mg4ag  curve = linear  resistance = 1 ohm m2\n", "a shape and"},
-        {OPEN B "[electrode a] shape = no  curve = linear  resistance = 1 ohm m2\n", "which is no shape"},
-        {OPEN B "[electrode a] material = copper  curve = linear  resistance = 1 ohm m2\n", "'copper'"},
+        {OPEN B "[electrode a] curve = linear  polarisation_resistance = 1 ohm m2\n", "neither a shape nor a material"},
+        {OPEN B "[electrode a] shape = left  material = mg4ag  curve = linear  polarisation_resistance = 1 ohm m2\n",
+         "a shape and"},
+        {OPEN B "[electrode a] shape = no  curve = linear  polarisation_resistance = 1 ohm m2\n", "which is no shape"},
+        {OPEN B "[electrode a] material = copper  curve = linear  polarisation_resistance = 1 ohm m2\n", "'copper'"},
         {OPEN B "[electrode a] shape = left\n", "no polarisation curve"},
-        {OPEN B "[electrode a] shape = left  curve = linear  resistance = 1\n", "unit"},
+        {OPEN B "[electrode a] shape = left  curve = linear  polarisation_resistance = 1\n", "unit"},
         {OPEN B "[electrode a] shape = left  curve = tafel  i0 = 1  anodic_slope = 60 mV\n", "unit"},
         {OPEN B "[electrode a] shape = left  curve = tafel  i0 = 1 A/m2\n", "found 0 of anodic_slope"},
         {OPEN B "[electrode a] shape = left  curve = butler_volmer  i0 = 1 A/m2  anodic_slope = 1 mV\n", "found 1 of"},
-        {OPEN B "[electrode a] shape = left  curve = linear  resistance = 1 ohm m2  i0 = 1 A/m2\n", "i0"},
+        {OPEN B "[electrode a] shape = left  curve = linear  polarisation_resistance = 1 ohm m2  i0 = 1 A/m2\n", "i0"},
         {OPEN B "[electrode a] shape = left  curve = expression  i = -1 A/m2*E/(1 V)  range = -1 V .. 1 V\n", "falls"},
         {OPEN B "[electrode a] shape = left  curve = expression  i = 1 A/m2/(E/(1 V))  range = 0 V .. 1 V\n",
          "expected a number"},
@@ -382,10 +388,11 @@ TEST(refused)
         {OPEN A B "[electrode a] connected = b  potential = 1 V\n[electrode b] current = 1 A\n", "connected"},
         {OPEN A B "[side x+] flow = mirror  potential = 1 V\n", "no wall and no inlet"},
         {OPEN A, "belongs to no electrode"},
-        {OPEN A B "[electrode c] shape = left  curve = linear  resistance = 1 ohm m2\n", "a has no metal"},
+        {OPEN A B "[electrode c] shape = left  curve = linear  polarisation_resistance = 1 ohm m2\n", "a has no metal"},
         {OPEN A B "[electrode a] current = 1 mA\n", "currents of all that electrode a hangs together with add up"},
         {OPEN "[electrode a] shape = left  curve = tafel  i0 = 1 A/m2  anodic_slope = 60 mV\n"
-              "[electrode b] shape = right  curve = tafel  i0 = 1 A/m2  anodic_slope = 60 mV\n", "(electrode a)"},
+              "[electrode b] shape = right  curve = tafel  i0 = 1 A/m2  anodic_slope = 60 mV\n",
+         "(electrode a)"},
         {OPEN A B "[constants] E = 1 Pa\n", "where it is a variable"}};
     for (size_t k = 0; k < sizeof bad / sizeof bad[0]; k++) {
         pd_ctx_init(&ctx);

@@ -46,7 +46,7 @@ static double mean_concentration(const char *species)
 /* ---- the couple of Hoeche, well mixed ---- */
 
 #define CURVES(al) \
-    "[electrode mg] shape = left  factor = sqrt(theta)  " FILM_MG "  reaction = Mg = Mg2+ + 2 e-\n" \
+    "[electrode mg] shape = left  current_factor = sqrt(theta)  " FILM_MG "  reaction = Mg = Mg2+ + 2 e-\n" \
     "[electrode al] material = steel304  connected = mg  " FILM_AL al "  reaction = 2 H2O + 2 e- = H2(g) + 2 OH-\n"
 #define WATER(D, mg, oh) \
     "[chemistry] activity = ideal\n[species Mg2+] D = " D "  initial = " mg " mM\n" \
@@ -136,9 +136,10 @@ TEST(order_in_time)
  * by k c and covers by (1 - theta) q c. Away from it the other plate takes the current. */
 #define GROWTH \
     "[potential] conductivity = 1 S/m\n" \
-    "[electrode mg] shape = left  curve = linear  resistance = 1 ohm m2  current = 0.5 A*(" AREA ")\n" \
+    "[electrode mg] shape = left  curve = linear  polarisation_resistance = 1 ohm m2  current = 0.5 A*(" AREA ")\n" \
     "  reaction = Mg = Mg2+ + 2 e-\n" \
-    "[electrode steel] shape = right  curve = linear  resistance = 1 ohm m2  current = -0.5 A*(" AREA ")\n" \
+    "[electrode steel] shape = right  curve = linear  polarisation_resistance = 1 ohm m2  current = -0.5 A*(" AREA \
+    ")\n" \
     "  reaction = Cl2 + 2 e- = 2 Cl-\n" \
     "[chemistry] activity = ideal\n[species Mg2+] D = 1e-9 m2/s  initial = 1 mM\n" \
     "[species Cl-] D = 1e-9 m2/s  initial = 2 mM\n[species Cl2] D = 1e-9 m2/s  initial = 100 mM\n" \
@@ -172,8 +173,10 @@ TEST(behind_a_diffusion_layer)
 
 /* States without neighbours: decay, a state that reads another, a bound, the temperature, a law that turns off. */
 #define STILL \
-    PLATES "[potential] conductivity = 1 S/m\n[electrode a] shape = left  curve = linear  resistance = 1 ohm m2\n" \
-    "[electrode b] shape = right  curve = linear  resistance = 1 ohm m2  E0 = 0.3 V  connected = a\n" \
+    PLATES \
+    "[potential] conductivity = 1 S/m\n[electrode a] shape = left  curve = linear  polarisation_resistance = 1 " \
+    "ohm m2\n" \
+    "[electrode b] shape = right  curve = linear  polarisation_resistance = 1 ohm m2  E0 = 0.3 V  connected = a\n" \
     "[chemistry] activity = ideal  temperature = 300 K\n[species Na+] D = 1e-9 m2/s  initial = 1 mM\n" \
     "[species Cl-] D = 1e-9 m2/s  initial = 1 mM\n"
 
@@ -208,8 +211,8 @@ TEST(places_without_diffusion)
 TEST(pulses_of_factors)
 {
     for (int k = 0; k < 2; k++) {
-        const char *overrides[] = {k ? "electrode.b.factor=q*(1 + 9*if(abs(t - 50 s) < 1 s,1,0))"
-                                     : "electrode.a.factor=q*(1 + 9*if(abs(t - 50 s) < 1 s,1,0))"};
+        const char *overrides[] = {k ? "electrode.b.current_factor=q*(1 + 9*if(abs(t - 50 s) < 1 s,1,0))"
+                                     : "electrode.a.current_factor=q*(1 + 9*if(abs(t - 50 s) < 1 s,1,0))"};
         static const char text[] = STILL "[surface q] initial = 1  rate = 0\n"
             "[surface charge] of = b  initial = 0 C/m2  rate = i\n[run] until = 100 s\n";
         if (!open_model(text, overrides, 1)) return;
@@ -374,19 +377,19 @@ TEST(refused)
         {ON "[surface q] initial = 1  of = c  rate = 0\n", "'c', expected the name of an [electrode"},
         {ON "[surface q] initial = 1  of = a  rate = r/s\n[surface r] of = b  initial = 1  rate = 0\n",
          "does not carry"},
-        {ON "[surface q] initial = 1  of = a  rate = 0\n[electrode b] factor = q\n", "does not carry"},
-        {ON "[surface q] initial = 1  of = b  rate = 0\n[electrode a] factor = q\n", "does not carry"},
-        {ON "[surface q] initial = 1 m  rate = 0\n[electrode b] factor = q\n", "expected a plain number"},
-        {ON "[electrode b] factor = 2\n", "without states of surfaces"},
-        {ON "[surface q] initial = 1  rate = 0\n[electrode b] factor = q*[Na+]/(1 mM)\n",
+        {ON "[surface q] initial = 1  of = a  rate = 0\n[electrode b] current_factor = q\n", "does not carry"},
+        {ON "[surface q] initial = 1  of = b  rate = 0\n[electrode a] current_factor = q\n", "does not carry"},
+        {ON "[surface q] initial = 1 m  rate = 0\n[electrode b] current_factor = q\n", "expected a plain number"},
+        {ON "[electrode b] current_factor = 2\n", "without states of surfaces"},
+        {ON "[surface q] initial = 1  rate = 0\n[electrode b] current_factor = q*[Na+]/(1 mM)\n",
          "expected states of surfaces"},
-        {ON "[surface q] initial = 1  rate = 0\n[electrode b] factor = -q\n", "factor of b is -1"},
+        {ON "[surface q] initial = 1  rate = 0\n[electrode b] current_factor = -q\n", "factor of b is -1"},
         {ON "[surface q] initial = 1  rate = sqrt(0.5 - q)/s\n", "the rate of q is no finite number"},
         {ON "[surface q] initial = 0  rate = if(q > 0.5, -1/s, 1/s)\n", "no steps follow the rates"},
         {ON "[surface q] initial = 1  rate = q^2/s\n", "grows beyond all bounds"}, /* infinite after 1 s */
         {ON "[chemistry] time = steady\n[surface q] initial = 1  rate = 0\n", "steady"},
         {PLATES "[transport] D = 1e-9 m2/s\n[dissolve] rate = 0\n[run] until = 1 s\n"
-         "[surface q] initial = 1  rate = 0\n",
+                "[surface q] initial = 1  rate = 0\n",
          "without species"}};
     for (size_t k = 0; k < sizeof bad / sizeof bad[0]; k++) {
         pd_ctx_init(&ctx);

@@ -37,15 +37,16 @@ static double level_of(int electrode)
 /* ---- the couple of Hoeche, well mixed ---- */
 
 #define COUPLE(mg, oh) \
-    BOX("0.2 mm", "4 mm") "[shape left] box = 0 .. 1 mm" SPAN "  kind = solid  material = mg4ag\n" \
+    BOX("0.2 mm", "4 mm") \
+    "[shape left] box = 0 .. 1 mm" SPAN "  kind = solid  material = mg4ag\n" \
     "[shape right] box = 3 mm .. 4 mm" SPAN "  kind = solid  material = steel304\n[potential]\n" \
-    "[electrode mg] shape = left  factor = sqrt(theta)  " FILM_MG "  reaction = Mg = Mg2+ + 2 e-\n" \
-    "[electrode al] material = steel304  connected = mg  " FILM_AL "  reaction = 2 H2O + 2 e- = H2(g) + 2 OH-\n" \
-    FILM_STATES("mg") \
-    "[surface charge] of = mg  initial = 0 C/m2  rate = i\n" \
-    "[chemistry] activity = ideal  migration = yes\n[species Mg2+] D = 1e-2 m2/s  initial = " mg " mM\n" \
-    "[species OH-] D = 1e-2 m2/s  initial = " oh " mM\n[species Na+] D = 1e-2 m2/s  initial = 10 mol/L\n" \
-    "[species Cl-] D = 1e-2 m2/s  initial = 10 mol/L\n[run] until = 100 h\n"
+    "[electrode mg] shape = left  current_factor = sqrt(theta)  " FILM_MG "  reaction = Mg = Mg2+ + 2 e-\n" \
+    "[electrode al] material = steel304  connected = mg  " FILM_AL \
+    "  reaction = 2 H2O + 2 e- = H2(g) + 2 OH-\n" FILM_STATES( \
+        "mg") "[surface charge] of = mg  initial = 0 C/m2  rate = i\n" \
+              "[chemistry] activity = ideal  migration = yes\n[species Mg2+] D = 1e-2 m2/s  initial = " mg " mM\n" \
+              "[species OH-] D = 1e-2 m2/s  initial = " oh " mM\n[species Na+] D = 1e-2 m2/s  initial = 10 mol/L\n" \
+              "[species Cl-] D = 1e-2 m2/s  initial = 10 mol/L\n[run] until = 100 h\n"
 
 TEST(film_of_a_couple)
 {
@@ -110,8 +111,8 @@ TEST(order_in_time)
  * of diffusion: a t = (1/m + 1/k) l + l^2/(2 b k). Oxygen does not migrate. */
 TEST(growing_film)
 {
-    static const char text[] = OPEN("", OXYGEN "  potential = -0.5 V  factor = 1/(1 + l/(1 um))\n",
-        "[surface l] initial = 0 um  rate = -i*4e-11 m3/C\n[run] until = 1e6 s\n");
+    static const char text[] = OPEN("", OXYGEN "  potential = -0.5 V  current_factor = 1/(1 + l/(1 um))\n",
+                                    "[surface l] initial = 0 um  rate = -i*4e-11 m3/C\n[run] until = 1e6 s\n");
     double most = 4.0 * FARADAY * 2e-9 * 0.25 / 1e-4, k = 1e-3 * pow(10.0, 0.4 / 0.12);
     const char *overrides[] = {"run.rtol=1e-3"};
     if (!open_model(text, overrides, 1)) return;

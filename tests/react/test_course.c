@@ -16,7 +16,7 @@
     "[species Cl-] D = 2.03e-9 m2/s\n[reaction water] H2O = H+ + OH-  log10_K = -14\n"
 /* HBSS as of cases/validate/chemistry.h, whose table was computed without this program */
 #define HBSS \
-    "[chemistry] activity = ideal  pH = 7.4  counter = Cl-  balance = Na+\n" IONS \
+    "[chemistry] activity = ideal  pH = 7.4  counter_ion = Cl-  balance_ion = Na+\n" IONS \
     "[species Na+] initial = 145.73 mM\n[species Cl-] initial = 140 mM\n" \
     "[species HCO3-] D = 1e-9 m2/s  initial = 4.17 mM\n" \
     "[species HPO4-2] D = 1e-9 m2/s  initial = 0.78 mM\n[species H2PO4-] D = 1e-9 m2/s\n" \
@@ -150,7 +150,7 @@ TEST(fast_stream)
         "[grid] h = 10 um  box = 0 .. 300 um, 0 .. 120 um  threads = 1\n"
         "[side x-] flow = inlet  profile = parabola  mean = 0.2 m/s\n[side x+] flow = outlet\n"
         "[shape metal] kind = solid  ball = 100 um, 50 um  radius = 26 um\n[flow] rho = 1000 kg/m3  mu = 1 mPa s\n"
-        "[chemistry] activity = ideal  pH = 7.4  counter = Na+\n" IONS
+        "[chemistry] activity = ideal  pH = 7.4  counter_ion = Na+\n" IONS
         "[species Na+] initial = 4 mM\n[species HCO3-] D = 1.18e-9 m2/s  initial = 4 mM\n"
         "[species CO2] D = 1.92e-9 m2/s\n[species Mg2+] D = 0.7e-9 m2/s\n"
         "[reaction a] CO2 + H2O = HCO3- + H+  log10_K = -6.352\n"
@@ -264,7 +264,7 @@ TEST(corrode)
 TEST(solutions)
 {
     static const char text[] = BOX("10 um", "500 um") SPOT("0 .. 250 um") ACROSS
-        "[chemistry] activity = ideal  inside_pH = 3  counter = Cl-\n" IONS
+        "[chemistry] activity = ideal  inside_pH = 3  counter_ion = Cl-\n" IONS
         "[species K+] D = 2e-9 m2/s  inside = 10 mM\n[species Br-] D = 2e-9 m2/s  inside = 10 mM\n"
         "[run] until = 20 s\n[total all]\n";
     if (!open_model(text)) return;
@@ -354,8 +354,9 @@ TEST(corner)
 /* A wall holds what enters: 2 c sqrt(D t/pi) has come in before it reaches the other one. */
 TEST(walls)
 {
-    static const char text[] = BOX("10 um", "500 um") ACROSS "[side x-] species = inlet\n"
-        "[chemistry] activity = ideal  inlet_pH = 10  counter = Na+\n" IONS
+    static const char text[] = BOX("10 um", "500 um") ACROSS
+        "[side x-] species = inlet\n"
+        "[chemistry] activity = ideal  inlet_pH = 10  counter_ion = Na+\n" IONS
         "[species K+] D = 2e-9 m2/s  inlet = 10 mM\n[species Br-] D = 2e-9 m2/s  inlet = 10 mM\n"
         "[run] until = 5 s  rtol = 1e-4\n";
     if (!open_model(text)) return;
@@ -399,18 +400,21 @@ TEST(covered)
 {
     double bare = receded(COVERED("", "0.02 mol/m3", STILL, "rate = 4 um/h", ""));
     CHECK_REL(bare, 4e-6, 1e-12);
-    CHECK_REL(receded(COVERED("cover = 2 um", "0.02 mol/m3", STILL, "rate = 4 um/h", "")), 4e-6 * exp(-1.0), 1e-9);
-    CHECK_REL(receded(COVERED("cover = 0.5 um", "0.02 mol/m3", STILL, "rate = 4 um/h", "")), 4e-6 * exp(-4.0), 1e-8);
-    CHECK_REL(receded(COVERED("cover = 2 um", "0", STILL, "rate = 4 um/h", "")), bare, 1e-12);
+    CHECK_REL(receded(COVERED("covering_thickness = 2 um", "0.02 mol/m3", STILL, "rate = 4 um/h", "")),
+              4e-6 * exp(-1.0), 1e-9);
+    CHECK_REL(receded(COVERED("covering_thickness = 0.5 um", "0.02 mol/m3", STILL, "rate = 4 um/h", "")),
+              4e-6 * exp(-4.0), 1e-8);
+    CHECK_REL(receded(COVERED("covering_thickness = 2 um", "0", STILL, "rate = 4 um/h", "")), bare, 1e-12);
 }
 
 /* Beside boundaries of grains, by bonds, and around corners all metal that dissolves is covered. */
 TEST(covered_all)
 {
     static const struct { const char *bare, *covered; } of[] = {
-#define BOTH(text) {text(""), text("cover = 2 um")}
-#define GRAINS(cover) COVERED(cover, "0.02 mol/m3", STILL, "rate = 1 um/h  gb_factor = 3", \
-    "\n[shape metal] grains = 15 um  boundary_width = 8 um")
+#define BOTH(text) {text(""), text("covering_thickness = 2 um")}
+#define GRAINS(cover) \
+    COVERED(cover, "0.02 mol/m3", STILL, "rate = 1 um/h  grain_boundary_factor = 3", \
+            "\n[shape metal] grain_size = 15 um  grain_boundary_width = 8 um")
 #define BONDS(cover) \
     BOX("10 um", "200 um") BLOCK("0 .. 80 um") ACROSS SALT_BESIDE(cover, "0.02 mol/m3", STILL) \
     "[corrode] rate = 1 um/h  Csat = 5 mol/L  D = 1e-9 m2/s\n[run] until = 1 h\n"
@@ -434,7 +438,7 @@ TEST(covered_all)
  * that of the mean of both ends. */
 TEST(covered_more_and_more)
 {
-#define MORE(run) COVERED("cover = 0.2 um", "0", GROWING, "rate = 4 um/h", run)
+#define MORE(run) COVERED("covering_thickness = 0.2 um", "0", GROWING, "rate = 4 um/h", run)
     /* h V k A (Omega - 1) */
     double g = 10e-6 * 10.0 * 1e-6, end = 4e-6 / 3600.0 * 0.2e-6 / g * (1.0 - exp(-g * 3600.0 / 0.2e-6));
     double found = receded(MORE("")) / end - 1.0, off[3];
@@ -452,8 +456,10 @@ TEST(covered_more_and_more)
  * much of it the species are behind. Balances close whatever the steps, and steps grow to those of the film, with many
  * times more of the mineral in one than is dissolved. */
 #define FILM(law, run) \
-    BOX("10 um", "100 um") BLOCK("0 .. 40 um") ACROSS \
-    "[chemistry] activity = ideal  migration = yes  cover = 2 um\n" IONS \
+    BOX("10 um", "100 um") \
+    BLOCK("0 .. 40 um") \
+    ACROSS \
+    "[chemistry] activity = ideal  migration = yes  covering_thickness = 2 um\n" IONS \
     "[species Na+] initial = 145 mM\n[species Cl-] initial = 145 mM\n[species Mg2+] D = 0.7e-9 m2/s\n" \
     "[species Mg(OH)2(s)] volume = 24.6e-6 m3/mol\n[reaction brucite] Mg(OH)2(s) = Mg2+ + 2 OH-  log10_K = -11\n" \
     "[mineral Mg(OH)2(s)] area = 1e4 1/m  rate = 1e-6 mol/m2/s\n[transport] D = 0.7e-9 m2/s\n" \
@@ -502,7 +508,7 @@ TEST(all_together)
 
 /* ---- fronts, one species ---- */
 
-#define GIVEN(vx) "[flow] rho = 1000 kg/m3  mu = 1 mPa s  time = given  vx = " vx "\n"
+#define GIVEN(vx) "[flow] rho = 1000 kg/m3  mu = 1 mPa s  time = prescribed  vx = " vx "\n"
 
 /* Base flows into acid, all of one D: u = OH - H+ diffuses in the stream, and the front stands where it is 0. With a
  * value held at the inlet u = -a + (a + b) F of Ogata and Banks (1961). */

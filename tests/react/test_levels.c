@@ -203,7 +203,7 @@ TEST(gap)
         "[chemistry] activity = ideal  migration = yes\n[species Cu2+] D = 0.71e-9 m2/s\n"
         "[species Na+] D = 1.33e-9 m2/s  initial = 500 mol/m3\n"
         "[species Cl-] D = 2.03e-9 m2/s  initial = 500 mol/m3\n[potential]\n"
-        "[electrode metal] shape = metal  curve = linear  resistance = 8e-4 ohm*m2  potential = 10 mV\n"
+        "[electrode metal] shape = metal  curve = linear  polarisation_resistance = 8e-4 ohm*m2  potential = 10 mV\n"
         "reaction = Cu = Cu2+ + 2 e-\n[run] until = 1 ms\n";
     double share, kappa = PLATES_FARADAY / PLATES_VOLT * (1.33e-9 + 2.03e-9) * 500.0, w = 5e-5, length = 2e-3;
     double resist = 8e-4 + w / (3.0 * kappa), wide = sqrt(resist * kappa * w); /* a third of the way across */
@@ -227,16 +227,20 @@ TEST(refused)
         {GAP("5 um", "50", "250", "100") "conductivity = 1 S/m\n" ANODE CATHODE("0 V") "[run] until = 1 s\n",
          "it is that of the ions"},
         {GAP("5 um", "50", "250", "100") "[electrode anode] material = steel304  curve = tafel  i0 = 1 A/m2  "
-         "anodic_slope = 60 mV\n[run] until = 1 s\n", "the half-reaction by which"},
+                                         "anodic_slope = 60 mV\n[run] until = 1 s\n",
+         "the half-reaction by which"},
         {GAP("5 um", "50", "250", "100") "[electrode anode] material = steel304  curve = primary\n"
-         "reaction = Cu = Cu2+ + 2 e-\n[run] until = 1 s\n", "expected another curve"},
-        {GAP("5 um", "50", "250", "100") "[electrode anode] material = steel304  curve = expression\n"
-         "i = -1 A/m2*[Cu2+]/(1 mol/m3)*E/(1 V)  reaction = Cu = Cu2+ + 2 e-\n[run] until = 1 s\n",
+                                         "reaction = Cu = Cu2+ + 2 e-\n[run] until = 1 s\n",
+         "expected another curve"},
+        {GAP("5 um", "50", "250",
+             "100") "[electrode anode] material = steel304  curve = expression\n"
+                    "i = -1 A/m2*[Cu2+]/(1 mol/m3)*E/(1 V)  reaction = Cu = Cu2+ + 2 e-\n[run] until = 1 s\n",
          "a current that falls"},
         {GAP("5 um", "50", "250", "100") "[electrode anode] material = steel304  curve = expression\n"
-         "i = 1 A/m2*(pH + E/(1 V))  reaction = Cu = Cu2+ + 2 e-\n[run] until = 1 s\n", "without the species H+"},
+                                         "i = 1 A/m2*(pH + E/(1 V))  reaction = Cu = Cu2+ + 2 e-\n[run] until = 1 s\n",
+         "without the species H+"},
         {GAP("5 um", "50", "250", "100") READS "film = 0.5 ohm m2\n[run] until = 1 s\n",
-         "film: found beside a curve in"},
+         "film_resistance: found beside a curve in"},
         {GAP("5 um", "50", "250", "100") READS "range = -1 V .. 1 V\n[run] until = 1 s\n",
          "range: found beside a curve in"},
         {GAP("5 um", "50", "250", "100") ANODE CATHODE("0 V") "[side x-] potential = 1 V\n[run] until = 1 s\n",

@@ -385,7 +385,7 @@ static double bathed(double fraction)
     char steps[48];
     const char *over[] = {steps};
     double left = 0.0, least = 0.0;
-    snprintf(steps, sizeof steps, "run.fraction=%g", fraction);
+    snprintf(steps, sizeof steps, "run.max_dissolved_fraction=%g", fraction);
     if (!open_threads(text, over, 1, 1)) return 0.0;
     double start = solid_of(-1);
     for (int k = 0; k < 6 && run_to(time[k]); k++) {
@@ -439,13 +439,17 @@ TEST(refused)
          "found 2 e- for one of the metal, but Faraday's law has charge = 3"},
         {APART SALT MG_ALONE "[dissolve steel304] rate = 0  reaction = Fe = Fe2+ + 2 e-" WIRED, "of metal that stays"},
         {APART SALT "[dissolve mg4ag] reaction = Mg + 2 H2O = Mg2+ + 2 OH- + H2(g)  current = 1 A/m2*E/(1 V)\n" IRON_BY
-         "charge = 3  reaction = Fe + Cl- = Fe2+ + 0.5 Cl2(g) + 3 e-" WIRED, "expected one gas"},
+                    "charge = 3  reaction = Fe + Cl- = Fe2+ + 0.5 Cl2(g) + 3 e-" WIRED,
+         "expected one gas"},
         {APART SALT MG_ALONE IRON_BY "charge = 2  reaction = Fe = Fe2+ + 2 e-\n[chemistry] minerals = all\n"
-         "cover = 1 um\n[species Mg(OH)2(s)] volume = 24.6 cm3/mol\n"
-         "[reaction brucite] equation = Mg(OH)2(s) = Mg2+ + 2 OH-  log10_K = -11.2" WIRED, "cover: found with several"},
-        {APART "[species Mg2+] D = 1e-9 m2/s\n[species OH-] D = 1e-9 m2/s\n[species H2O]\n"
+                                     "covering_thickness = 1 um\n[species Mg(OH)2(s)] volume = 24.6 cm3/mol\n"
+                                     "[reaction brucite] equation = Mg(OH)2(s) = Mg2+ + 2 OH-  log10_K = -11.2" WIRED,
+         "covering_thickness: found with several"},
+        {APART
+         "[species Mg2+] D = 1e-9 m2/s\n[species OH-] D = 1e-9 m2/s\n[species H2O]\n"
          "[transport] D = 1e-9 m2/s\n[dissolve mg4ag] rate = 1 um/h  reaction = Mg + 2 H2O = Mg2+ + 2 OH- + H2(g)\n"
-         "[dissolve steel304] rate = 0\n[run] until = 1 s\n", "found with several metals, expected one"}};
+         "[dissolve steel304] rate = 0\n[run] until = 1 s\n",
+         "found with several metals, expected one"}};
     for (size_t k = 0; k < sizeof bad / sizeof bad[0]; k++) {
         pd_ctx_init(&ctx);
         pd_status status = pd_scene_parse(&ctx, "a.scene", bad[k][0], NULL, 0, &setup);

@@ -396,8 +396,8 @@ TEST(other_scenes)
              "it is of another scene: found no '[probe a]', expected one");
     stranger(SCENE("", "2 um/h", "\n[probe a] at = 3 um" ACROSS("1 um")), SMALL, PD_ERR_ARGUMENT,
              "it is of another scene: found '[probe a]', expected none");
-    stranger(SMALL, SCENE("", "2 um/h  gb_factor = 1", ""), PD_ERR_ARGUMENT,
-             "it is of another scene: found no 'dissolve.gb_factor = 1', expected one");
+    stranger(SMALL, SCENE("", "2 um/h  grain_boundary_factor = 1", ""), PD_ERR_ARGUMENT,
+             "it is of another scene: found no 'dissolve.grain_boundary_factor = 1', expected one");
     stranger(COUPLED, SMALL, PD_ERR_ARGUMENT, "it is of another scene: found '");
 }
 

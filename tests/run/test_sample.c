@@ -66,11 +66,16 @@ static void check_plates(const char *h, int m, const char *sides, double lid)
     uint32_t state = 7;
     double worst = 0.0, wall = 0.0;
     snprintf(text, sizeof text,
-             "[grid] h = %s m = %d box = " BOX("0 .. 2 m", "0 .. 1 m", "0 .. 1 m") "\n%s"
-             "[side y-] flow = noslip\n[side y+] flow = noslip velocity = " BOX("%g m/s", "0 m/s", "0 m/s") "\n"
-             "[flow] rho = 1 kg/m3 mu = 1 Pa s time = given speed = 1 m/s length = 1 m\n"
-             "vx = 1 m/s * (%g * y/(1 m) + 4 * y/(1 m)*(1 - y/(1 m)))\n"
-             "[transport] D = 1 m2/s\n[run] until = 1 s\n", h, m, sides, lid, lid);
+             "[grid] h = %s m = %d box = " BOX(
+                 "0 .. 2 m", "0 .. 1 m",
+                 "0 .. 1 m") "\n%s"
+                             "[side y-] flow = noslip\n[side y+] flow = noslip velocity = " BOX(
+                                 "%g m/s", "0 m/s", "0 m/s") "\n"
+                                                             "[flow] rho = 1 kg/m3 mu = 1 Pa s time = prescribed "
+                                                             "reference_speed = 1 m/s reference_length = 1 m\n"
+                                                             "vx = 1 m/s * (%g * y/(1 m) + 4 * y/(1 m)*(1 - y/(1 m)))\n"
+                                                             "[transport] D = 1 m2/s\n[run] until = 1 s\n",
+             h, m, sides, lid, lid);
     if (!start(text)) return;
     for (int k = 0; k < PLACES; k++) {
         double x[PD_DIM];
@@ -115,12 +120,16 @@ static double ball_error(int n, double m, double shift, double *on)
     double worst = 0.0;
     int served = 0;
     snprintf(text, sizeof text,
-             "[grid] h = %.17g m m = %g box = " BOX("%.17g m .. %.17g m", "-1 m .. 1 m", "-1 m .. 1 m") "\n"
-             "[shape b] ball = " BOX("0", "0", "0") " radius = 0.43 m kind = wall\n" PERIODIC
-             "[side y-] flow = mirror\n[side y+] flow = mirror\n" ACROSS("mirror")
-             "[flow] rho = 1 kg/m3 mu = 1 Pa s time = given speed = 1 m/s length = 1 m\n"
-             "vx = 1 m/s * log((x*x + y*y%s)/(0.43 m)^2)\n"
-             "[transport] D = 1 m2/s\n[run] until = 1 s\n",
+             "[grid] h = %.17g m m = %g box = " BOX(
+                 "%.17g m .. %.17g m", "-1 m .. 1 m",
+                 "-1 m .. 1 m") "\n"
+                                "[shape b] ball = " BOX(
+                                    "0", "0", "0") " radius = 0.43 m kind = wall\n" PERIODIC
+                                                   "[side y-] flow = mirror\n[side y+] flow = mirror\n" ACROSS(
+                                                       "mirror") "[flow] rho = 1 kg/m3 mu = 1 Pa s time = prescribed "
+                                                                 "reference_speed = 1 m/s reference_length = 1 m\n"
+                                                                 "vx = 1 m/s * log((x*x + y*y%s)/(0.43 m)^2)\n"
+                                                                 "[transport] D = 1 m2/s\n[run] until = 1 s\n",
              2.0 / n, m, -1.0 + shift * 2.0 / n, 1.0 + shift * 2.0 / n, PD_DIM == 3 ? " + z*z" : "");
     *on = 0.0;
     if (!start(text)) return 1.0;
@@ -228,10 +237,15 @@ TEST(bent_pressure_on_walls)
     static const double middle[3] = {0.97, 0.513, 0.502};
     uint32_t state = 13;
     int served = 0;
-    if (!start("[grid] h = 0.05 m m = 2 box = " BOX("0 .. 2 m", "0 .. 1 m", "0 .. 1 m") "\n"
-               "[shape b] ball = " BOX("0.97 m", "0.513 m", "0.502 m") " radius = 0.23 m kind = wall\n"
-               "[flow] rho = 2 kg/m3 mu = 1 Pa s time = given speed = 1 m/s length = 1 m\n"
-               "[transport] D = 1 m2/s\n[run] until = 1 s\n")) return;
+    if (!start("[grid] h = 0.05 m m = 2 box = " BOX(
+            "0 .. 2 m", "0 .. 1 m",
+            "0 .. 1 m") "\n"
+                        "[shape b] ball = " BOX("0.97 m", "0.513 m",
+                                                "0.502 m") " radius = 0.23 m kind = wall\n"
+                                                           "[flow] rho = 2 kg/m3 mu = 1 Pa s time = prescribed "
+                                                           "reference_speed = 1 m/s reference_length = 1 m\n"
+                                                           "[transport] D = 1 m2/s\n[run] until = 1 s\n"))
+        return;
     press(bent);
     for (int k = 0; k < PLACES; k++) {
         double x[PD_DIM], r = 0.0;
@@ -250,11 +264,21 @@ TEST(bent_pressure_on_walls)
 /* As metal dissolves its surface is that of its cells, and the places of former metal are fluid. */
 TEST(dissolving_metal)
 {
-    if (!start("[grid] h = 0.1 m m = 2 box = " BOX("0 .. 2 m", "0 .. 1 m", "0 .. 1 m") "\n"
-               "[shape b] box = " BOX("0.8 m .. 1.2 m", "0 .. 0.4 m", "0 .. 1 m") " kind = solid\n" PERIODIC
-               "[side y+] flow = mirror\n" ACROSS("mirror")
-               "[flow] rho = 1 kg/m3 mu = 1 Pa s speed = 1 m/s length = 1 m force = " BOX("1 m/s2", "0", "0") "\n"
-               "[transport] D = 1 m2/s\n[dissolve] rate = 1 um/s\n[run] until = 1 s\n")) return;
+    if (!start("[grid] h = 0.1 m m = 2 box = " BOX(
+            "0 .. 2 m", "0 .. 1 m",
+            "0 .. 1 m") "\n"
+                        "[shape b] box = " BOX(
+                            "0.8 m .. 1.2 m", "0 .. 0.4 m",
+                            "0 .. 1 m") " kind = solid\n" PERIODIC
+                                        "[side y+] flow = mirror\n" ACROSS(
+                                            "mirror") "[flow] rho = 1 kg/m3 mu = 1 Pa s "
+                                                      "reference_speed = 1 m/s reference_length = 1 m "
+                                                      "body_force = " BOX("1 m/s2", "0", "0") "\n"
+                                                                                              "[transport] D = 1 "
+                                                                                              "m2/s\n[dissolve] rate "
+                                                                                              "= 1 um/s\n[run] until "
+                                                                                              "= 1 s\n"))
+        return;
     double on[PD_DIM], above[PD_DIM], deep[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) on[d] = above[d] = deep[d] = d == 0 ? 1.03 : d == 1 ? 0.4 : 0.5;
     above[1] = 0.3;
@@ -291,8 +315,10 @@ TEST(tube)
 {
     uint32_t state = 5;
     if (!start("[grid] h = 0.1 m m = 3 box = 0 .. 2 m, 0 .. 1 m geometry = axisymmetric\n" PERIODIC
-               "[flow] rho = 1 kg/m3 mu = 1 Pa s time = given speed = 1 m/s length = 1 m vx = 1 m/s*(1 - y*y/(1 m)^2)\n"
-               "[transport] D = 1 m2/s\n[run] until = 1 s\n")) return;
+               "[flow] rho = 1 kg/m3 mu = 1 Pa s time = prescribed reference_speed = 1 m/s reference_length = 1 m vx = "
+               "1 m/s*(1 - y*y/(1 m)^2)\n"
+               "[transport] D = 1 m2/s\n[run] until = 1 s\n"))
+        return;
     for (int k = 0; k < PLACES; k++) {
         double x[2];
         place(&state, x);

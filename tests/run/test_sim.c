@@ -11,8 +11,9 @@
 
 /* A pin that dissolves in a stream. */
 #define PIN_SCENE \
-    CHANNEL PIN "  grains = 20 um\n" THROUGH "[transport] D = 1e-9 m2/s\n[dissolve] m = 2  gb_factor = 3" LAW "\n" \
-    "[run] until = " HOURS "  fraction = 0.3\n[output] every = 2 h  fields = C\n"
+    CHANNEL PIN "  grain_size = 20 um\n" THROUGH \
+                "[transport] D = 1e-9 m2/s\n[dissolve] m = 2  grain_boundary_factor = 3" LAW "\n" \
+                "[run] until = " HOURS "  max_dissolved_fraction = 0.3\n[output] every = 2 h  fields = C\n"
 
 static pd_sim sim;
 
@@ -369,7 +370,7 @@ TEST(a_law_of_grains)
     pd_sim_close(&ctx, &sim);
     static const char plain[] = CHANNEL PIN "\n[transport] D = 1e-9 m2/s\n[dissolve] m = 2" LAW "\n[run] until = 1 h\n";
     CHECK_INT(pd_scene_parse(&ctx, "pin", plain, coarse, 1, &setup), PD_ERR_ARGUMENT);
-    CHECK(strstr(ctx.message, "expected grains = SIZE in a solid [shape ...]") != NULL);
+    CHECK(strstr(ctx.message, "expected grain_size = SIZE in a solid [shape ...]") != NULL);
     if (!CHECK_OK(&ctx, pd_scene_parse(&ctx, "pin", plain, NULL, 0, &setup))) return;
     CHECK_INT(pd_setup_set_function(&ctx, &setup, "rate", law_of_grain, &seen_grains, 1u << (PD_SETUP_RATE_GRAIN)),
               PD_ERR_ARGUMENT);
@@ -426,8 +427,8 @@ TEST(functions_that_are_refused)
                  {"x+.mean", "expected an inlet with profile = uniform or parabola"},
                  {"x+.C", "expected an inlet, or a wall that holds a concentration"},
                  {"x-.C", "[transfer] has fluid = inlet, expected bulk or a concentration"}};
-    static const char transfer[] = PIN_SCENE "[transfer f] box = -30 um .. 60 um" ACROSS("-25 um .. 25 um")
-        "  length = 40 um  surface = 56 mol/m3  fluid = inlet\n";
+    static const char transfer[] = PIN_SCENE "[transfer f] box = -30 um .. 60 um" ACROSS(
+        "-25 um .. 25 um") "  reference_length = 40 um  surface = 56 mol/m3  fluid = inlet\n";
     static const char still[] = CHANNEL "[transport] D = 1e-8 m2/s\n[run] until = 1 s\n";
     pd_ctx ctx;
     pd_setup setup;

@@ -119,7 +119,7 @@ TEST(faces_in_the_sides)
     for (int k = 0; k < 2; k++) {
         pd_rendering shade;
         int seen = 0;
-        if (!open_plate(2, k ? "grains = 5 um" : "", field[k])) return;
+        if (!open_plate(2, k ? "grain_size = 5 um" : "", field[k])) return;
         if (!draw(&shade)) return;
         for (int n = 0; n < shade.width * shade.height && !k; n++) {
             if (!shade.coverage[n]) continue;
@@ -150,10 +150,12 @@ TEST(memory_of_a_view)
         char text[500];
         pd_rendering shade;
         pd_memory_estimate b;
-        snprintf(text, sizeof text, "[grid] h = 1 um, 2 um, 1 um  box = -30 um .. 30 um, 0 .. 160 um, 5 um .. 45 um\n"
+        snprintf(text, sizeof text,
+                 "[grid] h = 1 um, 2 um, 1 um  box = -30 um .. 30 um, 0 .. 160 um, 5 um .. 45 um\n"
                  "[shape all] box = -30 um .. 30 um, 0 .. 160 um, 5 um .. 45 um  kind = solid  material = mg4ag\n"
-                 "grains = 20 um\n[transport] D = 1e-15 m2/s\n[dissolve] rate = 1 um/s\n[run] until = 1 s\n"
-                 "[output] fields = none  width = 150  %s\n", drawn[k]);
+                 "grain_size = 20 um\n[transport] D = 1e-15 m2/s\n[dissolve] rate = 1 um/s\n[run] until = 1 s\n"
+                 "[output] fields = none  width = 150  %s\n",
+                 drawn[k]);
         if (k) {
             pd_ctx_init(&ctx);
             if (!CHECK_OK(&ctx, pd_scene_parse(&ctx, "a.scene", text, NULL, 0, &setup))) return;

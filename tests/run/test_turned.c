@@ -24,19 +24,22 @@ static const struct scene_of {
     {"[grid] h = 1 um  box = <0,24>\n[side low] C = 3 mol/m3 * (1 + t / 1 ms)\n[side high] flow = noslip\n"
      "[shape a] kind = medium  box = <14,24>  D = 1e-10 m2/s\n"
      "[shape b] kind = medium  box = <4.3,7.6>  D = 1e-10 m2/s\n"
-     "[transport] D = 1e-9 m2/s  initial = 1 mol/m3 * (2 + @ / 24 um)\n[run] until = 5 ms  rtol = 1e-3\n", "C D", 1e-8},
+     "[transport] D = 1e-9 m2/s  initial = 1 mol/m3 * (2 + @ / 24 um)\n[run] until = 5 ms  rtol = 1e-3\n",
+     "C D", 1e-8},
     {"[grid] h = 1 um  box = <0,24>\n[side low] C = 0 mol/m3\n[side high] flow = noslip\n"
      "[shape a] kind = medium  box = <12,24>  D = 1e-10 m2/s\n"
      "[shape b] kind = solid  box = <21,24>  material = mg4ag\n[transport] D = 1e-9 m2/s\n"
-     "[dissolve] rate = 1 mm/s\n[run] until = 8 ms  rtol = 1e-3\n", "C D", 1e-8},
+     "[dissolve] rate = 1 mm/s\n[run] until = 8 ms  rtol = 1e-3\n",
+     "C D", 1e-8},
     {"[grid] h = 1 um  m = 2  box = <0,24>\n[side low] flow = mirror\n[side high] C = 2 mol/m3\n"
-     "[shape a] kind = solid  box = <4.5,9.2>  material = mg4ag  grains = 3 um\n[transport] D = 1e-9 m2/s\n"
+     "[shape a] kind = solid  box = <4.5,9.2>  material = mg4ag  grain_size = 3 um\n[transport] D = 1e-9 m2/s\n"
      "[dissolve] m = 2  rate = 0.1 mm/s * (1 - C / 4e3 mol/m3)^2\n[run] until = 8 ms  rtol = 1e-3\n",
      "C kind rate density", 1e-9},
     {"[grid] h = 1 um  m = 3  box = <0,24>\n[side low] flow = open\n[side high] flow = mirror\n"
      "[shape a] kind = solid  box = <8,24>  material = steel304\n"
      "[corrode] Cs = 143 mol/L  Csat = 5.1 mol/L  D = 8.5e-10 m2/s  rate = 10 um/s\n"
-     "[run] until = 0.3 s  rtol = 1e-3\n", "C kind density", 1e-9},
+     "[run] until = 0.3 s  rtol = 1e-3\n",
+     "C kind density", 1e-9},
     {"[grid] h = 1 um  box = <0,24>\n[side low] species = inlet\n"
      "[shape a] kind = solid  box = <16,24>  material = mg4ag\n"
      "[chemistry] activity = ideal\n[species Mg2+] D = 0.7e-9 m2/s\n"
@@ -56,17 +59,20 @@ static const struct scene_of {
      "cathodic_slope = 120 mV\n[electrode b] shape = b  curve = tafel\n"
      "i0 = 100 A/m2  E0 = -1.3 V  anodic_slope = 60 mV\n"
      "connected = a\n"
-     "[run] until = 2 s  rtol = 1e-3\n", "phi j i C kind", 1e-9},
+     "[run] until = 2 s  rtol = 1e-3\n",
+     "phi j i C kind", 1e-9},
     {"[grid] h = 1 um  box = <0,24>\n[shape bar] kind = solid  box = <0,20>\n"
-     "[solid] E = 70 GPa" NU "  m = 2  yield = 70 MPa  hardening = 7 GPa\n[side low] u~ = 0 m\n"
-     "[shape g] kind = grip  box = <17,20>  u~ = # 0.05 um * t / (1 s)\n[run] until = 1 s\n", "u mises eps_p", 1e-6},
+     "[solid] E = 70 GPa" NU "  m = 2  yield_stress = 70 MPa  hardening_modulus = 7 GPa\n[side low] u~ = 0 m\n"
+     "[shape g] kind = grip  box = <17,20>  u~ = # 0.05 um * t / (1 s)\n[run] until = 1 s\n",
+     "u mises eps_p", 1e-6},
     {"[grid] h = 1 um  box = <0,24>\n[shape bar] kind = solid  box = <3,20>\n"
-     "[solid] E = 70 GPa" NU "  m = 2  motion = yes  density = 2000 kg/m3\n"
+     "[solid] E = 70 GPa" NU "  m = 2  dynamics = yes  density = 2000 kg/m3\n"
      "[shape g] kind = grip  box = <17,20>  u~ = # 1 nm * t / (1 ns)\n[run] until = 4 ns\n",
      "u mises strain_energy", 1e-9},
     {"[grid] h = 1 um  box = <0,24>\n[side low] flow = slip\n[side high] flow = outlet\n"
      "[gas] gamma = 1.4  rho = 1 kg/m3 * (1 + exp(-(@ / 1 um - 9)^2 / 8))  p = 1 Pa * (1 + @ / 24 um)\n"
-     "[run] until = 5 us\n", "density p energy v", 1e-12}};
+     "[run] until = 5 us\n",
+     "density p energy v", 1e-12}};
 
 static double along_of(double place, int from_high) { return from_high ? CELLS - place : place; }
 

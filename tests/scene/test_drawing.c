@@ -23,9 +23,9 @@ TEST(pictures_as_wanted)
         {"range = C 2 mol/m3 .. 1 mol/m3", "range: found 2 .. 1 of 'C', expected the smaller value first"},
         {"range = rate 0 .. 1 m/s", "range: found 'rate', expected one of the fields of 'images'"},
         {"range = kind 0 .. 1", "range: found 'kind', whose values have a colour each"},
-        {"log = C  range = C 0 .. 1 mol/m3", "range: found 0 of 'C', which is drawn by its logarithm"},
-        {"log = kind", "log: found 'kind', whose values have a colour each"},
-        {"map = red", "map: found 'red', expected violet, viridis, grey or diverging"},
+        {"log_scale = C  range = C 0 .. 1 mol/m3", "range: found 0 of 'C', which is drawn by its logarithm"},
+        {"log_scale = kind", "log_scale: found 'kind', whose values have a colour each"},
+        {"colormap = red", "colormap: found 'red', expected violet, viridis, grey or diverging"},
         {"contours = C at mol/m3", "contours: found no value behind 'C at', expected some: C at 1 2 mol/m3"},
         {"contours = C 3, C 4", "contours: found 'C' twice"},
         {"contours = kind 3", "contours: found 'kind', whose values have a colour each"},
@@ -44,11 +44,13 @@ TEST(pictures_as_wanted)
     pd_ctx ctx;
     pd_setup u;
     char text[640];
-    if (!CHECK_OK(&ctx, load(&ctx, DRAWN "range = C 1 mol/m3 .. 5 mol/m3 , v 0.5 mm/s .. 2 mm/s  log = C, p  "
-                             "map = grey , p  viridis,v diverging  contours = C at 1 2.5 mol/m3 , p 32,v 1  "
-                             "streamlines = C , v 7  vectors = p 100  "
-                             "format = svg, png  width = 500  cells = smooth  animate = yes  percentile = 98 %\n",
-                             NULL, 0, &u))) return;
+    if (!CHECK_OK(&ctx, load(&ctx,
+                             DRAWN "range = C 1 mol/m3 .. 5 mol/m3 , v 0.5 mm/s .. 2 mm/s  log_scale = C, p  "
+                                   "colormap = grey , p  viridis,v diverging  contours = C at 1 2.5 mol/m3 , p 32,v 1  "
+                                   "streamlines = C , v 7  vectors = p 100  "
+                                   "format = svg, png  width = 500  cells = smooth  animate = yes  percentile = 98 %\n",
+                             NULL, 0, &u)))
+        return;
     const pd_setup_image_options *d = &u.drawing;
     CHECK_NEAR(d->range[PD_FIELD_C][0], 1.0, 0.0);
     CHECK_NEAR(d->range[PD_FIELD_C][1], 5.0, 0.0);
@@ -84,9 +86,9 @@ TEST(pictures_as_wanted)
     refused(STILL "[output] percentile = 98 %\n", "percentile: found without 'images', the fields that are drawn");
     refused(STILL "[output] images = C  view = 1, 0, 0\n", "view: found without 'surface'");
     refused(STILL "[output] images = C  surface = yes\n", "surface: found in 2D, expected it in 3D");
-    refused(STREAM BLOCK "[transfer t] length = 1 um  surface = 1 mol/m3  fluid = bulk\n",
+    refused(STREAM BLOCK "[transfer t] reference_length = 1 um  surface = 1 mol/m3  fluid = bulk\n",
             "fluid: found 'bulk' without the axis of the stream, expected along = x or y");
-    refused(STILL "[transfer t] length = 1 um  surface = 1 mol/m3  fluid = inlet\n",
+    refused(STILL "[transfer t] reference_length = 1 um  surface = 1 mol/m3  fluid = inlet\n",
             "fluid: found 'inlet' in a scene without one, expected bulk or a concentration");
 }
 
@@ -94,7 +96,8 @@ TEST(pictures_as_wanted)
 TEST(functions_of_time_at_rest)
 {
 #define GROWS "*(1 + t/(1 s))"
-#define FLOWS "[grid] h = 10 um  box = 0 .. 200 um, 0 .. 100 um\n[flow] rho = 1 g/cm3  mu = 1 mPa s  speed = 1 mm/s\n"
+#define FLOWS \
+    "[grid] h = 10 um  box = 0 .. 200 um, 0 .. 100 um\n[flow] rho = 1 g/cm3  mu = 1 mPa s  reference_speed = 1 mm/s\n"
 #define CARRIES CHANNEL "[transport] D = 1e-9 m2/s  time = steady\n"
 #define LOADED "[grid] h = 10 um  box = 0 .. 200 um, 0 .. 100 um\n" BLOCK \
     "[solid] E = 200 GPa  nu = 0.3  plane = stress\n"
@@ -108,15 +111,16 @@ TEST(functions_of_time_at_rest)
         {CARRIES "[side x-] flow = inlet  profile = uniform  mean = 1 mm/s\n[side y-] C = 1 mol/m3" GROWS "\n",
          "a.scene:6: C: "},
         {CARRIES "[side x-] flow = inlet  profile = uniform  mean = 1 mm/s\n"
-         "[shape w] box = 50 um .. 90 um, 0 um .. 30 um  kind = wall  C = 1 mol/m3" GROWS "\n", "a.scene:6: C: "},
+                 "[shape w] box = 50 um .. 90 um, 0 um .. 30 um  kind = wall  C = 1 mol/m3" GROWS "\n",
+         "a.scene:6: C: "},
         {FLOWS "[side y+] velocity = 1 mm/s" GROWS ", 0 m/s\n", "a.scene:3: velocity: "},
         {CHANNEL "  force = 0 m/s2, 1 m/s2" GROWS "\n[side x-] flow = inlet  profile = uniform  mean = 1 mm/s\n",
-         "force: "},
+         "body_force: "},
         {LOADED "[side x-] ux = 0 um\n[side x+] ux = 1 um" GROWS "\n", "a.scene:5: ux: "},
         {LOADED "[side x-] ux = 0 um\n[side y-] uy = 1 um" GROWS "\n", "a.scene:5: uy: "},
         {LOADED "[side x-] ux = 0 um  uy = 0 um\n[side y-] traction = 0 Pa, 1 MPa" GROWS "\n", "a.scene:5: traction: "},
         {LOADED "[side x-] ux = 0 um  uy = 0 um\n[side y-] pressure = 1 MPa" GROWS "\n", "a.scene:5: pressure: "},
-        {LOADED "  force = 0 N/m3, 1 N/m3" GROWS "\n[side x-] ux = 0 um  uy = 0 um\n", "force: "}};
+        {LOADED "  force = 0 N/m3, 1 N/m3" GROWS "\n[side x-] ux = 0 um  uy = 0 um\n", "body_force: "}};
     for (int k = 0; k < (int)(sizeof rows / sizeof rows[0]); k++) {
         char part[160];
         snprintf(part, sizeof part, "%sfound a function of t in a scene that is steady", rows[k][1]);

@@ -108,57 +108,67 @@ static void take(const char *path)
 #define WATER "[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s  "
 static const char *const texts[] = {
     BOX "[shape a] mask = m.png  corner = 4 um, 4 um  cell = 1 um  kind = solid\n"
-    "[shape b] raw = m.raw  size = 2, 2  corner = 15 um, 15 um  cell = 1 um  kind = wall\n"
-    "[transport] D = 1e-9 m2/s\n[dissolve] law = 1e-3/s  rate_scale = 2  charge = 2  threshold = 0.1  m = 3\n"
-    "[run] until = 1 s  fraction = 0.1\n[output] prefix = a  folder = b  images = C, rate  range = C 0 .. 500 mol/m3\n"
-    "percentile = 98 %  contours = C 3\n"
-    "log = rate  map = grey, C viridis  width = 600  cells = smooth  animate = yes  format = svg\n",
+        "[shape b] raw = m.raw  size = 2, 2  corner = 15 um, 15 um  cell = 1 um  kind = wall\n"
+        "[transport] D = 1e-9 m2/s\n[dissolve] law = 1e-3/s  rate_scale = 2  charge = 2  threshold = 0.1  m = 3\n"
+        "[run] until = 1 s  max_dissolved_fraction = 0.1\n[output] prefix = a  folder = b  images = C, rate  range = C "
+        "0 .. 500 mol/m3\n"
+        "percentile = 98 %  contours = C 3\n"
+        "log_scale = rate  colormap = grey, C viridis  width = 600  cells = smooth  animate = yes  format = svg\n",
     BOX WATER "\n[output] images = v  streamlines = v 50  vectors = v\n",
-    BOX "[side x-] flow = inlet  profile = expression  vx = 1 mm/s  vy = 0\n[side x+] flow = outlet\n"
-    WATER "order = 4\n[transport] D = 1e-9 m2/s  advection = upwind\n[run] until = 1 s\n"
-    "[shape a] cylinder = y  centre = 10 um, 0  radius = 2 um\n[shape c] ball = 10 um, 10 um  radius = 2 um\n"
-    "[shape b] intersect = a, c  kind = wall  C = 1 mol/m3\n"
-    "[line a] from = 0, 0  to = 5 um, 0  points = 2  images = C\n"
-    "[force a] shape = b  balance = no\n[transfer a] length = 1 um  surface = 1 mol/m3  fluid = 0  D = 1e-9 m2/s\n"
-    "[measured a] file = t.csv  of = transfer.a.flux\n",
+    BOX "[side x-] flow = inlet  profile = expression  vx = 1 mm/s  vy = 0\n[side x+] flow = outlet\n" WATER
+        "order = 4\n[transport] D = 1e-9 m2/s  advection = upwind\n[run] until = 1 s\n"
+        "[shape a] cylinder = y  centre = 10 um, 0  radius = 2 um\n[shape c] ball = 10 um, 10 um  radius = 2 um\n"
+        "[shape b] intersect = a, c  kind = wall  C = 1 mol/m3\n"
+        "[line a] from = 0, 0  to = 5 um, 0  points = 2  images = C\n"
+        "[force a] shape = b  balance = no\n[transfer a] reference_length = 1 um  surface = 1 mol/m3  fluid = 0  D = "
+        "1e-9 m2/s\n"
+        "[measured a] file = t.csv  of = transfer.a.flux\n",
     BOX WATER "time = explicit  eos = linear  c0 = 1 m/s  vx = 0\n[run] until = 1 ms\n",
     BOX "[gas] gamma = 1.3  rho = 1 kg/m3  p = 1e5 Pa  vx = 1 m/s  vy = 0  order = first  cfl = 0.5\n"
-    "[run] until = 1 us\n",
-    BOX METAL "[side y+] flow = open\n[table f] file = t.csv  x = 1  y = 2  outside = error\n"
-    "[corrode] current = 1 A/cm2  Csat = 5 mol/L  D = 1e-9 m2/s  rate_scale = 1  bulk = 0  drive = difference\n"
-    "kernel = square  weights = printed  repassivation = 1 mol/L  breaking = stochastic  seed = 2  m = 3\n"
+        "[run] until = 1 us\n",
+    BOX METAL
+    "[side y+] flow = open\n[table f] file = t.csv  x = 1  y = 2  outside = error\n"
+    "[corrode] current = 1 A/cm2  Csat = 5 mol/L  D = 1e-9 m2/s  rate_scale = 1  bulk = 0  driving_force = difference\n"
+    "kernel = square  weights = published  repassivation = 1 mol/L  breaking = stochastic  seed = 2  m = 3\n"
     "[run] until = 1 s\n",
-    BOX METAL "[transport] D = 1e-9 m2/s\n[chemistry] time = implicit\n[species Fe2+] D = 1e-9 m2/s\n"
+    BOX METAL
+    "[transport] D = 1e-9 m2/s\n[chemistry] time = implicit\n[species Fe2+] D = 1e-9 m2/s\n"
     "[species H+] D = 1e-9 m2/s\n[dissolve] rate = 1 um/h  reaction = Fe + 2 H+ = Fe2+ + H2(g)\n[run] until = 1 s\n",
-    BOX METAL "[shape b] box = 10 um .. 20 um, 0 .. 10 um  kind = solid  material = mg4ag\n[side y+] potential = 0 V\n"
+    BOX METAL
+    "[shape b] box = 10 um .. 20 um, 0 .. 10 um  kind = solid  material = mg4ag\n[side y+] potential = 0 V\n"
     "[potential] conductivity = 1 S/m  tolerance = 1e-10\n[transport] D = 1e-9 m2/s\n[dissolve] current = i\n"
     "[electrode a] shape = metal  curve = butler_volmer  i0 = 1 A/m2  E0 = 0 V  anodic_slope = 0.1 V\n"
-    "cathodic_slope = 0.1 V  anodic_limit = 1 A/m2  cathodic_limit = 1 A/m2  film = 0  potential = 0 V\n"
-    "[electrode b] material = mg4ag  curve = linear  resistance = 1 ohm m2  connected = a\n[run] until = 1 s\n",
-    BOX METAL "[transport] D = 1e-9 m2/s\n[chemistry] tortuosity = 2  cover = 1 um  migration = yes\n"
+    "cathodic_slope = 0.1 V  anodic_limit = 1 A/m2  cathodic_limit = 1 A/m2  film_resistance = 0  potential = 0 V\n"
+    "[electrode b] material = mg4ag  curve = linear  polarisation_resistance = 1 ohm m2  connected = a\n[run] until = "
+    "1 s\n",
+    BOX METAL
+    "[transport] D = 1e-9 m2/s\n[chemistry] tortuosity = 2  covering_thickness = 1 um  migration = yes\n"
     "[species K+] D = 1e-9 m2/s\n"
     "[species Cl-] D = 1e-9 m2/s\n[species KCl(s)] volume = 37 cm3/mol\n[reaction a] KCl(s) = K+ + Cl-  log10_K = 1\n"
     "[mineral KCl(s)] rate = 1 mol/m2/s  area = 1 1/m  surface = 0  exponent = 1  nucleation = 0  porosity = 0.1\n"
     "[dissolve] rate = 1 um/h  potential = 0 V\n[run] until = 1 s\n",
     BOX METAL "[potential] conductivity = 1 S/m\n[electrode a] shape = metal  current = 0  curve = expression\n"
-    "i = 1 A/m2 * E/(1 V)  range = -1 V .. 1 V\n",
-    BOX METAL "[potential] conductivity = 1 S/m\n[electrode a] shape = metal  curve = linear  resistance = 1 ohm m2\n"
+              "i = 1 A/m2 * E/(1 V)  range = -1 V .. 1 V\n",
+    BOX METAL
+    "[potential] conductivity = 1 S/m\n[electrode a] shape = metal  curve = linear  polarisation_resistance = 1 ohm "
+    "m2\n"
     "reaction = 2 H+ + 2 e- = H2(g)\n[species H+] D = 1e-9 m2/s\n[species Cl-] D = 1e-9 m2/s\n[run] until = 1 s\n",
-    BOX METAL "[side y+] flow = open  species = inlet\n[species Fe2+] D = 1e-9 m2/s\n[species H+] D = 1e-9 m2/s\n"
+    BOX METAL
+    "[side y+] flow = open  species = inlet\n[species Fe2+] D = 1e-9 m2/s\n[species H+] D = 1e-9 m2/s\n"
     "[corrode] rate = 1 um/h  Csat = 5 mol/L  D = 1e-9 m2/s  reaction = Fe + 2 H+ = Fe2+ + H2(g)\n[run] until = 1 s\n",
     BOX METAL "[side x-] ux = 0  uy = 0\n[side x+] pressure = 1 MPa\n"
-    "[solid] E = 200 GPa  nu = 0.3  strength = 1 GPa  force = 0, 0  m = 2  influence = linear\n"
-    "[cut a] points = 5 um, 10 um, 5 um, 8 um  way = 0, -1\n",
+              "[solid] E = 200 GPa  nu = 0.3  strength = 1 GPa  body_force = 0, 0  m = 2  influence = linear\n"
+              "[crack a] points = 5 um, 10 um, 5 um, 8 um  direction = 0, -1\n",
     BOX METAL "[side x-] ux = 0  uy = 0\n[side x+] traction = 1 MPa, 0\n"
-    "[solid] E = 200 GPa  nu = 0.3  stretch = 0.1  yield = 1 GPa\n"
-    "hardening = 0\n"};
+              "[solid] E = 200 GPa  nu = 0.3  critical_stretch = 0.1  yield_stress = 1 GPa\n"
+              "hardening_modulus = 0\n"};
 static const char electrolyte[] =
     "[chemistry] include = more.electrolyte  activity = ideal  temperature = 310 K  pH = 7  inlet_pH = 8\n"
-    "counter = Cl-  balance = Na+  minerals = all  diffusion = viscosity  inside_pH = 7\n"
-    "[species H+] D = 1e-9 m2/s  activation = 0 J/mol\n[species OH-]\n"
+    "counter_ion = Cl-  balance_ion = Na+  minerals = all  diffusion = viscosity  inside_pH = 7\n"
+    "[species H+] D = 1e-9 m2/s  activation_energy = 0 J/mol\n[species OH-]\n"
     "[species Na+] initial = 1 mM  inlet = 1 mol/m3  inside = 0\n"
     "[species Cl-] initial = 1 mM\n[species glucose] formula = C6H12O6  charge = 0\n"
-    "[reaction water] H+ + OH- = H2O  K = 1e14 L2/mol2  forward = 1.4e11 L/mol/s  activation = 0 J/mol\n"
+    "[reaction water] H+ + OH- = H2O  K = 1e14 L2/mol2  forward = 1.4e11 L/mol/s  activation_energy = 0 J/mol\n"
     "[reaction again] H+ + OH- = H2O  log10_K = 14  enthalpy = 0 J/mol  backward = 1 mol/L/s\n";
 
 /* The same of the sections of chemistry, in a file of its own. */
@@ -177,9 +187,9 @@ static void take_electrolyte(void)
 /* 1: a key of 3D alone */
 static int elsewhere(const char *section, const char *key)
 {
-    static const char *const keys[] = {"shape.stl",  "shape.scale", "shape.shift", "shape.uz",    "side.vz",
-                                       "side.uz",    "flow.vz",     "gas.vz",      "output.slice", "force.area",
-                                       "output.surface", "output.view"};
+    static const char *const keys[] = {
+        "shape.stl", "shape.scale",  "shape.shift",          "shape.uz",       "side.vz",    "side.uz", "flow.vz",
+        "gas.vz",    "output.slice", "force.reference_area", "output.surface", "output.view"};
     char name[128];
     snprintf(name, sizeof name, "%s.%s", section, key);
     for (size_t k = 0; k < sizeof keys / sizeof keys[0]; k++)
@@ -190,15 +200,16 @@ static int elsewhere(const char *section, const char *key)
 #define BOX "[grid] h = 1 um  box = 0 .. 10 um, 0 .. 10 um, 0 .. 10 um\n"
 #define WATER "[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s  "
 static const char *const texts[] = {
-    BOX WATER "time = given  vz = 0\n[transport] D = 1e-9 m2/s\n[run] until = 1 s\n[output] slice = z 2 um\n",
-    BOX "[shape a] box = 0 .. 10 um, 0 .. 10 um, 0 .. 5 um  kind = solid  material = mg4ag\n"
+    BOX WATER "time = prescribed  vz = 0\n[transport] D = 1e-9 m2/s\n[run] until = 1 s\n[output] slice = z 2 um\n",
+    BOX
+    "[shape a] box = 0 .. 10 um, 0 .. 10 um, 0 .. 5 um  kind = solid  material = mg4ag\n"
     "[transport] D = 1e-9 m2/s\n[dissolve] rate = 1 um/s\n[run] until = 1 s\n[output] surface = C  view = 1, 2, 3\n",
     BOX "[gas] rho = 1 kg/m3  p = 1e5 Pa  vz = 1 m/s\n[run] until = 1 us\n",
     BOX "[shape a] stl = a.stl  scale = 1 um  shift = 2 um, 2 um, 2 um  kind = wall\n"
-    "[side x-] flow = inlet  profile = expression  vx = 1 mm/s  vz = 0\n[side x+] flow = outlet\n" WATER "\n"
-    "[force a] shape = a  speed = 1 mm/s  area = 1 um2\n",
+        "[side x-] flow = inlet  profile = expression  vx = 1 mm/s  vz = 0\n[side x+] flow = outlet\n" WATER "\n"
+        "[force a] shape = a  reference_speed = 1 mm/s  reference_area = 1 um2\n",
     BOX "[shape a] box = 0 .. 10 um, 0 .. 10 um, 0 .. 10 um  kind = solid\n[side x-] ux = 0  uz = 0\n"
-    "[shape b] ball = 5 um, 5 um, 5 um  radius = 1 um  kind = grip  uz = 0\n[solid] E = 200 GPa  nu = 0.3\n"};
+        "[shape b] ball = 5 um, 5 um, 5 um  radius = 1 um  kind = grip  uz = 0\n[solid] E = 200 GPa  nu = 0.3\n"};
 /* 1: a key that the 2D program looks at */
 static int elsewhere(const char *section, const char *key)
 {
@@ -289,9 +300,9 @@ TEST(others)
     CHECK_INT(pdi_keys_is_consistent("flow", "rho", "kg", NULL), 0);
     CHECK_INT(pdi_keys_is_consistent("flow", "rho", "", NULL), 0);
     CHECK_INT(pdi_keys_is_consistent("flow", "rh", "kg/m3", NULL), 0);
-    CHECK_INT(pdi_keys_is_consistent("flow", "steady", "", "1e-6"), 1);
-    CHECK_INT(pdi_keys_is_consistent("flow", "steady", "", "1e-7"), 0);
-    CHECK_INT(pdi_keys_is_consistent("flow", "steady", "", "1e"), 0);
+    CHECK_INT(pdi_keys_is_consistent("flow", "steady_tolerance", "", "1e-6"), 1);
+    CHECK_INT(pdi_keys_is_consistent("flow", "steady_tolerance", "", "1e-7"), 0);
+    CHECK_INT(pdi_keys_is_consistent("flow", "steady_tolerance", "", "1e"), 0);
     CHECK_INT(pdi_keys_is_consistent("solid", "m", "", "3"), 1);
     CHECK_INT(pdi_keys_is_consistent("output", "fields", "", "C, v, p, kind, grain"), 1);
     CHECK_INT(pdi_keys_is_consistent("constants", "anything", NULL, NULL), 1);

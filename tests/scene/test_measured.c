@@ -237,7 +237,8 @@ TEST(refusals)
     refused(SLAB_V "[measured a] file = b0.csv\n", "b0.csv");
     refused(SLAB_V "[measured a] file = a.csv  value = los\n", "expected a column of");
     refused(SLAB_V "[measured a] file = a.csv  time = 2\n", "found a plain number, expected a time [s]");
-    refused(SLAB_V "[measured a] file = a.csv  spread = 1\n", "spread: found a time [s], expected a plain number");
+    refused(SLAB_V "[measured a] file = a.csv  standard_deviation = 1\n",
+            "standard_deviation: found a time [s], expected a plain number");
     refused(SLAB_V "[measured a] file = a.csv  of = loss\n", "of: found 'loss'");
     refused(SLAB_V "[measured a] file = a.csv  start = 2 h\n", "found no point behind the start");
     refused(SLAB_V "[measured a] file = a.csv  start = -9 h\n", "before its end at t = 4 h");

@@ -10,17 +10,18 @@ static const char full[] =
     "[grid]       h = 5 um, 10 um   m = 2.5   box = -100 um .. 200 um, -60 um .. 60 um   threads = 2\n"
     "[shape rod]  ball = 20 um, 0   radius = 20 um\n"
     "[shape cut]  half_space = yes   point = 10 um, 0   normal = 1, 0\n"
-    "[shape pin]  difference = rod, cut   kind = solid   material = mg4ag   grains = 40 um   grain_spread = 4 um\n"
-    "             grain_seed = 7   boundary_width = 0.5 um\n"
+    "[shape pin]  difference = rod, cut   kind = solid   material = mg4ag   grain_size = 40 um   grain_size_deviation "
+    "= 4 um\n"
+    "             grain_seed = 7   grain_boundary_width = 0.5 um\n"
     "[shape pin2] box = 100 um .. 120 um, -20 um .. 20 um   kind = solid\n"
     "[shape lid]  cylinder = x   radius = 50 um   outside = yes   kind = wall\n"
     "[side x-]    flow = inlet   profile = parabola   mean = 0.01 m/s   C = 0.1*Csat\n"
     "[side x+]    flow = outlet   p = 2 Pa\n"
     "[side y-]    flow = noslip\n"
-    "[flow]       rho = 1 g/cm3   mu = 2 mPa s   steady = 1e-7   force = 0.5 m/s2, 0\n"
+    "[flow]       rho = 1 g/cm3   mu = 2 mPa s   steady_tolerance = 1e-7   body_force = 0.5 m/s2, 0\n"
     "[transport]  D = 2e-9 m2/s   advection = upwind   initial = 1 mol/m3 * (1 + x/(1 mm))\n"
-    "[dissolve]   rate = 3.6 um/h * (1 - C/Csat)   Csat = 50 mol/m3   gb_factor = 3   threshold = 0.1\n"
-    "[run]        until = 2 h   fraction = 0.2   max_step = 60 s\n"
+    "[dissolve]   rate = 3.6 um/h * (1 - C/Csat)   Csat = 50 mol/m3   grain_boundary_factor = 3   threshold = 0.1\n"
+    "[run]        until = 2 h   max_dissolved_fraction = 0.2   max_step = 60 s\n"
     "[output]     every = 10 min   fields = C, v, grain   images = C, rate   prefix = pit   folder = elsewhere\n"
     "[probe a]    at = 100 um, 25 um   fields = C, v\n";
 
@@ -215,8 +216,11 @@ TEST(flow_without_progress)
     pd_ctx ctx;
     pd_setup u;
     pd_model m;
-    if (!build(&ctx, "[grid] h = 10 um  box = 0 .. 100 um, 0 .. 100 um\n[flow] rho = 1 g/cm3  mu = 1 mPa s\n"
-                     "steady = 1e-16\n[side y+] flow = noslip  velocity = 1 mm/s, 0 m/s\n", &u, &m)) return;
+    if (!build(&ctx,
+               "[grid] h = 10 um  box = 0 .. 100 um, 0 .. 100 um\n[flow] rho = 1 g/cm3  mu = 1 mPa s\n"
+               "steady_tolerance = 1e-16\n[side y+] flow = noslip  velocity = 1 mm/s, 0 m/s\n",
+               &u, &m))
+        return;
     CHECK_REL(m.flow.reference_speed, 1e-3, 1e-12);
     CHECK_REL(m.flow.reference_length, 100e-6, 1e-9);
     CHECK_INT(pd_time_loop_start(&ctx, &m.time_loop), PD_ERR_DIVERGED);
@@ -243,8 +247,9 @@ TEST(expression_profile)
     leave(&ctx, &u);
 }
 
-#define CLOSED "[grid] h = 10 um  box = 0 .. 200 um, 0 .. 100 um\n" \
-    "[flow] rho = 1 g/cm3  mu = 1 mPa s  speed = 1 mm/s  length = 100 um"
+#define CLOSED \
+    "[grid] h = 10 um  box = 0 .. 200 um, 0 .. 100 um\n" \
+    "[flow] rho = 1 g/cm3  mu = 1 mPa s  reference_speed = 1 mm/s  reference_length = 100 um"
 
 /* Sides and flow in time as the file says. */
 TEST(sides_and_motion)
@@ -282,7 +287,8 @@ TEST(sides_and_motion)
     refused(CLOSED "  time = explicit\n[run] until = 1 s\n", "c0");
     refused(CLOSED "  time = sometimes\n", "found 'sometimes', expected one of steady, implicit, explicit");
     refused(CLOSED "  time = implicit\n", "until");
-    refused(CLOSED "  time = given\n[transport] D = 0 m2/s\n[run] until = 1 s\n" BLOCK "[dissolve] rate = 1 um/h\n",
+    refused(CLOSED "  time = prescribed\n[transport] D = 0 m2/s\n[run] until = 1 s\n" BLOCK
+                   "[dissolve] rate = 1 um/h\n",
             "time: found 'given' beside [dissolve]");
 }
 
@@ -310,8 +316,10 @@ TEST(absent_physics_costs_nothing)
         leave(&ctx, &u);
     }
     /* grains without a boundary factor need no factor field */
-    if (build(&ctx, STILL "[shape b] box = 0 .. 50 um, 0 .. 50 um  kind = solid  grains = 20 um\n"
-                    "[dissolve] rate = 1 um/h\n", &u, &m)) {
+    if (build(&ctx,
+              STILL "[shape b] box = 0 .. 50 um, 0 .. 50 um  kind = solid  grain_size = 20 um\n"
+                    "[dissolve] rate = 1 um/h\n",
+              &u, &m)) {
         CHECK(m.boundary_factor == NULL && m.grain.id != NULL);
         pd_model_free(&ctx, &m);
         leave(&ctx, &u);
@@ -325,9 +333,13 @@ TEST(grain_factor)
     pd_setup u;
     pd_model m;
     double sum = 0.0, least = 1e9;
-    if (!build(&ctx,
-               STILL "[shape b] box = 0 .. 200 um, 0 .. 50 um  kind = solid  grains = 40 um  boundary_width = 1 um\n"
-                     "[dissolve] rate = 1 um/h  gb_factor = 3\n", &u, &m)) return;
+    if (!build(
+            &ctx,
+            STILL
+            "[shape b] box = 0 .. 200 um, 0 .. 50 um  kind = solid  grain_size = 40 um  grain_boundary_width = 1 um\n"
+            "[dissolve] rate = 1 um/h  grain_boundary_factor = 3\n",
+            &u, &m))
+        return;
     for (int32_t i = 0; i < m.grid.total; i++)
         if (m.grid.kind[i] == PD_SOLID) {
             sum += m.boundary_factor[i];
@@ -593,7 +605,7 @@ TEST(watching_a_transfer)
     "[grid] h = 10 um  box = 0 .. 100 um, 0 .. 100 um\n[side x-] flow = mirror\n" \
     "[side x+] flow = mirror\n[side y-] C = 2 mol/m3\n[side y+] C = 1 mol/m3\n" \
     "[transport] D = 1e-9 m2/s  time = steady\n" \
-    "[transfer a] box = 0 .. 100 um, 0 .. 50 um  along = x  length = 100 um\n" \
+    "[transfer a] box = 0 .. 100 um, 0 .. 50 um  along = x  reference_length = 100 um\n" \
     "             surface = 2 mol/m3  fluid = 1.5 mol/m3"
     if (!CHECK_OK(&ctx, load(&ctx, HELD "\n", NULL, 0, &u))) return;
     CHECK_OK(&ctx, run(&ctx, &u, path_of("held"), 0, &l, &r));
@@ -620,8 +632,8 @@ TEST(refusals)
     pd_setup u;
     pd_model m;
     refused(STILL "[shape a] kind = solid\n", "a.scene:4: shape: found no geometry");
-    refused(STILL "[shape a] box = 0 .. 1 um, 0 .. 1 um  kind = solid  grains = -1 um\n",
-            "a.scene:4: grains: found -1e-06 m");
+    refused(STILL "[shape a] box = 0 .. 1 um, 0 .. 1 um  kind = solid  grain_size = -1 um\n",
+            "a.scene:4: grain_size: found -1e-06 m");
     refused(STILL BLOCK "[dissolve] rate = 1 um/h  law = 1 1/s\n", "a.scene:5: law: found beside 'rate'");
     refused(STILL BLOCK "[dissolve] rate = 1 um/h  threshold = 1\n", "a.scene:5: threshold: found 1, expected");
     refused(STILL BLOCK "[dissolve] rate = -1 um/h\n", "a.scene:5: rate: found a recession speed of -2.77778e-10 m/s");

@@ -8,14 +8,14 @@
 static const char sample[] =
     "# Mg pin in a flow cell\n"
     "[grid]      h = 5 um   m = 3   box = -500 um .. 900 um, -150 um .. 150 um\n"
-    "[shape pin] box = 0 .. 400 um, -40 um .. 40 um   kind = solid   material = mg4ag   grains = 40 um\n"
+    "[shape pin] box = 0 .. 400 um, -40 um .. 40 um   kind = solid   material = mg4ag   grain_size = 40 um\n"
     "[side x-]   flow = inlet, profile = parabola, mean = 0.236 m/s   C = 0\n"
     "[side x+]   flow = outlet, p = 0\n"
     "[side y-]   flow = noslip\n"
     "[side y+]   flow = noslip\n"
-    "[flow]      rho = 1000   mu = 1e-3 Pa s   steady = 1e-6\n"
+    "[flow]      rho = 1000   mu = 1e-3 Pa s   steady_tolerance = 1e-6\n"
     "[transport] D = 1e-9 m2/s\n"
-    "[dissolve]  law = 1e-3 * (1 - C/Csat)   Csat = ...   gb_factor = 3\n"
+    "[dissolve]  law = 1e-3 * (1 - C/Csat)   Csat = ...   grain_boundary_factor = 3\n"
     "[run]       until = 9 h   rtol = 1e-3\n"
     "[output]    every = 15 min   fields = C, v, p, kind, grain   images = C\n"
     "[probe a]   at = 100 um, 60 um   fields = C, v\n";
@@ -47,36 +47,35 @@ static int at(pd_ctx *ctx, pd_text *text, const char *name, const char *label)
 /* Every pair of the sample, in order. */
 TEST(pairs_of_the_sample)
 {
-    static const char *const expected[][4] = {
-        {"grid", "", "h", "5 um"},
-        {"grid", "", "m", "3"},
-        {"grid", "", "box", "-500 um .. 900 um, -150 um .. 150 um"},
-        {"shape", "pin", "box", "0 .. 400 um, -40 um .. 40 um"},
-        {"shape", "pin", "kind", "solid"},
-        {"shape", "pin", "material", "mg4ag"},
-        {"shape", "pin", "grains", "40 um"},
-        {"side", "x-", "flow", "inlet"},
-        {"side", "x-", "profile", "parabola"},
-        {"side", "x-", "mean", "0.236 m/s"},
-        {"side", "x-", "C", "0"},
-        {"side", "x+", "flow", "outlet"},
-        {"side", "x+", "p", "0"},
-        {"side", "y-", "flow", "noslip"},
-        {"side", "y+", "flow", "noslip"},
-        {"flow", "", "rho", "1000"},
-        {"flow", "", "mu", "1e-3 Pa s"},
-        {"flow", "", "steady", "1e-6"},
-        {"transport", "", "D", "1e-9 m2/s"},
-        {"dissolve", "", "law", "1e-3 * (1 - C/Csat)"},
-        {"dissolve", "", "Csat", "..."},
-        {"dissolve", "", "gb_factor", "3"},
-        {"run", "", "until", "9 h"},
-        {"run", "", "rtol", "1e-3"},
-        {"output", "", "every", "15 min"},
-        {"output", "", "fields", "C, v, p, kind, grain"},
-        {"output", "", "images", "C"},
-        {"probe", "a", "at", "100 um, 60 um"},
-        {"probe", "a", "fields", "C, v"}};
+    static const char *const expected[][4] = {{"grid", "", "h", "5 um"},
+                                              {"grid", "", "m", "3"},
+                                              {"grid", "", "box", "-500 um .. 900 um, -150 um .. 150 um"},
+                                              {"shape", "pin", "box", "0 .. 400 um, -40 um .. 40 um"},
+                                              {"shape", "pin", "kind", "solid"},
+                                              {"shape", "pin", "material", "mg4ag"},
+                                              {"shape", "pin", "grain_size", "40 um"},
+                                              {"side", "x-", "flow", "inlet"},
+                                              {"side", "x-", "profile", "parabola"},
+                                              {"side", "x-", "mean", "0.236 m/s"},
+                                              {"side", "x-", "C", "0"},
+                                              {"side", "x+", "flow", "outlet"},
+                                              {"side", "x+", "p", "0"},
+                                              {"side", "y-", "flow", "noslip"},
+                                              {"side", "y+", "flow", "noslip"},
+                                              {"flow", "", "rho", "1000"},
+                                              {"flow", "", "mu", "1e-3 Pa s"},
+                                              {"flow", "", "steady_tolerance", "1e-6"},
+                                              {"transport", "", "D", "1e-9 m2/s"},
+                                              {"dissolve", "", "law", "1e-3 * (1 - C/Csat)"},
+                                              {"dissolve", "", "Csat", "..."},
+                                              {"dissolve", "", "grain_boundary_factor", "3"},
+                                              {"run", "", "until", "9 h"},
+                                              {"run", "", "rtol", "1e-3"},
+                                              {"output", "", "every", "15 min"},
+                                              {"output", "", "fields", "C, v, p, kind, grain"},
+                                              {"output", "", "images", "C"},
+                                              {"probe", "a", "at", "100 um, 60 um"},
+                                              {"probe", "a", "fields", "C, v"}};
     const int count = (int)(sizeof expected / sizeof expected[0]);
     pd_ctx ctx;
     pd_text text;
@@ -395,8 +394,8 @@ TEST(overrides)
     CHECK_OK(&ctx, pdi_override_apply(&ctx, &text, "side.x-.mean=1 m/s"));
     CHECK_OK(&ctx, pdi_text_get_number(&ctx, &text, at(&ctx, &text, "side", "x-"), "mean", "m/s", NULL, &value));
     CHECK_NEAR(value, 1, 0);
-    CHECK_OK(&ctx, pdi_override_apply(&ctx, &text, "shape.grains=20 um")); /* the only labelled shape */
-    CHECK_OK(&ctx, pdi_text_get_number(&ctx, &text, at(&ctx, &text, "shape", "pin"), "grains", "m", NULL, &value));
+    CHECK_OK(&ctx, pdi_override_apply(&ctx, &text, "shape.grain_size=20 um")); /* the only labelled shape */
+    CHECK_OK(&ctx, pdi_text_get_number(&ctx, &text, at(&ctx, &text, "shape", "pin"), "grain_size", "m", NULL, &value));
     CHECK_NEAR(value, 20e-6, 0);
     CHECK_OK(&ctx, pdi_override_apply(&ctx, &text, "run.first=1 s")); /* not in the file */
     CHECK_OK(&ctx, pdi_text_get_number(&ctx, &text, run, "first", "s", NULL, &value));

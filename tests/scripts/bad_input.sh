@@ -7,12 +7,12 @@ cd "$dir" || exit 1
 base() {
     cat << 'END'
 [grid]      h = 10 um   m = 3   box = -100 um .. 200 um, -60 um .. 60 um
-[shape pin] box = 0 .. 60 um, -20 um .. 20 um   kind = solid   material = mg4ag   grains = 40 um
+[shape pin] box = 0 .. 60 um, -20 um .. 20 um   kind = solid   material = mg4ag   grain_size = 40 um
 [side x-]   flow = inlet   profile = parabola   mean = 0.01 m/s   C = 0
 [side x+]   flow = outlet   p = 0
 [flow]      rho = 1000 kg/m3   mu = 1e-3 Pa s
 [transport] D = 1e-9 m2/s
-[dissolve]  rate = 1.3 um/h * (1 - C/Csat)   Csat = 56 mol/m3   gb_factor = 3
+[dissolve]  rate = 1.3 um/h * (1 - C/Csat)   Csat = 56 mol/m3   grain_boundary_factor = 3
 [run]       until = 1 h
 [output]    fields = C, v
 [probe a]   at = 100 um, 0
@@ -53,7 +53,8 @@ spoil "wrong unit" 's/mean = 0.01 m\/s/mean = 0.01 kg/' \
 spoil "unknown unit" 's/until = 1 h/until = 1 hr/' \
     "bad.scene:8: column 23: found 'hr', expected a unit or an operator: did you mean 'hm'?"
 spoil "unknown key" 's/until/untl/' \
-    "bad.scene:8: found the unknown key 'untl' in [run], expected one of until, rtol, fraction, max_step: did you \
+    "bad.scene:8: found the unknown key 'untl' in [run], expected one of until, rtol, max_dissolved_fraction, \
+max_step: did you \
 mean 'until'?"
 # pictures
 drawn() { spoil "$1" "s/fields = C, v/images = C, kind  $2/" "$3"; }
@@ -71,13 +72,13 @@ drawn "an empty range" 'range = C 1 mol\/m3 .. 1 mol\/m3' \
     "bad.scene:9: range: found 1 .. 1 of 'C', expected the smaller value first"
 drawn "a logarithmic range from zero" 'log = C  range = C 0 .. 1 mol\/m3' \
     "bad.scene:9: range: found 0 of 'C', which is drawn by its logarithm, expected a positive value"
-drawn "the logarithm of labels" 'log = kind' "bad.scene:9: log: found 'kind', whose values have a colour each"
+drawn "the logarithm of labels" 'log = kind' "bad.scene:9: log_scale: found 'kind', whose values have a colour each"
 drawn "the logarithm of what is not drawn" 'log = v' \
-    "bad.scene:9: log: found 'v', expected one of the fields of 'images'"
+    "bad.scene:9: log_scale: found 'v', expected one of the fields of 'images'"
 drawn "an unknown map" 'map = jet' \
-    "bad.scene:9: map: found 'jet', expected violet, viridis, grey or diverging, or one of them behind a field"
+    "bad.scene:9: colormap: found 'jet', expected violet, viridis, grey or diverging, or one of them behind a field"
 drawn "a map of what is not drawn" 'map = v grey' \
-    "bad.scene:9: map: found 'v', expected one of the fields of 'images'"
+    "bad.scene:9: colormap: found 'v', expected one of the fields of 'images'"
 drawn "no share" 'percentile = 0' \
     "bad.scene:9: percentile: found 0 %, expected a share above 0 and up to 100 %"
 drawn "a share without its unit" 'percentile = 98' \
@@ -118,20 +119,22 @@ spoil "a unit in other letters" 's/D = 1e-9 m2/D = 1e-9 m²/' \
     "bad.scene:6: column 22: found 'm²', expected a unit or an operator"
 spoil "unknown section" 's/\[transport\]/[transprt]/' \
     "bad.scene:6: scene: found the section [transprt], expected one of constants, grid, shape, side, flow, gas, \
-transport, dissolve, corrode, solid, cut, table, chemistry, species, reaction, mineral, potential, electrode, surface, \
+transport, dissolve, corrode, solid, crack, table, chemistry, species, reaction, mineral, potential, electrode, \
+surface, \
 run, output, probe, line, plane, force, transfer, total, measured: \
 did you mean 'transport'?"
-spoil "cut without solid" 's/^\[run\]/[cut a] points = 0 um, 0 um, 60 um, 0 um\n[run]/' \
-    "bad.scene:8: cut: found no [solid] section, expected one"
+spoil "cut without solid" 's/^\[run\]/[crack a] points = 0 um, 0 um, 60 um, 0 um\n[run]/' \
+    "bad.scene:8: crack: found no [solid] section, expected one"
 solid='[solid] E = 45 GPa   nu = 0.3\n[side y-] ux = 0 um   uy = 0 um\n'
-spoil "cut of half a corner" "s/^\[run\]/$solid[cut a] points = 0 um, 0 um, 60 um\n[run]/" \
+spoil "cut of half a corner" "s/^\[run\]/$solid[crack a] points = 0 um, 0 um, 60 um\n[run]/" \
     "bad.scene:10: points: found 3 numbers, expected 2 or more corners of a line, 2 numbers each"
-spoil "cut without name" "s/^\[run\]/$solid[cut] points = 0 um, 0 um, 60 um, 0 um\n[run]/" \
-    "bad.scene:10: cut: expected a short name: [cut NAME]"
-spoil "cut of no length" "s/^\[run\]/$solid[cut a] points = 0 um, 0 um, 0 um, 0 um\n[run]/" \
+spoil "cut without name" "s/^\[run\]/$solid[crack] points = 0 um, 0 um, 60 um, 0 um\n[run]/" \
+    "bad.scene:10: crack: expected a short name: [crack NAME]"
+spoil "cut of no length" "s/^\[run\]/$solid[crack a] points = 0 um, 0 um, 0 um, 0 um\n[run]/" \
     "bad.scene:10: points: found corner 2 at the place of corner 1, expected another place"
-spoil "contours too close" "s/^\[run\]/$solid[cut a] points = 0 um, 0 um, 60 um, 0 um   contours = 0 um, 9 um, \
-99 um\n[run]/" "bad.scene:10: contours: found 0 and 9e-06 m, expected growing radii a horizon m h or more apart, here \
+spoil "contours too close" "s/^\[run\]/$solid[crack a] points = 0 um, 0 um, 60 um, 0 um   contour_radii = 0 um, 9 um, \
+99 um\n[run]/" "bad.scene:10: contour_radii: found 0 and 9e-06 m, expected growing radii a horizon m h or more \
+apart, here \
 2e-05 m"
 spoil "metal too thin for its grips" "s/^\[run\]/$solid[run]/;s/-20 um .. 20 um/-60 um .. -20 um/" \
     "bad.scene:8: grip: the side y- holds 4 rows of nodes, two horizons, and no line of metal has one more that is \
@@ -139,35 +142,42 @@ free behind them: choose a smaller h, or a grip"
 spoil "metal too thin to bear" "s/^\[run\]/$solid[run]/;s/-20 um .. 20 um/-60 um .. -50 um/" \
     "bad.scene:8: structure: the metal is too thin to bear loads: no node has bonds along all directions; choose a \
 smaller h"
-breaks="correspondence breaks by toughness (without yield), strength or stretch, at rest; ordinary, neo_hookean and \
-hencky by strength or stretch, at rest; springs by toughness, at rest and in motion; yield is of correspondence and \
-hencky at rest"
-spoil "yield below the balance" "s/^\[run\]/$solid[run]/;s/nu = 0.3/nu = 0.3   yield = 1 Pa/" \
-    "bad.scene:8: yield: found 1 Pa, expected 0 or at least 1000 rtol E = 450000 Pa: balances are no finer"
-spoil "toughness and stretch" "s/^\[run\]/$solid[run]/;s/nu = 0.3/nu = 0.3   toughness = 5 J\/m2   stretch = 0.1/" \
-    "bad.scene:8: toughness: found beside stretch, expected one of stretch, strength and toughness"
+breaks="correspondence breaks by fracture_energy (without yield_stress), strength or critical_stretch, at rest; \
+ordinary, \
+neo_hookean and hencky by strength or critical_stretch, at rest; bond_based by fracture_energy, at rest and in \
+motion; yield_stress is of \
+correspondence and hencky at rest"
+spoil "yield below the balance" "s/^\[run\]/$solid[run]/;s/nu = 0.3/nu = 0.3   yield_stress = 1 Pa/" \
+    "bad.scene:8: yield_stress: found 1 Pa, expected 0 or at least 1000 rtol E = 450000 Pa: balances are no finer"
+spoil "toughness and stretch" "s/^\[run\]/$solid[run]/;s/nu = 0.3/nu = 0.3   fracture_energy = 5 J\/m2   \
+critical_stretch = 0.1/" \
+    "bad.scene:8: fracture_energy: found beside critical_stretch, expected one of critical_stretch, strength and \
+fracture_energy"
 spoil "toughness of rubber" \
-    "s/^\[run\]/$solid[run]/;s/nu = 0.3/nu = 0.3   material = neo_hookean   toughness = 5 J\/m2/" \
-    "bad.scene:8: toughness: found with material = neo_hookean, expected another one of both: $breaks"
+    "s/^\[run\]/$solid[run]/;s/nu = 0.3/nu = 0.3   model = neo_hookean   fracture_energy = 5 J\/m2/" \
+    "bad.scene:8: fracture_energy: found with model = neo_hookean, expected another one of both: $breaks"
 spoil "toughness of metal that flows" \
-    "s/^\[run\]/$solid[run]/;s/nu = 0.3/nu = 0.3   yield = 400 MPa   toughness = 5 J\/m2/" \
-    "bad.scene:8: toughness: found with a yield stress, expected stretch or strength: energies of bonds are those of \
+    "s/^\[run\]/$solid[run]/;s/nu = 0.3/nu = 0.3   yield_stress = 400 MPa   fracture_energy = 5 J\/m2/" \
+    "bad.scene:8: fracture_energy: found with yield_stress, expected critical_stretch or strength: energies of bonds \
+are those of \
 metal that does not flow"
-spoil "J of metal that flows" "s/^\[run\]/$solid[cut a] points = 0 um, 0 um, 60 um, 0 um   contours = 0 um, 29 um, \
-99 um\n[run]/;s/nu = 0.3/nu = 0.3   yield = 400 MPa/" \
-    "bad.scene:10: contours: found with a yield stress, expected small strains in balance: J is theirs"
-spoil "unknown key of metal" "s/^\[run\]/$solid[run]/;s/nu = 0.3/nu = 0.3   tougness = 5 J\/m2/" \
-    "bad.scene:8: found the unknown key 'tougness' in [solid], expected one of E, nu, material, \
-plane, yield, hardening, toughness, strength, stretch, motion, density, force, speed_factor, m, influence, \
-rtol: did you mean 'toughness'?"
-spoil "ratio of springs" "s/^\[run\]/$solid[run]/;s/nu = 0.3/nu = 0.3   material = springs/" \
-    "bad.scene:8: nu: found 0.3 with material = springs, expected their 0.25, or another material: $breaks"
-spoil "springs that dissolve" "s/^\[run\]/$solid[run]/;s/nu = 0.3/material = springs/" \
-    "bad.scene:8: material: found beside metal that dissolves, expected material = correspondence"
-spoil "motion of what dissolves" "s/^\[run\]/$solid[run]/;s/nu = 0.3/nu = 0.3   motion = yes   density = 7 g\/cm3/" \
-    "bad.scene:8: motion: found beside metal that dissolves, expected motion = no"
+spoil "J of metal that flows" "s/^\[run\]/$solid[crack a] points = 0 um, 0 um, 60 um, 0 um   contour_radii = 0 um, \
+29 um, \
+99 um\n[run]/;s/nu = 0.3/nu = 0.3   yield_stress = 400 MPa/" \
+    "bad.scene:10: contour_radii: found with yield_stress, expected small strains in balance: J is theirs"
+spoil "unknown key of metal" "s/^\[run\]/$solid[run]/;s/nu = 0.3/nu = 0.3   fracture_enery = 5 J\/m2/" \
+    "bad.scene:8: found the unknown key 'fracture_enery' in [solid], expected one of E, nu, model, \
+plane, yield_stress, hardening_modulus, fracture_energy, strength, critical_stretch, dynamics, density, body_force, \
+dissolution_factor, m, influence, \
+rtol: did you mean 'fracture_energy'?"
+spoil "ratio of springs" "s/^\[run\]/$solid[run]/;s/nu = 0.3/nu = 0.3   model = bond_based/" \
+    "bad.scene:8: nu: found 0.3 with model = bond_based, expected their 0.25, or another material: $breaks"
+spoil "springs that dissolve" "s/^\[run\]/$solid[run]/;s/nu = 0.3/model = bond_based/" \
+    "bad.scene:8: model: found beside metal that dissolves, expected model = correspondence"
+spoil "motion of what dissolves" "s/^\[run\]/$solid[run]/;s/nu = 0.3/nu = 0.3   dynamics = yes   density = 7 g\/cm3/" \
+    "bad.scene:8: dynamics: found beside metal that dissolves, expected dynamics = no"
 spoil "density without motion" "s/^\[run\]/$solid[run]/;s/nu = 0.3/nu = 0.3   density = 7 g\/cm3/" \
-    "bad.scene:8: density: found without motion = yes, expected both"
+    "bad.scene:8: density: found without dynamics = yes, expected both"
 spoil "fractional cells" 's/h = 10 um/h = 7 um/' \
     "bad.scene:1: box: found 300 um on axis x, 42.8571 cells of 7 um, expected a whole number of cells"
 spoil "one range" 's/, -60 um .. 60 um//' "bad.scene:1: box: found 1 range, expected 2, one for each axis: \
@@ -183,7 +193,7 @@ spoil "unknown profile" 's/parabola/parabole/' \
 spoil "no speed" 's/mean = 0.01 m\/s//' "bad.scene:3: found no 'mean' in [side x-], expected mean = a speed [m/s]"
 spoil "no outlet" 's/flow = outlet   p = 0/flow = noslip/' \
     "bad.scene:5: flow: found an inlet and no outlet, expected flow = outlet in a [side ...]"
-spoil "no solid" 's/kind = solid   material = mg4ag   grains = 40 um/kind = wall/' \
+spoil "no solid" 's/kind = solid   material = mg4ag   grain_size = 40 um/kind = wall/' \
     "bad.scene:7: dissolve: found no solid, expected a [shape ...] with kind = solid"
 spoil "no transport" '/transport/d' \
     "bad.scene:6: dissolve: found no [transport] section, expected one: the metal goes into the fluid"
@@ -191,14 +201,15 @@ spoil "no Csat" 's/Csat = 56 mol\/m3//' \
     "bad.scene:7: column 38: found 'Csat', expected a known variable, constant or function"
 spoil "rate not a speed" 's/1.3 um\/h \*/1.3 um */' \
     "bad.scene:7: column 20: found a length [m], expected a speed [m/s]"
-spoil "gb_factor without grains" 's/grains = 40 um//' \
-    "bad.scene:7: gb_factor: found 3 without grains, expected grains = SIZE in a solid [shape ...]"
+spoil "gb_factor without grains" 's/grain_size = 40 um//' \
+    "bad.scene:7: grain_boundary_factor: found 3 without grains, expected grain_size = SIZE in a solid [shape ...]"
 spoil "unknown material" 's/mg4ag/iron/' "bad.scene:2: material: found 'iron', expected mg4ag, steel304, \
 copper or alloy625"
 spoil "unknown field" 's/fields = C, v/fields = C, T/' \
     "bad.scene:9: fields: found 'T', expected some of C, v, p, kind, grain, phase, D, rate, density, or none"
-spoil "field without physics" 's/fields = C, v/fields = C, v, grain/;s/grains = 40 um//;s/gb_factor = 3//' \
-    "bad.scene:9: fields: found 'grain', which needs a solid [shape] with grains"
+spoil "field without physics" \
+    's/fields = C, v/fields = C, v, grain/;s/grain_size = 40 um//;s/grain_boundary_factor = 3//' \
+    "bad.scene:9: fields: found 'grain', which needs a solid [shape] with grain_size"
 spoil "probe outside" 's/at = 100 um/at = 300 um/' \
     "bad.scene:10: at: found 0.0003 m on axis x, expected a place inside the box"
 spoil "two shapes in one" 's/kind = solid/kind = solid   ball = 0, 0   radius = 5 um/' \
@@ -267,11 +278,11 @@ watch "force on nothing" "[force a] shape = none" \
     "shape: found 'none', expected the name of a [shape] with kind = solid or wall"
 watch "force too near" "[force a] box = -10 um .. 80 um, -30 um .. 60 um" \
     "force: cells 3 .. 12 of axis 1: a box of fluid two cells inside of 12 is expected; balance = no leaves it out"
-watch "coefficient without length" "[force a] box = -30 um .. 90 um, -40 um .. 40 um   speed = 1 m/s" \
-    "found no 'length' in [force a], expected length = a length [m]"
-watch "transfer without surface" "[transfer a] length = 1 mm" \
+watch "coefficient without length" "[force a] box = -30 um .. 90 um, -40 um .. 40 um   reference_speed = 1 m/s" \
+    "found no 'reference_length' in [force a], expected reference_length = a length [m]"
+watch "transfer without surface" "[transfer a] reference_length = 1 mm" \
     "found no 'surface' in [transfer a], expected surface = a concentration [mol/m3]"
-watch "bulk without axis" "[transfer a] length = 1 mm   surface = Csat   fluid = bulk" \
+watch "bulk without axis" "[transfer a] reference_length = 1 mm   surface = Csat   fluid = bulk" \
     "fluid: found 'bulk' without the axis of the stream, expected along = x or y"
 watch "medium without diffusivity" "[shape b] ball = 0, 0   radius = 5 um   kind = medium" \
     "found no 'D' in [shape b], expected D = a diffusivity [m2/s]"
@@ -293,8 +304,8 @@ glass() {
 [grid]      h = 1 mm   box = 0 .. 40 mm, 0 .. 20 mm
 [shape plt] box = 0 .. 40 mm, 0 .. 20 mm   kind = solid
 [side y+]   traction = 0 Pa, 1 MPa
-[solid]     material = springs   E = 72 GPa   toughness = 100 J/m2   motion = yes   density = 2 g/cm3
-[cut a]     points = 0 mm, 10 mm, 20 mm, 10 mm
+[solid]     model = bond_based   E = 72 GPa   fracture_energy = 100 J/m2   dynamics = yes   density = 2 g/cm3
+[crack a]     points = 0 mm, 10 mm, 20 mm, 10 mm
 [run]       until = 10 us
 [output]    every = 10 us   fields = u
 END
@@ -304,15 +315,15 @@ END
 glass "motion without density" 's/density = 2 g.cm3//' \
     "4: found no 'density' in [solid], expected density = a density [kg/m3]"
 glass "motion without end" 's/until = 10 us//' "6: found no 'until' in [run], expected until = a time [s]"
-glass "stretch of springs" 's/toughness = 100 J.m2/stretch = 0.01/' \
-    "4: stretch: found with material = springs, expected another one of both: $breaks"
+glass "stretch of springs" 's/fracture_energy = 100 J.m2/critical_stretch = 0.01/' \
+    "4: critical_stretch: found with model = bond_based, expected another one of both: $breaks"
 glass "small strains that break in motion" \
-    's/springs/correspondence   nu = 0.3/;s/toughness = 100 J.m2/stretch = 0.01/' \
-    "4: stretch: found with motion = yes, expected another one of both: $breaks"
-glass "J of springs" 's/10 mm$/10 mm   contours = 3 mm, 6 mm, 9 mm/' \
-    "5: contours: found with material = springs, expected small strains in balance: J is theirs"
+    's/bond_based/correspondence   nu = 0.3/;s/fracture_energy = 100 J.m2/critical_stretch = 0.01/' \
+    "4: critical_stretch: found with dynamics = yes, expected another one of both: $breaks"
+glass "J of springs" 's/10 mm$/10 mm   contour_radii = 3 mm, 6 mm, 9 mm/' \
+    "5: contour_radii: found with model = bond_based, expected small strains in balance: J is theirs"
 glass "stress of springs" 's/fields = u/fields = u, mises/' \
-    "7: fields: found 'mises', which needs a [solid] section whose bonds are no springs"
+    "7: fields: found 'mises', which needs a [solid] section whose model is not bond_based"
 
 # ---- bond-based corrosion ----
 
@@ -339,8 +350,8 @@ pits "D beside transport" 's/\[run/[transport] D = 1e-9 m2\/s\n[run/' \
 water='s/flow = open/flow = noslip/;s/\[run/[flow] rho = 1 g\/cm3   mu = 1 mPa s\n[run/'
 pits "activation in a stream" "s/D =/control = activation   D =/;$water" \
     "4: control: found 'activation' beside [flow], expected diffusion: with activation all fluid holds bulk"
-pits "printed weights in a stream" "s/D =/kernel = square   weights = printed   D =/;$water" \
-    "4: weights: found 'printed' beside [flow], expected calibrated: no flow is exact with others"
+pits "printed weights in a stream" "s/D =/kernel = square   weights = published   D =/;$water" \
+    "4: weights: found 'published' beside [flow], expected calibrated: no flow is exact with others"
 pits "corrode without rate" 's/rate = 1 um\/s//' "4: found no 'rate' in [corrode], expected rate = a speed [m/s]"
 pits "rate and current" 's/rate =/current = 1 A\/m2   rate =/' \
     "4: current: found beside 'rate', expected one of them"
@@ -354,12 +365,13 @@ pits "negative bulk" 's/D =/bulk = -1 mol\/m3   D =/' \
 pits "charge of none" 's/D =/charge = 0   D =/' "4: charge: found 0, expected a value above 0 and at most 10"
 pits "unknown control" 's/D =/control = mixed   D =/' \
     "4: column 56: found 'mixed', expected one of diffusion, activation"
-pits "unknown drive" 's/D =/drive = none   D =/' "4: column 54: found 'none', expected one of constant, difference"
+pits "unknown drive" 's/D =/driving_force = none   D =/' \
+    "4: column 62: found 'none', expected one of constant, difference"
 pits "unknown kernel" 's/D =/kernel = cube   D =/' "4: column 55: found 'cube', expected one of area, square, inverse"
 pits "unknown weights" 's/D =/weights = own   D =/' \
-    "4: column 56: found 'own', expected one of calibrated, printed"
+    "4: column 56: found 'own', expected one of calibrated, published"
 pits "fraction of nothing" 's/until =/fraction = 0   until =/' \
-    "5: fraction: found 0, expected a value above 0 and at most 1"
+    "5: max_dissolved_fraction: found 0, expected a value above 0 and at most 1"
 pits "unknown breaking" 's/D =/breaking = random   D =/' \
     "4: column 57: found 'random', expected one of deterministic, stochastic"
 pits "seed of nothing" 's/D =/seed = 2   D =/' "4: seed: found without breaking = stochastic, expected both"
@@ -369,7 +381,7 @@ pits "inlet without flow" 's/flow = open/flow = inlet/' \
     "3: flow: found 'inlet' without a [flow] section, expected C = ... alone to hold a concentration"
 pits "held side that is open" 's/flow = open/flow = open   C = 0/' \
     "3: C: found beside flow = open, expected bulk in [corrode], or C without open"
-pits "printed area weights" 's/D =/weights = printed   D =/' \
+pits "printed area weights" 's/D =/weights = published   D =/' \
     "4: front: this kernel has no coefficient of the continuum in 2D"
 
 # ---- gas ----

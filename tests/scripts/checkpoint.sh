@@ -122,7 +122,7 @@ within() {
     verdict "$name: the same files after stops within steps"
 }
 within slow ''
-within pin 'fraction=1 until=1h'
+within pin 'max_dissolved_fraction=1 until=1h'
 
 # killed again and again while every step makes a checkpoint: some steps on, at a moment that nobody chose
 killed() {
@@ -162,8 +162,8 @@ rows keep 8
 kill -INT $!
 ends 3
 verdict "a checkpoint to keep"
-refused "another scene" "keep/checkpoint.bin: it is of another scene: found 'dissolve.gb_factor = 3', \
-expected 'dissolve.gb_factor = 2'" --resume gb_factor=2
+refused "another scene" "keep/checkpoint.bin: it is of another scene: found 'dissolve.grain_boundary_factor = 3', \
+expected 'dissolve.grain_boundary_factor = 2'" --resume grain_boundary_factor=2
 refused "another accuracy" "keep/checkpoint.bin: it is of another scene: found no 'accuracy = 0.01', expected one" \
     --resume --accuracy 1%
 cp keep/checkpoint.bin good

@@ -71,7 +71,7 @@ cat > pulse.scene << 'END'
 [side x+]   flow = outlet
 [side y-]   flow = mirror
 [side y+]   flow = mirror
-[flow]      rho = 1000 kg/m3   mu = 1e-3 Pa s   speed = 1 mm/s
+[flow]      rho = 1000 kg/m3   mu = 1e-3 Pa s   reference_speed = 1 mm/s
 [transport] D = 1e-9 m2/s
 [run]       until = 1.2 s   rtol = 1e-3
 [output]    every = 0.3 s   fields = C   images = none
@@ -86,8 +86,8 @@ cat > beat.scene << 'END'
 [side x-] flow = periodic
 [side x+] flow = periodic
 [side y+] velocity = 1 mm/s*sin(2*pi*t/0.3 s), 0 m/s
-[flow]    rho = 1000 kg/m3   mu = 1e-3 Pa s   speed = 1 mm/s   length = 400 um   time = implicit
-          force = 0.01 m/s2*cos(2*pi*t/0.2 s)*(y/400 um), 0 m/s2
+[flow]    rho = 1000 kg/m3   mu = 1e-3 Pa s   reference_speed = 1 mm/s   reference_length = 400 um   time = implicit
+          body_force = 0.01 m/s2*cos(2*pi*t/0.2 s)*(y/400 um), 0 m/s2
 [run]     until = 0.1 s   max_step = 2 ms
 [output]  every = 0.05 s   fields = v   images = none
 [force low] box = 0 .. 80 um, -10 um .. 200 um   balance = no

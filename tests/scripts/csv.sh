@@ -20,7 +20,8 @@ cat > pin.scene << 'END'
 [total all]
 [plane p]    at = x 170 um
 [line l]     from = 10 um, 50 um   to = 190 um, 50 um   points = 7   fields = C, kind
-[transfer t] box = 0 .. 200 um, 0 .. 100 um   along = y   length = 100 um   surface = 56 mol/m3   fluid = 0 mol/m3
+[transfer t] box = 0 .. 200 um, 0 .. 100 um   along = y   reference_length = 100 um
+            surface = 56 mol/m3   fluid = 0 mol/m3
 [measured m] file = points.csv   value = loss in %
 END
 "$programs/pd2d" pin.scene --out out --quiet > log 2>&1

@@ -84,7 +84,7 @@ cat > "$dir/channel.scene" << 'END'
 [grid]     h = 0.05 m   box = 0 .. 1 m, -0.5 m .. 0.5 m
 [side x-]  flow = inlet   profile = parabola   mean = 1 m/s
 [side x+]  flow = outlet
-[flow]     rho = 1 kg/m3   mu = 0.02 Pa s   steady = 1e-9
+[flow]     rho = 1 kg/m3   mu = 0.02 Pa s   steady_tolerance = 1e-9
 [output]   fields = none
 [plane p]  at = x 0.35 m
 END

@@ -6,13 +6,13 @@
 
 cat > "$dir/2.scene" << 'END'
 [grid]      h = 10 um   m = 3   box = -200 um .. 600 um, -150 um .. 150 um
-[shape pin] box = 0 .. 100 um, -50 um .. 50 um   kind = solid   material = mg4ag   grains = 40 um
+[shape pin] box = 0 .. 100 um, -50 um .. 50 um   kind = solid   material = mg4ag   grain_size = 40 um
 [side x-]   flow = inlet   profile = parabola   mean = 0.01 m/s   C = 0
 [side x+]   flow = outlet
 [flow]      rho = 1000 kg/m3   mu = 1e-3 Pa s
 [transport] D = 1e-9 m2/s
-[dissolve]  rate = 1.3 um/h * (1 - C/Csat)   Csat = 56 mol/m3   gb_factor = 3
-[run]       until = 2 h   fraction = 0.03
+[dissolve]  rate = 1.3 um/h * (1 - C/Csat)   Csat = 56 mol/m3   grain_boundary_factor = 3
+[run]       until = 2 h   max_dissolved_fraction = 0.03
 [output]    every = 1 h   fields = C, v, kind   images = C
 [probe a]   at = 100 um, 0
 [force pin] box = -150 um .. 200 um, -100 um .. 100 um   balance = no

@@ -6,7 +6,7 @@ find_python 'import sys; assert sys.version_info >= (3, 9)'
 [ "$python" ] || skip_all "Python is not installed"
 cat > "$dir/bar.scene" << 'END'
 [grid]      h = 10 um   box = 0 .. 200 um, 0 .. 100 um
-[shape bar] box = 0 .. 200 um, 30 um .. 70 um   kind = solid   material = mg4ag   grains = 30 um
+[shape bar] box = 0 .. 200 um, 30 um .. 70 um   kind = solid   material = mg4ag   grain_size = 30 um
 [shape lid] box = 150 um .. 200 um, 80 um .. 100 um   kind = wall
 [side x-]   ux = 0 um   uy = 0 um
 [side x+]   ux = 0.1 um   uy = 0 um

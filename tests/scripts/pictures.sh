@@ -260,7 +260,7 @@ $python shrinks.py > log 2>&1
 verdict "the surface shrinks as the metal goes"
 
 # The same metal in grains: the legend has the smallest and the largest number of those that are seen.
-sed 's/mg4ag/mg4ag   grains = 5 um/' cube.scene > grains.scene
+sed 's/mg4ag/mg4ag   grain_size = 5 um/' cube.scene > grains.scene
 pd 3 grains.scene grains output.surface=grain output.format=svg output.animate=no output.fields=grain "until=1 s"
 cat > legend.py << 'END'
 import glob, re, struct

@@ -129,8 +129,8 @@ scene gap << 'END'
 [side y-] flow = mirror
 [side y+] flow = mirror
 [potential] conductivity = 1 S/m
-[electrode m0] shape = m0 curve = linear E0 = 0 V resistance = 1e-7 ohm m2 potential = 0 V
-[electrode m1] shape = m1 curve = linear E0 = 0 V resistance = 1e-7 ohm m2 potential = 1 V
+[electrode m0] shape = m0 curve = linear E0 = 0 V polarisation_resistance = 1e-7 ohm m2 potential = 0 V
+[electrode m1] shape = m1 curve = linear E0 = 0 V polarisation_resistance = 1e-7 ohm m2 potential = 1 V
 [output] fields = none
 END
 sed 's/ mm/ cm/g; s/1e-7 ohm/1e-6 ohm/' "$dir/gap.scene" | scene gap_10
@@ -143,8 +143,8 @@ scene gap_plane << 'END'
 [shape m0] box = 2 um .. 7 um, 0 um .. 5 um kind = solid
 [shape m1] box = 5 um .. 9 um, 6 um .. 9 um kind = solid
 [potential] conductivity = 2 S/m
-[electrode m0] shape = m0 curve = linear resistance = 1e-6 ohm m2 E0 = -0.3 V potential = -0.2 V
-[electrode m1] shape = m1 curve = linear resistance = 1e-6 ohm m2 E0 = 0.1 V potential = 0.1 V
+[electrode m0] shape = m0 curve = linear polarisation_resistance = 1e-6 ohm m2 E0 = -0.3 V potential = -0.2 V
+[electrode m1] shape = m1 curve = linear polarisation_resistance = 1e-6 ohm m2 E0 = 0.1 V potential = 0.1 V
 [side x+] potential = -0.5 V
 [side y+] potential = -0.3 V
 [output] fields = none
@@ -154,8 +154,8 @@ scene gap_ring << 'END'
 [shape m0] box = 2 um .. 7 um, 100000 um .. 100005 um kind = solid
 [shape m1] box = 5 um .. 9 um, 100006 um .. 100009 um kind = solid
 [potential] conductivity = 2 S/m
-[electrode m0] shape = m0 curve = linear resistance = 1e-6 ohm m2 E0 = -0.3 V potential = -0.2 V
-[electrode m1] shape = m1 curve = linear resistance = 1e-6 ohm m2 E0 = 0.1 V potential = 0.1 V
+[electrode m0] shape = m0 curve = linear polarisation_resistance = 1e-6 ohm m2 E0 = -0.3 V potential = -0.2 V
+[electrode m1] shape = m1 curve = linear polarisation_resistance = 1e-6 ohm m2 E0 = 0.1 V potential = 0.1 V
 [side x+] potential = -0.5 V
 [side y+] potential = -0.3 V
 [output] fields = none
@@ -167,8 +167,8 @@ scene side << 'END'
 [shape m0] box = 0 mm .. 0.7 mm, 0.1 mm .. 0.7 mm kind = solid material = mg4ag
 [shape m1] box = 0 mm .. 0.395 mm, 0.7567 mm .. 0.9067 mm kind = solid material = steel304
 [potential] conductivity = 1 S/m
-[electrode m0] shape = m0 curve = linear E0 = 0 V resistance = 1e-7 ohm m2 potential = 0 V
-[electrode m1] shape = m1 curve = linear E0 = 0 V resistance = 1e-7 ohm m2 potential = 1 V
+[electrode m0] shape = m0 curve = linear E0 = 0 V polarisation_resistance = 1e-7 ohm m2 potential = 0 V
+[electrode m1] shape = m1 curve = linear E0 = 0 V polarisation_resistance = 1e-7 ohm m2 potential = 1 V
 [output] fields = none
 END
 scene side_turned << 'END'
@@ -176,8 +176,8 @@ scene side_turned << 'END'
 [shape m0] box = 0.1 mm .. 0.7 mm, 0 mm .. 0.7 mm kind = solid material = mg4ag
 [shape m1] box = 0.7567 mm .. 0.9067 mm, 0 mm .. 0.395 mm kind = solid material = steel304
 [potential] conductivity = 1 S/m
-[electrode m0] shape = m0 curve = linear E0 = 0 V resistance = 1e-7 ohm m2 potential = 0 V
-[electrode m1] shape = m1 curve = linear E0 = 0 V resistance = 1e-7 ohm m2 potential = 1 V
+[electrode m0] shape = m0 curve = linear E0 = 0 V polarisation_resistance = 1e-7 ohm m2 potential = 0 V
+[electrode m1] shape = m1 curve = linear E0 = 0 V polarisation_resistance = 1e-7 ohm m2 potential = 1 V
 [output] fields = none
 END
 alike 2 side side_turned 1e-8 current electrode=m0:area electrode=m1:area
@@ -243,7 +243,7 @@ sed 's/<a>/7.1448627867478045e-05 m/g; s/<b>/-0.00028579451146991218 m/g; s/<c>/
     box = <b> .. <c>, 0 m .. <d>, <e> .. <f>
 [shape m0] box = <g> .. <h>, 0 m .. <a>, <i> .. <j> kind = solid
 [shape m1] box = <b> .. <k>, <a> .. <l>, <a> .. <m> kind = solid
-[flow] rho = 1000 kg/m3 mu = 0.001 Pa s steady = 1e-10
+[flow] rho = 1000 kg/m3 mu = 0.001 Pa s steady_tolerance = 1e-10
 [side x+] flow = inlet profile = uniform mean = 2.6e-07 m/s
 [side x-] flow = outlet
 [transport] D = 1.9e-11 m2/s
@@ -260,7 +260,7 @@ sed 's/<a>/7.1448627867478045e-05 m/g; s/<b>/-0.00028579451146991218 m/g; s/<c>/
     box = <b> .. <c>, 0 m .. <d>, <b> .. <a>
 [shape m0] box = <e> .. <f>, 0 m .. <a>, <g> .. <h> kind = solid
 [shape m1] box = <b> .. <i>, <a> .. <j>, <k> .. <l> kind = solid
-[flow] rho = 1000 kg/m3 mu = 0.001 Pa s steady = 1e-10
+[flow] rho = 1000 kg/m3 mu = 0.001 Pa s steady_tolerance = 1e-10
 [side x+] flow = inlet profile = uniform mean = 2.6e-07 m/s
 [side x-] flow = outlet
 [transport] D = 1.9e-11 m2/s
@@ -276,7 +276,7 @@ scene corner_node << 'END'
     box = 0.0019637085966161048 m .. 0.0027491920352625465 m, 0.003141933754585768 m .. 0.0039274171932322096 m
 [shape m1] box = 0.0021600794562777153 m .. 0.0025528211756009364 m, 0 m .. 0.0033383046142473785 m kind = solid
 [side y-] flow = mirror
-[flow] rho = 1000 kg/m3 mu = 0.001 Pa s steady = 1e-10
+[flow] rho = 1000 kg/m3 mu = 0.001 Pa s steady_tolerance = 1e-10
 [side x+] flow = inlet profile = uniform mean = 5.4e-08 m/s
 [side x-] flow = outlet
 [transport] D = 1.4e-11 m2/s
@@ -291,7 +291,7 @@ sed 's/<a>/0.000392741719323221 m/g; s/<b>/0.0019637085966161048 m/g; s/<c>/0.00
 [grid] h = <a> m = 1.5
     box = <b> .. <c>, <d> .. <e>
 [shape m1] box = <f> .. <g>, <h> .. <i> kind = solid
-[flow] rho = 1000 kg/m3 mu = 0.001 Pa s steady = 1e-10
+[flow] rho = 1000 kg/m3 mu = 0.001 Pa s steady_tolerance = 1e-10
 [side x+] flow = inlet profile = uniform mean = 5.4e-08 m/s
 [side x-] flow = outlet
 [transport] D = 1.4e-11 m2/s
@@ -365,8 +365,8 @@ scene run_along << 'END'
 [shape m0] box = 0.525 mm .. 1.75 mm, 0.525 mm .. 1.925 mm kind = solid
 [shape m1] box = 2.1 mm .. 3.15 mm, 0.35 mm .. 2.8 mm kind = solid
 [potential] conductivity = 0.39 S/m
-[electrode m0] shape = m0 curve = linear E0 = 0 V resistance = 2.3e-4 ohm m2 potential = 0 V
-[electrode m1] shape = m1 curve = linear E0 = 0 V resistance = 2.3e-4 ohm m2 potential = 1 V
+[electrode m0] shape = m0 curve = linear E0 = 0 V polarisation_resistance = 2.3e-4 ohm m2 potential = 0 V
+[electrode m1] shape = m1 curve = linear E0 = 0 V polarisation_resistance = 2.3e-4 ohm m2 potential = 1 V
 [output] fields = none
 END
 scene run_along_turned << 'END'
@@ -374,8 +374,8 @@ scene run_along_turned << 'END'
 [shape m0] box = 0.525 mm .. 1.925 mm, -1.75 mm .. -0.525 mm kind = solid
 [shape m1] box = 0.35 mm .. 2.8 mm, -3.15 mm .. -2.1 mm kind = solid
 [potential] conductivity = 0.39 S/m
-[electrode m0] shape = m0 curve = linear E0 = 0 V resistance = 2.3e-4 ohm m2 potential = 0 V
-[electrode m1] shape = m1 curve = linear E0 = 0 V resistance = 2.3e-4 ohm m2 potential = 1 V
+[electrode m0] shape = m0 curve = linear E0 = 0 V polarisation_resistance = 2.3e-4 ohm m2 potential = 0 V
+[electrode m1] shape = m1 curve = linear E0 = 0 V polarisation_resistance = 2.3e-4 ohm m2 potential = 1 V
 [output] fields = none
 END
 alike 2 run_along run_along_turned 1e-8 current electrode=m0:area electrode=m1:area
@@ -384,7 +384,7 @@ alike 2 run_along run_along_turned 1e-8 current electrode=m0:area electrode=m1:a
 scene stream << 'END'
 [grid] h = 1 um box = 0 um .. 24 um, 0 um .. 9 um
 [shape w] ball = 7 um, 3.2 um radius = 2.7 um kind = wall
-[flow] rho = 1000 kg/m3 mu = 0.001 Pa s steady = 1e-10
+[flow] rho = 1000 kg/m3 mu = 0.001 Pa s steady_tolerance = 1e-10
 [side x-] flow = inlet profile = uniform mean = 1e-4 m/s
 [side x+] flow = outlet
 [run] until = 1 ms
@@ -417,7 +417,7 @@ alike 2 held held_whole 1e-7 C_max C_min dissolved@2
 scene low_ball << 'END'
 [grid] h = 1 um box = 0 um .. 24 um, 0 um .. 9 um
 [shape b] ball = 12 um, 3 um radius = 2.7 um kind = wall
-[flow] rho = 1e-3 kg/m3 mu = 0.001 Pa s steady = 1e-10
+[flow] rho = 1e-3 kg/m3 mu = 0.001 Pa s steady_tolerance = 1e-10
 [side x-] flow = inlet profile = uniform mean = 1e-3 m/s
 [side x+] flow = outlet
 [output] fields = v, p
@@ -432,7 +432,7 @@ alike 2 low_ball low_ball_mirrored 1e-8 probes.csv:2@-1 probes.csv:3 probes.csv:
 scene behind << 'END'
 [grid] h = 1 um box = 0 um .. 16 um, 0 um .. 9 um
 [shape b] box = 12 um .. 15 um, 3 um .. 5 um kind = wall
-[flow] rho = 1000 kg/m3 mu = 1 mPa s steady = 1e-10 order = 4
+[flow] rho = 1000 kg/m3 mu = 1 mPa s steady_tolerance = 1e-10 order = 4
 [side x-] flow = inlet profile = uniform mean = 1 mm/s
 [side x+] flow = outlet
 [output] fields = none
@@ -448,7 +448,7 @@ scene opening << 'END'
 [shape s0] ball = 15.5 um, 11 um radius = 2 um kind = wall
 [shape s1] ball = 14 um, 10.5 um radius = 1.5 um kind = solid
 [shape s2] ball = 16.5 um, 12.5 um radius = 1.5 um kind = wall
-[flow] rho = 1000 kg/m3 mu = 1 mPa s steady = 1e-10
+[flow] rho = 1000 kg/m3 mu = 1 mPa s steady_tolerance = 1e-10
 [side x+] flow = inlet profile = uniform mean = 1 mm/s
 [side x-] flow = outlet
 [side y+] flow = mirror
@@ -460,7 +460,7 @@ scene opening_mirrored << 'END'
 [shape s0] ball = 9.5 um, 11 um radius = 2 um kind = wall
 [shape s1] ball = 11 um, 10.5 um radius = 1.5 um kind = solid
 [shape s2] ball = 8.5 um, 12.5 um radius = 1.5 um kind = wall
-[flow] rho = 1000 kg/m3 mu = 1 mPa s steady = 1e-10
+[flow] rho = 1000 kg/m3 mu = 1 mPa s steady_tolerance = 1e-10
 [side x-] flow = inlet profile = uniform mean = 1 mm/s
 [side x+] flow = outlet
 [side y+] flow = mirror
@@ -477,7 +477,7 @@ scene tangent << 'END'
 [shape s0] union = s0a, s0b kind = solid
 [shape s1] box = 6.5 um .. 10 um, 10 um .. 18 um kind = wall
 [shape s2] ball = 3.5 um, 0.5 um radius = 3.5 um kind = wall
-[flow] rho = 1000 kg/m3 mu = 1 mPa s steady = 1e-10 order = 4
+[flow] rho = 1000 kg/m3 mu = 1 mPa s steady_tolerance = 1e-10 order = 4
 [side y+] flow = inlet profile = uniform mean = 1 mm/s
 [side y-] flow = outlet
 [output] fields = none
@@ -490,7 +490,7 @@ scene tangent_mirrored << 'END'
 [shape s0] union = s0a, s0b kind = solid
 [shape s1] box = 6.5 um .. 10 um, 0 um .. 8 um kind = wall
 [shape s2] ball = 3.5 um, 17.5 um radius = 3.5 um kind = wall
-[flow] rho = 1000 kg/m3 mu = 1 mPa s steady = 1e-10 order = 4
+[flow] rho = 1000 kg/m3 mu = 1 mPa s steady_tolerance = 1e-10 order = 4
 [side y-] flow = inlet profile = uniform mean = 1 mm/s
 [side y+] flow = outlet
 [output] fields = none
@@ -506,7 +506,7 @@ scene gap_cell << 'END'
 [shape s1b] box = 5.2 um .. 8.1 um, 8.8 um .. 9.6 um
 [shape s1] union = s1a, s1b kind = wall
 [shape s2] box = 12 um .. 19.9 um, 8.4 um .. 9.7 um kind = wall
-[flow] rho = 100000 kg/m3 mu = 1 mPa s steady = 1e-10
+[flow] rho = 100000 kg/m3 mu = 1 mPa s steady_tolerance = 1e-10
 [side y+] flow = inlet profile = uniform mean = 1 mm/s
 [side y-] flow = outlet
 [output] fields = none
@@ -519,7 +519,7 @@ scene gap_cell_turned << 'END'
 [shape s1b] box = 7.4 um .. 8.2 um, 5.2 um .. 8.1 um
 [shape s1] union = s1a, s1b kind = wall
 [shape s2] box = 7.3 um .. 8.6 um, 12 um .. 19.9 um kind = wall
-[flow] rho = 100000 kg/m3 mu = 1 mPa s steady = 1e-10
+[flow] rho = 100000 kg/m3 mu = 1 mPa s steady_tolerance = 1e-10
 [side x-] flow = inlet profile = uniform mean = 1 mm/s
 [side x+] flow = outlet
 [output] fields = none
@@ -531,7 +531,7 @@ scene wide << 'END'
 [shape s0] ball = 9.4 um, -1.3 um radius = 3.9 um kind = wall
 [shape s1] ball = 4.8 um, 6.4 um radius = 2.7 um kind = wall
 [shape s2] box = 7.9 um .. 12.5 um, 3 um .. 6 um kind = wall
-[flow] rho = 0.001 kg/m3 mu = 1 mPa s steady = 1e-9
+[flow] rho = 0.001 kg/m3 mu = 1 mPa s steady_tolerance = 1e-9
 [side x+] flow = inlet profile = uniform mean = 1 mm/s
 [side x-] flow = outlet
 [output] fields = none
@@ -542,7 +542,7 @@ scene wide_turned << 'END'
 [shape s0] ball = -1.3 um, 4.6 um radius = 3.9 um kind = wall
 [shape s1] ball = 6.4 um, 9.2 um radius = 2.7 um kind = wall
 [shape s2] box = 3 um .. 6 um, 1.5 um .. 6.1 um kind = wall
-[flow] rho = 0.001 kg/m3 mu = 1 mPa s steady = 1e-9
+[flow] rho = 0.001 kg/m3 mu = 1 mPa s steady_tolerance = 1e-9
 [side y-] flow = inlet profile = uniform mean = 1 mm/s
 [side y+] flow = outlet
 [output] fields = none

@@ -32,9 +32,9 @@
 #define SPEED 5e3
 #define BAR \
     "[grid] h = 1 mm  box = 0 .. 80 mm" ACROSS "\n[shape bar] box = 0 .. 80 mm" ACROSS "  kind = solid\n"
-#define MOVES "  motion = yes  density = 8000 kg/m3\n"
+#define MOVES "  dynamics = yes  density = 8000 kg/m3\n"
 
-static const char *const materials[] = {"material = correspondence  " NU, "material = springs"};
+static const char *const materials[] = {"model = correspondence  " NU, "model = bond_based"};
 static const char *const planes[] = {"", PD_DIM == 2 ? "  plane = stress" : ""};
 
 typedef struct scene_case {
@@ -181,12 +181,13 @@ TEST(springs_in_balance)
 /* Soda-lime glass under 14 MPa: the crack branches, no faster than surface waves, and both halves mirror to the bit. */
 TEST(branches)
 {
-    scene_case *c = run("[grid] h = 0.5 mm  box = 0 .. 100 mm, 0 .. 40 mm\n"
-                        "[shape plate] box = 0 .. 100 mm, 0 .. 40 mm  kind = solid\n"
-                        "[cut notch] points = 0 mm, 20 mm, 50 mm, 20 mm\n"
-                        "[side y-] traction = 0, -14 MPa\n[side y+] traction = 0, 14 MPa\n"
-                        "[solid] material = springs  E = 72 GPa  plane = stress  toughness = 135 J/m2  motion = yes\n"
-                        "  density = 2440 kg/m3\n[run] until = 40 us\n");
+    scene_case *c =
+        run("[grid] h = 0.5 mm  box = 0 .. 100 mm, 0 .. 40 mm\n"
+            "[shape plate] box = 0 .. 100 mm, 0 .. 40 mm  kind = solid\n"
+            "[crack notch] points = 0 mm, 20 mm, 50 mm, 20 mm\n"
+            "[side y-] traction = 0, -14 MPa\n[side y+] traction = 0, 14 MPa\n"
+            "[solid] model = bond_based  E = 72 GPa  plane = stress  fracture_energy = 135 J/m2  dynamics = yes\n"
+            "  density = 2440 kg/m3\n[run] until = 40 us\n");
     if (!c) return;
     const pd_solid_coupling *s = &c->model.solid;
     double far = 0.0, off = 0.0, most = 0.0;

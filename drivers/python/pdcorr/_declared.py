@@ -66,6 +66,7 @@ PD_REACTION_MAX = 24
 PD_REACTION_NAME = 32
 PD_REACTIVE_NAME = 16
 PD_REACTIVE_ROWS = 20
+PD_RENAMED_KEYS = 48
 PD_RUN_CHECKPOINT = 'checkpoint.bin'
 PD_SETUP_CONTOURS = 32
 PD_SETUP_CORNERS = 32
@@ -4446,6 +4447,7 @@ def declare(dim):
         ('tables', POINTER(pd_expr_table)),
         ('table_count', c_int),
         ('check_keys', c_int),
+        ('has_renamed', c_uint8 * 48),
         ('section', POINTER(pd_section)),
         ('section_count', c_int),
         ('section_capacity', c_int),
