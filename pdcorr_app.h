@@ -15,80 +15,87 @@
  *
  * CONTENTS (search for >> and the file name, for example >>io/png.h)
  *   io/
- *     file       reads whole files up to a size limit, writes files through a temporary one, appends lines, makes
- * directories, zlib       compression and decompression in the zlib format (RFC 1950, RFC 1951), its checksums, a
- * growing byte buffer. archive_file checkpoint file: an archive of named arrays with lengths and checksums, in a file
- * or in memory. output_folder the output folder of a run: the list of its files, and a lock against other runs. png
- * reads and writes PNG images (W3C PNG, second edition), without any other library. apng       animated PNG files
- * (APNG 1.0): frames of one size. Readers that know PNG alone show the first frame. svg        writes vector drawings
- * as SVG 1.1. canvas     drawing into an RGB image or as SVG: rectangles, antialiased lines and discs, text (in images
- * with a built-in unit_label typesets units in labels of pictures: "[um/h]" becomes "[µm/h]", "mol/m3" "mol/m³".
+ *     file       reads whole files up to a size limit, writes files through a temporary one, appends lines, makes directories,
+ *     zlib       compression and decompression in the zlib format (RFC 1950, RFC 1951), its checksums, a growing byte buffer.
+ *     archive_file checkpoint file: an archive of named arrays with lengths and checksums, in a file or in memory.
+ *     output_folder the output folder of a run: the list of its files, and a lock against other runs.
+ *     png        reads and writes PNG images (W3C PNG, second edition), without any other library.
+ *     apng       animated PNG files (APNG 1.0): frames of one size. Readers that know PNG alone show the first frame.
+ *     svg        writes vector drawings as SVG 1.1.
+ *     canvas     drawing into an RGB image or as SVG: rectangles, antialiased lines and discs, text (in images with a built-in
+ *     unit_label typesets units in labels of pictures: "[um/h]" becomes "[µm/h]", "mol/m3" "mol/m³".
  *     axis_ticks tick positions and tick labels of a linear or logarithmic axis.
- *     colour     colour maps for fields, computed in OKLab (Ottosson 2020), where equal distances look equally
- * different. colour_bar colour bar beside a picture of a field. legend     legend of a field of integer labels (grains,
- * kinds): their names and colours, in place of a colour bar. contour    contour lines of a cell-centred field on a
- * two-dimensional grid, by marching squares. streamline evenly spaced streamlines of a velocity field on a
- * two-dimensional grid (Jobard and Lefer 1997). velocity_plot draws a velocity field over a picture: streamlines with
- * arrow heads, and arrows on a regular grid. field_plot plot of a field on a two-dimensional grid as PNG or SVG, with
- * axes, colour bar, title and time stamp. deformed_plot picture of a field on the deformed configuration. plot line
- * plot: curves and markers over two axes, as PNG or SVG. surface_nets surface mesh of a set of cells of a 3D grid,
- * smoothed (surface nets, Gibson 1998). renderer   renders the surface of a body and its bounding box from one
- * direction, with a z-buffer. surface_plot picture of a rendered 3D surface as PNG or SVG, with the edges of the
- * domain, a scale bar, colour bar vti        writes fields of the grid as VTK ImageData (XML, raw appended data), and
- * time series as a PVD collection, for paraview   writes a Python script that opens the fields of a run in ParaView,
- * with one colour range for all times. csv        tables of numbers as CSV text: a writer that flushes every row, and a
- * reader. tokenizer  tokenizer: reads words and numbers from a text, and reports errors with the line number. gmsh
- * reads Gmsh meshes, MSH 2.2 and 4.1 as text, as material points. vtu        reads VTK XML files of unstructured grids
- * as material points. points_file reads the material points of a body from a file: a table of points, or a mesh. stl
- * reads closed triangulated surfaces from STL files, text or binary. Normals of the file are ignored: they follow
+ *     colour     colour maps for fields, computed in OKLab (Ottosson 2020), where equal distances look equally different.
+ *     colour_bar colour bar beside a picture of a field.
+ *     legend     legend of a field of integer labels (grains, kinds): their names and colours, in place of a colour bar.
+ *     contour    contour lines of a cell-centred field on a two-dimensional grid, by marching squares.
+ *     streamline evenly spaced streamlines of a velocity field on a two-dimensional grid (Jobard and Lefer 1997).
+ *     velocity_plot draws a velocity field over a picture: streamlines with arrow heads, and arrows on a regular grid.
+ *     field_plot plot of a field on a two-dimensional grid as PNG or SVG, with axes, colour bar, title and time stamp.
+ *     deformed_plot picture of a field on the deformed configuration.
+ *     plot       line plot: curves and markers over two axes, as PNG or SVG.
+ *     surface_nets surface mesh of a set of cells of a 3D grid, smoothed (surface nets, Gibson 1998).
+ *     renderer   renders the surface of a body and its bounding box from one direction, with a z-buffer.
+ *     surface_plot picture of a rendered 3D surface as PNG or SVG, with the edges of the domain, a scale bar, colour bar
+ *     vti        writes fields of the grid as VTK ImageData (XML, raw appended data), and time series as a PVD collection, for
+ *     paraview   writes a Python script that opens the fields of a run in ParaView, with one colour range for all times.
+ *     csv        tables of numbers as CSV text: a writer that flushes every row, and a reader.
+ *     tokenizer  tokenizer: reads words and numbers from a text, and reports errors with the line number.
+ *     gmsh       reads Gmsh meshes, MSH 2.2 and 4.1 as text, as material points.
+ *     vtu        reads VTK XML files of unstructured grids as material points.
+ *     points_file reads the material points of a body from a file: a table of points, or a mesh.
+ *     stl        reads closed triangulated surfaces from STL files, text or binary. Normals of the file are ignored: they follow
  *     progress   text of a progress bar with the fraction done and the time left. The library prints nothing; a driver
  *   scene/
- *     keys       reference table of all sections and keys of scene files, with units, defaults and meanings. The parser
- * checks renamed_keys former names of sections, keys and values of scene files. Scenes that use them are read as
- * before, with template   commented example scenes that `--new` writes as a start, in the dimension of the program: the
- * files of text       parser of scene files, sections of `key = value` pairs, and typed look-up of their values (number
- * with unit, override   command-line arguments key=value that replace or add pairs of a scene. include_files merges the
- * files of species, reactions and minerals that a scene includes into its text. input_files paths of input files that a
- * scene names (tables, masks, surfaces), errors while reading them, and the picture_memory estimate of the memory of
- * the pictures that a scene asks for, before anything is built. key_check  check of all section and key names of a
- * scene before anything is read, so that a misspelt key is reported read_constants reads the [constants] section of a
- * scene: names for values, known to all numbers and expressions. read_electrolyte reads an electrolyte from the
- * sections [chemistry], [species FORMULA] and [reaction NAME] of a read_tables reads the [table NAME] sections of a
- * scene: functions through the points of CSV files, for all fingerprint normalised text of all input that affects
- * results: name, sections, pairs after overrides, checksums of reader     state shared by the readers of scene sections
- * (text, setup to fill, constants), and look-ups of numbers with read_mechanics reads solid mechanics of the metal:
- * section [solid] (material, failure, loads) and the mechanical read_precracks reads the [cut NAME] sections of a
- * scene: pre-cracks of the metal, with the domains of their read_shapes reads the [shape NAME] sections of a scene into
- * the geometry tree of the setup: primitives, voxel masks, read_surface_states reads the [surface NAME] sections of a
- * scene: state variables of metal surfaces (film coverage, read_physics the sections of physics that the program brings
- * along, by the tables of their keys. read_dissolution reads the sections [dissolve] (surface rate) and [corrode]
- * (bond-based corrosion) of a scene: rate read_chemistry reads what a run with reacting species needs: electrolyte,
- * minerals, time treatment, migration, read_potential reads the sections [potential] and [electrode NAME] of a scene
- * and the potentials of sides: current read_gas   the section [gas] of a scene, and what sides mean for a gas.
- *     read_param_file reads the flat `key = value` parameter file of the Mg-pin project (SI numbers without units) into
- * a read_monitors reads the quantities that a run records: sections [probe], [line], [plane], [force], [transfer]
- *     read_image_options reads the options of images from [output]: colour ranges and maps, contours, streamlines,
- * arrows, read_measured reads the [measured NAME] sections of a scene: points of a watched figure, which a run is
- * compared scene      reads a scene file, or a flat parameter file, into a setup. run/ result_line the line of figures
- * that a run ends with. checkpoint stores the state of a model in an archive, or loads it into a model built from the
- * same setup. field_view output fields by name as arrays over the cells of the box, for programs that access a model
- * while it surface_view 3D rendering of the metal surface for pictures. pictures   pictures of fields and of the metal
- * surface at output times, with one colour range and one size for output     the files of a run: fields, pictures,
- * diagnostics, probes, the curve of the volume loss. stall_note note on a run that has made no step for long: which
- * solver is active, at what time, and its present monitor    scalar outputs of a run over time (planes, forces, mass
- * transfer, totals, electrodes, ...), profiles and monitor_report result lines of all monitors at the end of a run, and
- * notes on outputs that are doubtful (too few scalar_outputs all scalar outputs of a run in one list: volume loss,
- * values of monitors (planes, forces, transfers, snapshot   snapshot of a run for the observer callback: time, step,
- * losses, fields by name, scalar outputs. compare_measured a run against the measured points of its scene: what it
- * computes at their times, differences, run        runs a setup from its first flow solve to its end: output files,
- * diagnostics, pictures, summary, result. sim        step-by-step interface to a scene, for programs that read its
- * fields while it runs. Writes no files. coarsen_setup the same setup on a coarser lattice, `factor` times the spacing,
- * with the same physics, tolerances and richardson the error of a run by Richardson's extrapolation, from runs on
- * lattices of two and four times the tolerance_presets solver tolerances and step control of a setup from the wanted
- * accuracy of its results. fit        parameters of a scene fitted to measured points by bounded nonlinear least
- * squares over runs. parameter_sweep parameter study: one run of a scene for every combination of a few values, a
- * folder each, one table speciation_report chemical equilibrium (speciation) of an electrolyte as text, or its
- * titration by a reagent as a
+ *     keys       reference table of all sections and keys of scene files, with units, defaults and meanings. The parser checks
+ *     renamed_keys former names of sections, keys and values of scene files. Scenes that use them are read as before, with
+ *     template   commented example scenes that `--new` writes as a start, in the dimension of the program: the files of
+ *     text       parser of scene files, sections of `key = value` pairs, and typed look-up of their values (number with unit,
+ *     override   command-line arguments key=value that replace or add pairs of a scene.
+ *     include_files merges the files of species, reactions and minerals that a scene includes into its text.
+ *     input_files paths of input files that a scene names (tables, masks, surfaces), errors while reading them, and the
+ *     picture_memory estimate of the memory of the pictures that a scene asks for, before anything is built.
+ *     key_check  check of all section and key names of a scene before anything is read, so that a misspelt key is reported
+ *     read_constants reads the [constants] section of a scene: names for values, known to all numbers and expressions.
+ *     read_electrolyte reads an electrolyte from the sections [chemistry], [species FORMULA] and [reaction NAME] of a
+ *     read_tables reads the [table NAME] sections of a scene: functions through the points of CSV files, for all
+ *     fingerprint normalised text of all input that affects results: name, sections, pairs after overrides, checksums of
+ *     reader     state shared by the readers of scene sections (text, setup to fill, constants), and look-ups of numbers with
+ *     read_mechanics reads solid mechanics of the metal: section [solid] (material, failure, loads) and the mechanical
+ *     read_precracks reads the [cut NAME] sections of a scene: pre-cracks of the metal, with the domains of their
+ *     read_shapes reads the [shape NAME] sections of a scene into the geometry tree of the setup: primitives, voxel masks,
+ *     read_surface_states reads the [surface NAME] sections of a scene: state variables of metal surfaces (film coverage,
+ *     read_physics the sections of physics that the program brings along, by the tables of their keys.
+ *     read_dissolution reads the sections [dissolve] (surface rate) and [corrode] (bond-based corrosion) of a scene: rate
+ *     read_chemistry reads what a run with reacting species needs: electrolyte, minerals, time treatment, migration,
+ *     read_potential reads the sections [potential] and [electrode NAME] of a scene and the potentials of sides: current
+ *     read_gas   the section [gas] of a scene, and what sides mean for a gas.
+ *     read_param_file reads the flat `key = value` parameter file of the Mg-pin project (SI numbers without units) into a
+ *     read_monitors reads the quantities that a run records: sections [probe], [line], [plane], [force], [transfer]
+ *     read_image_options reads the options of images from [output]: colour ranges and maps, contours, streamlines, arrows,
+ *     read_measured reads the [measured NAME] sections of a scene: points of a watched figure, which a run is compared
+ *     scene      reads a scene file, or a flat parameter file, into a setup.
+ *   run/
+ *     result_line the line of figures that a run ends with.
+ *     checkpoint stores the state of a model in an archive, or loads it into a model built from the same setup.
+ *     field_view output fields by name as arrays over the cells of the box, for programs that access a model while it
+ *     surface_view 3D rendering of the metal surface for pictures.
+ *     pictures   pictures of fields and of the metal surface at output times, with one colour range and one size for
+ *     output     the files of a run: fields, pictures, diagnostics, probes, the curve of the volume loss.
+ *     stall_note note on a run that has made no step for long: which solver is active, at what time, and its present
+ *     monitor    scalar outputs of a run over time (planes, forces, mass transfer, totals, electrodes, ...), profiles and
+ *     monitor_report result lines of all monitors at the end of a run, and notes on outputs that are doubtful (too few
+ *     scalar_outputs all scalar outputs of a run in one list: volume loss, values of monitors (planes, forces, transfers,
+ *     snapshot   snapshot of a run for the observer callback: time, step, losses, fields by name, scalar outputs.
+ *     compare_measured a run against the measured points of its scene: what it computes at their times, differences,
+ *     run        runs a setup from its first flow solve to its end: output files, diagnostics, pictures, summary, result.
+ *     sim        step-by-step interface to a scene, for programs that read its fields while it runs. Writes no files.
+ *     coarsen_setup the same setup on a coarser lattice, `factor` times the spacing, with the same physics, tolerances and
+ *     richardson the error of a run by Richardson's extrapolation, from runs on lattices of two and four times the
+ *     tolerance_presets solver tolerances and step control of a setup from the wanted accuracy of its results.
+ *     fit        parameters of a scene fitted to measured points by bounded nonlinear least squares over runs.
+ *     parameter_sweep parameter study: one run of a scene for every combination of a few values, a folder each, one table
+ *     speciation_report chemical equilibrium (speciation) of an electrolyte as text, or its titration by a reagent as a
  */
 #include "pdcorr.h"
 #if defined(PDCORR_IMPLEMENTATION) || defined(PDCORR_STATIC) || defined(PDCORR_APP_IMPLEMENTATION)
@@ -506,6 +513,7 @@ PD_API pd_status pd_facets_read(pd_ctx *ctx, const char *path, double scale, con
 /* The table of all sections, in the order of the guide; *count: their number. */
 PD_API const pd_key_section *pd_key_sections(int *count);
 
+
 #endif
 
 /* ======== >>scene/renamed_keys.h ======== */
@@ -516,6 +524,7 @@ PD_API const pd_key_section *pd_key_sections(int *count);
 #define PD_RENAMED_KEYS_H
 
 #define PD_RENAMED_KEYS 48 /* most of them */
+
 
 #endif
 
@@ -2353,6 +2362,9 @@ PDI_FN void pdi_text_add_to_list(char *list, const char *separator, const char *
 /* Find the section [name label], or create it empty; *index: its position. */
 PDI_FN pd_status pdi_text_find_or_add_section(pd_ctx *ctx, pd_text *text, const char *name, const char *label,
                                               int *index);
+/* Present names of a section, and of a key of a section; a former one is recorded for the notes. */
+PDI_FN const char *pdi_text_get_present_section(pd_text *text, const char *name);
+PDI_FN const char *pdi_text_get_present_key(pd_text *text, int section, const char *key);
 /* Set the value of a pair, which must live as long as text. */
 PDI_FN void pdi_text_set_value(pd_text *text, pd_text_entry *entry, const char *value);
 /* Find the pair of a key in a section. NULL: there is none. */
@@ -12980,29 +12992,28 @@ static const pd_template pdi_template_all[] = {
     {NULL, NULL}};
 #elif PD_DIM == 2
 static const char *const pdi_template_of_channel[] = {
-    "# A channel with a cylinder in it: flow, its force on the cylinder, and what the cylinder gives to the stream.",
-    "# Every key: pd2d --keys. A number has its unit. Each value can be replaced on the command line: \"mean=0.1 "
-    "m/s\".",
-    "",
-    "# h is the spacing: half of it costs 4 to 8 times as much.",
-    "[grid]        h = 25 um   box = 0 .. 6 mm, 0 .. 2 mm",
-    "",
-    "# Any shape may stand in the way. C: the concentration that its surface holds.",
-    "[shape bar]   ball = 1.5 mm, 1 mm   radius = 0.3 mm   kind = wall   C = 10 mol/m3",
-    "",
-    "# The stream enters at the left and leaves at the right; y- and y+ are walls.",
-    "[side x-]     flow = inlet   profile = parabola   mean = 1 mm/s   C = 0",
-    "[side x+]     flow = outlet   p = 0",
-    "",
-    "# Water. The flow is steady; time = implicit follows it in time.",
-    "[flow]        rho = 1000 kg/m3   mu = 1e-3 Pa s",
-    "[transport]   D = 1e-8 m2/s   time = steady",
-    "[output]      fields = C, v, p, kind   images = C, v, p",
-    "",
-    "# The force on the cylinder with its coefficients, and what leaves it.",
-    "[force bar]     shape = bar   reference_speed = 1 mm/s   reference_length = 0.6 mm",
-    "[transfer bar]  reference_length = 0.6 mm   surface = 10 mol/m3   fluid = inlet",
-    "[line wake]     from = 1.85 mm, 1 mm   to = 5.9 mm, 1 mm   points = 50   fields = C, v",
+"# A channel with a cylinder in it: flow, its force on the cylinder, and what the cylinder gives to the stream.",
+"# Every key: pd2d --keys. A number has its unit. Each value can be replaced on the command line: \"mean=0.1 m/s\".",
+"",
+"# h is the spacing: half of it costs 4 to 8 times as much.",
+"[grid]        h = 25 um   box = 0 .. 6 mm, 0 .. 2 mm",
+"",
+"# Any shape may stand in the way. C: the concentration that its surface holds.",
+"[shape bar]   ball = 1.5 mm, 1 mm   radius = 0.3 mm   kind = wall   C = 10 mol/m3",
+"",
+"# The stream enters at the left and leaves at the right; y- and y+ are walls.",
+"[side x-]     flow = inlet   profile = parabola   mean = 1 mm/s   C = 0",
+"[side x+]     flow = outlet   p = 0",
+"",
+"# Water. The flow is steady; time = implicit follows it in time.",
+"[flow]        rho = 1000 kg/m3   mu = 1e-3 Pa s",
+"[transport]   D = 1e-8 m2/s   time = steady",
+"[output]      fields = C, v, p, kind   images = C, v, p",
+"",
+"# The force on the cylinder with its coefficients, and what leaves it.",
+"[force bar]     shape = bar   reference_speed = 1 mm/s   reference_length = 0.6 mm",
+"[transfer bar]  reference_length = 0.6 mm   surface = 10 mol/m3   fluid = inlet",
+"[line wake]     from = 1.85 mm, 1 mm   to = 5.9 mm, 1 mm   points = 50   fields = C, v",
     NULL};
 static const char *const pdi_template_of_couple[] = {
 "# A couple: a plate of one metal with a screw of another in one solution. Each dissolves by its own law.",
@@ -13117,61 +13128,60 @@ static const char *const pdi_template_of_pit[] = {
 "[total pit]   box = -40 um .. 40 um, -30 um .. 0 um",
     NULL};
 static const char *const pdi_template_of_plate[] = {
-    "# A plate with a hole under tension, at rest. Change what you know of yours; every key: pd2d --keys.",
-    "# A number has its unit: 5 mm, 45 GPa. Each value can be replaced on the command line: \"E=200 GPa\".",
-    "",
-    "# h is the spacing: half of it costs 4 times as much.",
-    "[grid]        h = 1 mm   box = 0 .. 80 mm, 0 .. 40 mm",
-    "",
-    "[shape sheet] box = 0 .. 80 mm, 0 .. 40 mm",
-    "[shape hole]  ball = 40 mm, 20 mm   radius = 5 mm",
-    "[shape plate] difference = sheet, hole   kind = solid",
-    "",
-    "# One end stands still, the other is pulled. A load that grows is an expression of t, with until in [run].",
-    "[side x-]     ux = 0 mm",
-    "[side x+]     traction = 50 MPa, 0 MPa",
-    "",
-    "# A place that may not slide along the end that stands still.",
-    "[shape foot]  ball = 0 mm, 20 mm   radius = 1 mm   kind = grip   uy = 0 mm",
-    "",
-    "# For metal that flows add yield = 100 MPa with plane = strain, for metal that breaks toughness = 5 kJ/m2.",
-    "[solid]       E = 45 GPa   nu = 0.3   plane = stress",
-    "[output]      fields = u, mises, sigma_h   images = mises, u   deformation_scale = 60",
-    "",
-    "# The stress beside the hole.",
-    "[probe side]  at = 40 mm, 25.5 mm   fields = mises",
+"# A plate with a hole under tension, at rest. Change what you know of yours; every key: pd2d --keys.",
+"# A number has its unit: 5 mm, 45 GPa. Each value can be replaced on the command line: \"E=200 GPa\".",
+"",
+"# h is the spacing: half of it costs 4 times as much.",
+"[grid]        h = 1 mm   box = 0 .. 80 mm, 0 .. 40 mm",
+"",
+"[shape sheet] box = 0 .. 80 mm, 0 .. 40 mm",
+"[shape hole]  ball = 40 mm, 20 mm   radius = 5 mm",
+"[shape plate] difference = sheet, hole   kind = solid",
+"",
+"# One end stands still, the other is pulled. A load that grows is an expression of t, with until in [run].",
+"[side x-]     ux = 0 mm",
+"[side x+]     traction = 50 MPa, 0 MPa",
+"",
+"# A place that may not slide along the end that stands still.",
+"[shape foot]  ball = 0 mm, 20 mm   radius = 1 mm   kind = grip   uy = 0 mm",
+"",
+"# For metal that flows add yield = 100 MPa with plane = strain, for metal that breaks toughness = 5 kJ/m2.",
+"[solid]       E = 45 GPa   nu = 0.3   plane = stress",
+"[output]      fields = u, mises, sigma_h   images = mises, u   deformation_scale = 60",
+"",
+"# The stress beside the hole.",
+"[probe side]  at = 40 mm, 25.5 mm   fields = mises",
     NULL};
 static const char *const pdi_template_of_wire[] = {
-    "# A wire that dissolves in the stream of a tube. Change what you know of yours; every key: pd2d --keys.",
-    "# A number has its unit: 5 um, 1 mL/min, 10 mm/year. Each value can be replaced on the command line: \"until=2 "
-    "h\".",
-    "",
-    "# x runs along the axis of the wire, y is the distance from it. h is the spacing: half of it takes 4 to 8 times",
-    "# as long.",
-    "[grid]       geometry = axisymmetric   h = 10 um   box = -100 um .. 300 um, 0 .. 200 um",
-    "",
-    "# The wire: radius 40 um, length 200 um, between inert ends that are as thick.",
-    "[shape wire] box = 0 .. 200 um, -40 um .. 40 um   kind = solid   material = mg4ag",
-    "[shape head] box = -30 um .. 0, -40 um .. 40 um   kind = part",
-    "[shape tail] box = 200 um .. 230 um, -40 um .. 40 um   kind = part",
-    "[shape ends] union = head, tail   kind = wall",
-    "",
-    "# The stream enters at the left, without any metal in it, and leaves at the right. y+ is the wall of the tube.",
-    "[side x-]    flow = inlet   profile = parabola   flow_rate = 0.1 mL/min   C = 0",
-    "[side x+]    flow = outlet   p = 0",
-    "[side y+]    flow = noslip",
-    "",
-    "[flow]       rho = 1000 kg/m3   mu = 1e-3 Pa s",
-    "[transport]  D = 1e-9 m2/s",
-    "",
-    "# How fast the surface recedes. C: the concentration of the fluid beside it; at Csat nothing dissolves.",
-    "[dissolve]   rate = 1.2 um/h * (1 - C/Csat)   Csat = 56 mol/m3",
-    "",
-    "[run]        until = 8 h",
-    "[output]     every = 2 h   fields = C, v, p, kind   images = C, v",
-    "",
-    "# What the wire gives to the stream, in transfer_wire.csv.",
-    "[transfer wire] reference_length = 80 um   surface = Csat   fluid = inlet",
+"# A wire that dissolves in the stream of a tube. Change what you know of yours; every key: pd2d --keys.",
+"# A number has its unit: 5 um, 1 mL/min, 10 mm/year. Each value can be replaced on the command line: \"until=2 h\".",
+"",
+"# x runs along the axis of the wire, y is the distance from it. h is the spacing: half of it takes 4 to 8 times",
+"# as long.",
+"[grid]       geometry = axisymmetric   h = 10 um   box = -100 um .. 300 um, 0 .. 200 um",
+"",
+"# The wire: radius 40 um, length 200 um, between inert ends that are as thick.",
+"[shape wire] box = 0 .. 200 um, -40 um .. 40 um   kind = solid   material = mg4ag",
+"[shape head] box = -30 um .. 0, -40 um .. 40 um   kind = part",
+"[shape tail] box = 200 um .. 230 um, -40 um .. 40 um   kind = part",
+"[shape ends] union = head, tail   kind = wall",
+"",
+"# The stream enters at the left, without any metal in it, and leaves at the right. y+ is the wall of the tube.",
+"[side x-]    flow = inlet   profile = parabola   flow_rate = 0.1 mL/min   C = 0",
+"[side x+]    flow = outlet   p = 0",
+"[side y+]    flow = noslip",
+"",
+"[flow]       rho = 1000 kg/m3   mu = 1e-3 Pa s",
+"[transport]  D = 1e-9 m2/s",
+"",
+"# How fast the surface recedes. C: the concentration of the fluid beside it; at Csat nothing dissolves.",
+"[dissolve]   rate = 1.2 um/h * (1 - C/Csat)   Csat = 56 mol/m3",
+"",
+"[run]        until = 8 h",
+"[output]     every = 2 h   fields = C, v, p, kind   images = C, v",
+"",
+"# What the wire gives to the stream, in transfer_wire.csv.",
+"[transfer wire] reference_length = 80 um   surface = Csat   fluid = inlet",
     NULL};
 
 static const pd_template pdi_template_all[] = {
@@ -13185,29 +13195,28 @@ static const pd_template pdi_template_all[] = {
     {NULL, NULL}};
 #elif PD_DIM == 3
 static const char *const pdi_template_of_channel[] = {
-    "# A channel with a ball in it: flow, its force on the ball, and what the ball gives to the stream.",
-    "# Every key: pd3d --keys. A number has its unit. Each value can be replaced on the command line: \"mu=2e-3 Pa "
-    "s\".",
-    "",
-    "# h is the spacing: half of it costs 8 to 16 times as much.",
-    "[grid]        h = 0.1 mm   box = 0 .. 3 mm, 0 .. 1.6 mm, 0 .. 1.6 mm",
-    "",
-    "# Any shape may stand in the way. C: the concentration that its surface holds.",
-    "[shape bead]  ball = 1 mm, 0.8 mm, 0.8 mm   radius = 0.3 mm   kind = wall   C = 10 mol/m3",
-    "",
-    "# The stream enters at the left and leaves at the right; the other sides are walls.",
-    "[side x-]     flow = inlet   C = 0   profile = expression",
-    "              vx = 9/4 * 0.3 mm/s * (1 - (y/(0.8 mm) - 1)^2) * (1 - (z/(0.8 mm) - 1)^2)",
-    "[side x+]     flow = outlet   p = 0",
-    "",
-    "# Water. The flow is steady; time = implicit follows it in time.",
-    "[flow]        rho = 1000 kg/m3   mu = 1e-3 Pa s",
-    "[transport]   D = 8e-8 m2/s   time = steady",
-    "[output]      fields = C, v, p, kind   images = C, v   slice = z 0.8 mm",
-    "",
-    "# The force on the ball with its coefficients, and what leaves it.",
-    "[force bead]     shape = bead   reference_speed = 0.3 mm/s   reference_area = pi * (0.3 mm)^2",
-    "[transfer bead]  reference_length = 0.6 mm   surface = 10 mol/m3   fluid = inlet",
+"# A channel with a ball in it: flow, its force on the ball, and what the ball gives to the stream.",
+"# Every key: pd3d --keys. A number has its unit. Each value can be replaced on the command line: \"mu=2e-3 Pa s\".",
+"",
+"# h is the spacing: half of it costs 8 to 16 times as much.",
+"[grid]        h = 0.1 mm   box = 0 .. 3 mm, 0 .. 1.6 mm, 0 .. 1.6 mm",
+"",
+"# Any shape may stand in the way. C: the concentration that its surface holds.",
+"[shape bead]  ball = 1 mm, 0.8 mm, 0.8 mm   radius = 0.3 mm   kind = wall   C = 10 mol/m3",
+"",
+"# The stream enters at the left and leaves at the right; the other sides are walls.",
+"[side x-]     flow = inlet   C = 0   profile = expression",
+"              vx = 9/4 * 0.3 mm/s * (1 - (y/(0.8 mm) - 1)^2) * (1 - (z/(0.8 mm) - 1)^2)",
+"[side x+]     flow = outlet   p = 0",
+"",
+"# Water. The flow is steady; time = implicit follows it in time.",
+"[flow]        rho = 1000 kg/m3   mu = 1e-3 Pa s",
+"[transport]   D = 8e-8 m2/s   time = steady",
+"[output]      fields = C, v, p, kind   images = C, v   slice = z 0.8 mm",
+"",
+"# The force on the ball with its coefficients, and what leaves it.",
+"[force bead]     shape = bead   reference_speed = 0.3 mm/s   reference_area = pi * (0.3 mm)^2",
+"[transfer bead]  reference_length = 0.6 mm   surface = 10 mol/m3   fluid = inlet",
     NULL};
 static const char *const pdi_template_of_couple[] = {
 "# A couple: a plate of one metal with a screw of another in one solution. Each dissolves by its own law.",
@@ -13321,30 +13330,30 @@ static const char *const pdi_template_of_pit[] = {
 "[output]      every = 1 s   fields = C, kind, density   images = C   slice = y 0 um",
     NULL};
 static const char *const pdi_template_of_plate[] = {
-    "# A plate with a hole under tension, at rest. Change what you know of yours; every key: pd3d --keys.",
-    "# A number has its unit: 5 mm, 45 GPa. Each value can be replaced on the command line: \"E=200 GPa\".",
-    "",
-    "# h is the spacing: half of it costs 8 times as much.",
-    "[grid]        h = 2 mm   box = 0 .. 60 mm, 0 .. 32 mm, 0 .. 12 mm",
-    "",
-    "[shape sheet] box = 0 .. 60 mm, 0 .. 32 mm, 0 .. 12 mm",
-    "[shape hole]  cylinder = z   centre = 30 mm, 16 mm, 0 mm   radius = 5 mm",
-    "[shape plate] difference = sheet, hole   kind = solid",
-    "",
-    "# One end stands still, the other is pulled. A load that grows is an expression of t, with until in [run].",
-    "[side x-]     ux = 0 mm",
-    "[side x+]     traction = 50 MPa, 0 MPa, 0 MPa",
-    "",
-    "# Places that may not slide along the end that stands still.",
-    "[shape foot]  ball = 0 mm, 16 mm, 6 mm   radius = 2 mm   kind = grip   uy = 0 mm   uz = 0 mm",
-    "[shape toe]   ball = 0 mm, 30 mm, 6 mm   radius = 2 mm   kind = grip   uz = 0 mm",
-    "",
-    "# For metal that flows add yield = 100 MPa, for metal that breaks toughness = 5 kJ/m2.",
-    "[solid]       E = 45 GPa   nu = 0.3",
-    "[output]      fields = u, mises, sigma_h   images = mises   deformation_scale = 60   slice = z 6 mm",
-    "",
-    "# The stress beside the hole.",
-    "[probe side]  at = 30 mm, 23 mm, 6 mm   fields = mises",
+"# A plate with a hole under tension, at rest. Change what you know of yours; every key: pd3d --keys.",
+"# A number has its unit: 5 mm, 45 GPa. Each value can be replaced on the command line: \"E=200 GPa\".",
+"",
+"# h is the spacing: half of it costs 8 times as much.",
+"[grid]        h = 2 mm   box = 0 .. 60 mm, 0 .. 32 mm, 0 .. 12 mm",
+"",
+"[shape sheet] box = 0 .. 60 mm, 0 .. 32 mm, 0 .. 12 mm",
+"[shape hole]  cylinder = z   centre = 30 mm, 16 mm, 0 mm   radius = 5 mm",
+"[shape plate] difference = sheet, hole   kind = solid",
+"",
+"# One end stands still, the other is pulled. A load that grows is an expression of t, with until in [run].",
+"[side x-]     ux = 0 mm",
+"[side x+]     traction = 50 MPa, 0 MPa, 0 MPa",
+"",
+"# Places that may not slide along the end that stands still.",
+"[shape foot]  ball = 0 mm, 16 mm, 6 mm   radius = 2 mm   kind = grip   uy = 0 mm   uz = 0 mm",
+"[shape toe]   ball = 0 mm, 30 mm, 6 mm   radius = 2 mm   kind = grip   uz = 0 mm",
+"",
+"# For metal that flows add yield = 100 MPa, for metal that breaks toughness = 5 kJ/m2.",
+"[solid]       E = 45 GPa   nu = 0.3",
+"[output]      fields = u, mises, sigma_h   images = mises   deformation_scale = 60   slice = z 6 mm",
+"",
+"# The stress beside the hole.",
+"[probe side]  at = 30 mm, 23 mm, 6 mm   fields = mises",
     NULL};
 static const char *const pdi_template_of_wire[] = {
 "# A wire that dissolves in the stream of a tube. Change what you know of yours; every key: pd3d --keys.",
@@ -13466,6 +13475,19 @@ static void pdi_text_mark_renamed(pd_text *text, int index)
     if (index >= 0) text->has_renamed[index] = 1;
 }
 
+PDI_FN const char *pdi_text_get_present_section(pd_text *text, const char *name)
+{
+    pdi_text_mark_renamed(text, pdi_renamed_keys_find(name, NULL, NULL));
+    return pdi_renamed_keys_get_section(name);
+}
+
+PDI_FN const char *pdi_text_get_present_key(pd_text *text, int section, const char *key)
+{
+    const char *name = text->section[section].name;
+    pdi_text_mark_renamed(text, pdi_renamed_keys_find(name, key, NULL));
+    return pdi_renamed_keys_get_key(name, key);
+}
+
 PDI_FN void pdi_text_set_value(pd_text *text, pd_text_entry *entry, const char *value)
 {
     const char *name = text->section[entry->section].name;
@@ -13478,8 +13500,7 @@ PDI_FN pd_status pdi_text_find_or_add_section(pd_ctx *ctx, pd_text *text, const 
 {
     int group = text->section_count;
     char *kept_name, *kept_label;
-    pdi_text_mark_renamed(text, pdi_renamed_keys_find(name, NULL, NULL));
-    name = pdi_renamed_keys_get_section(name);
+    name = pdi_text_get_present_section(text, name);
     for (int k = text->section_count - 1; k >= 0; k--) {
         if (strcmp(text->section[k].name, name) != 0) continue;
         group = text->section[k].group_first;
@@ -13511,7 +13532,6 @@ PDI_FN pd_status pdi_text_add_entry(pd_ctx *ctx, pd_text *text, int section, con
                                     int line, int column)
 {
     const pd_text_entry *old = pdi_text_find_entry(text, section, key);
-    const char *name = text->section[section].name;
     char title[PD_UNITS_TEXT];
     pdi_text_format_section(text, section, title);
     if (old)
@@ -13522,8 +13542,7 @@ PDI_FN pd_status pdi_text_add_entry(pd_ctx *ctx, pd_text *text, int section, con
         return pdi_text_fail_line(ctx, text->name, line, "found more than %d pairs, expected fewer", PD_TEXT_ENTRIES);
     PDI_TEXT_GROW(ctx, text->entry, text->entry_count, text->entry_capacity);
     pd_text_entry *e = &text->entry[text->entry_count++];
-    pdi_text_mark_renamed(text, pdi_renamed_keys_find(name, key, NULL));
-    e->key = pdi_renamed_keys_get_key(name, key);
+    e->key = pdi_text_get_present_key(text, section, key);
     e->section = section;
     pdi_text_set_value(text, e, value);
     e->file = text->name;
@@ -14304,9 +14323,11 @@ PDI_FN pd_status pdi_override_apply(pd_ctx *ctx, pd_text *text, const char *argu
         return pdi_text_fail_line(ctx, text->name, 0, "found '%.40s', expected a key", key);
     if (parts == 1) PD_TRY(pdi_override_find_bare_key(ctx, text, key, &section));
     else if (parts == 2)
-        PD_TRY(pdi_override_find_named_section(ctx, text, pdi_renamed_keys_get_section(part[0]), key, &section));
+        PD_TRY(pdi_override_find_named_section(ctx, text, pdi_text_get_present_section(text, part[0]), key, &section));
     else
-        PD_TRY(pdi_override_find_labelled_section(ctx, text, pdi_renamed_keys_get_section(part[0]), part[1], &section));
+        PD_TRY(pdi_override_find_labelled_section(ctx, text, pdi_text_get_present_section(text, part[0]), part[1],
+                                                  &section));
+    key = pdi_text_get_present_key(text, section, key);
     pd_text_entry *e = pdi_text_find_entry(text, section, key);
     if (!e) return pdi_text_add_entry(ctx, text, section, key, t + value, 0, (int)value + 1);
     pdi_text_set_value(text, e, t + value);

@@ -119,7 +119,8 @@ PDI_FN pd_status pdi_override_apply(pd_ctx *ctx, pd_text *text, const char *argu
     else if (parts == 2)
         PD_TRY(pdi_override_find_named_section(ctx, text, pdi_text_get_present_section(text, part[0]), key, &section));
     else
-        PD_TRY(pdi_override_find_labelled_section(ctx, text, pdi_text_get_present_section(text, part[0]), part[1], &section));
+        PD_TRY(pdi_override_find_labelled_section(ctx, text, pdi_text_get_present_section(text, part[0]), part[1],
+                                                  &section));
     key = pdi_text_get_present_key(text, section, key);
     pd_text_entry *e = pdi_text_find_entry(text, section, key);
     if (!e) return pdi_text_add_entry(ctx, text, section, key, t + value, 0, (int)value + 1);

@@ -59,9 +59,10 @@ static const char *const scenes[] = {
     "[reaction salt] NaCl(s) = Na+ + Cl-  log10_K = 1.6\n"
     "[reaction water] H+ + OH- = H2O  K = 1e14 L2/mol2  forward = 1.4e11 L/mol/s  activation_energy = 0 J/mol\n"
     "[dissolve] rate = 1 um/s\n[run] until = 1 s\n",
-    BOX METAL "\n[potential] conductivity = 1 S/m\n[side x-] potential = 0 V\n"
-              "[electrode a] shape = metal  curve = linear  polarisation_resistance = 1 ohm m2  film_resistance = 1 ohm "
-              "m2  potential = 1 V\n",
+    BOX METAL
+    "\n[potential] conductivity = 1 S/m\n[side x-] potential = 0 V\n"
+    "[electrode a] shape = metal  curve = linear  polarisation_resistance = 1 ohm m2  film_resistance = 1 ohm "
+    "m2  potential = 1 V\n",
     BOX METAL "\n[potential] conductivity = 1 S/m\n[side x-] potential = 0 V\n[surface q] initial = 1  rate = 0 1/s\n"
               "[chemistry] activity = ideal\n[species OH-] D = 5e-9 m2/s\n"
               "[electrode a] shape = metal  curve = linear  polarisation_resistance = 1 ohm m2  current_factor = q  "
