@@ -300,6 +300,18 @@ static void print_default(const char *text)
     printf("\n");
 }
 
+/* What a number, or an expression that is constant, may be. */
+static void print_bounds(const pd_key *key)
+{
+    const char *unit = strcmp(key->unit, "-") == 0 ? "" : key->unit;
+    int has_low = key->low > -PD_KEY_MAX_NUMBER, has_high = key->high < PD_KEY_MAX_NUMBER;
+    if (key->type == PD_KEY_CHOICE || !(key->low < key->high) || (!has_low && !has_high)) return;
+    printf("%34s", "");
+    if (has_low) printf("%s %g %s", key->low_is_open ? "above" : "from", key->low, unit);
+    if (has_high) printf("%sup to %g %s", has_low ? ", " : "", key->high, unit);
+    printf("\n");
+}
+
 static void print_section(const pd_key_section *s)
 {
     printf("[%s%s%s]  %s\n", s->name, s->label[0] ? " " : "", s->label, s->meaning);
@@ -308,6 +320,7 @@ static void print_section(const pd_key_section *s)
         printf("\n  %-28s unit %-9s %s", key->keys, key->unit,
                strncmp(key->default_text, "required", 8) ? "default " : "");
         print_default(key->default_text);
+        print_bounds(key);
         print_text(key->meaning, 6);
     }
 }

@@ -16,9 +16,10 @@
 enum { KEY_D, KEY_D_METAL, KEY_INITIAL, KEYS };
 
 static const pd_key keys[KEYS] = {
-    {"D", "m2/s", "1.4e-7 m2/s", "thermal diffusivity of the fluid"},
-    {"D_metal", "m2/s", "8.8e-5 m2/s", "that of the metal, whose heat capacity per volume is that of the fluid"},
-    {"initial", "K", "293.15 K", "temperature at the start"}};
+    {"D", "m2/s", "1.4e-7 m2/s", "thermal diffusivity of the fluid", PD_KEY_EXPRESSION_POSITIVE},
+    {"D_metal", "m2/s", "8.8e-5 m2/s", "that of the metal, whose heat capacity per volume is that of the fluid",
+     PD_KEY_EXPRESSION_POSITIVE},
+    {"initial", "K", "293.15 K", "temperature at the start", PD_KEY_EXPRESSION_POSITIVE}};
 static const pd_physics_field fields[] = {{"T", "K", PD_FIELD_IN_BOTH}};
 
 typedef struct heat {

@@ -11,6 +11,30 @@
 #define PD_PHYSICS_TYPE_KEYS 16  /* most keys of a section */
 #define PD_PHYSICS_TYPE_FIELDS 4 /* most fields of all physics that programs bring along */
 
+#define PD_KEY_MAX_NUMBER 1e30 /* upper bound of all numbers, in SI: anything larger is a mistake */
+
+/* What a value of a key may be. */
+typedef enum pd_key_type {
+    PD_KEY_TEXT = 0, /* an expression, a list or a name, as the meaning says; of a physics of a program: an expression
+                      * in x, y, z, t */
+    PD_KEY_NUMBER,   /* a number from low to high */
+    PD_KEY_WHOLE,    /* a whole number from low to high */
+    PD_KEY_CHOICE    /* one of the words of choices; its value is their number, from 0 on */
+} pd_key_type;
+
+/* The end of a row of keys: its type and what it allows. */
+#define PD_KEY_ANY_TEXT PD_KEY_TEXT, 0.0, 0.0, 0, NULL
+#define PD_KEY_EXPRESSION PD_KEY_ANY_TEXT
+#define PD_KEY_EXPRESSION_NOT_NEGATIVE PD_KEY_TEXT, 0.0, PD_KEY_MAX_NUMBER, 0, NULL
+#define PD_KEY_EXPRESSION_POSITIVE PD_KEY_TEXT, 0.0, PD_KEY_MAX_NUMBER, 1, NULL
+#define PD_KEY_FROM(low, high) PD_KEY_NUMBER, low, high, 0, NULL
+#define PD_KEY_ABOVE(low, high) PD_KEY_NUMBER, low, high, 1, NULL
+#define PD_KEY_POSITIVE PD_KEY_ABOVE(0.0, PD_KEY_MAX_NUMBER)
+#define PD_KEY_NOT_NEGATIVE PD_KEY_FROM(0.0, PD_KEY_MAX_NUMBER)
+#define PD_KEY_ANY_NUMBER PD_KEY_FROM(-PD_KEY_MAX_NUMBER, PD_KEY_MAX_NUMBER)
+#define PD_KEY_WHOLE_FROM(low, high) PD_KEY_WHOLE, low, high, 0, NULL
+#define PD_KEY_ONE_OF(words) PD_KEY_CHOICE, 0.0, 0.0, 0, words
+
 /* A key of a section. */
 typedef struct pd_key {
     const char *keys;         /* one, or several with one meaning: "vx, vy, vz" */
@@ -18,6 +42,10 @@ typedef struct pd_key {
                                * "text": a value with = in it; the first key of a section stands without it */
     const char *default_text; /* the default; "required"; "-": absent; "the ...", "that of ...": where it comes from */
     const char *meaning;
+    pd_key_type type;
+    double low, high;    /* [unit of the key] bounds of a number, and of what is constant; equal: none */
+    int low_is_open;     /* 1: low itself is refused */
+    const char *choices; /* "strain, stress" */
 } pd_key;
 
 /* A section and its keys. */

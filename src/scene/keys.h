@@ -11,6 +11,7 @@
 PD_API const pd_key_section *pd_key_sections(int *count);
 
 #ifdef PDI_APP_INTERNAL
+#define PDI_KEYS_MAX_POINTS 100000 /* most points of a line */
 /* Find the section of this name in the table. NULL: there is none. */
 PDI_FN const pd_key_section *pdi_keys_find_section(const char *name);
 /* Find it there or among the physics that the program brings along. NULL: there is none. */

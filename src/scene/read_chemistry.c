@@ -30,28 +30,18 @@ static int pdi_read_chemistry_has_mineral(pdi_reader *s, const char *name)
     return 0;
 }
 
-/* Read a number of at least 0 and below `end`. */
-static pd_status pdi_read_chemistry_nonnegative(pdi_reader *s, int section, const char *key, const char *unit,
-                                                const char *fallback, double end, double *value)
-{
-    PD_TRY(pdi_text_get_number(s->ctx, s->text, section, key, unit, fallback, value));
-    if (*value >= 0.0 && *value < end) return PD_OK;
-    return pdi_text_fail_key(s->ctx, s->text, section, key, "found %.6g %s, expected a value of at least 0%s", *value,
-                             unit, end > 1.0 ? "" : " and below 1");
-}
-
 /* Read the kinetics of a mineral: rate constant [mol/m2/s] times surface area, exponent, nucleation threshold,
  * porosity. Without a rate it is in equilibrium. */
 static pd_status pdi_read_chemistry_mineral_rate(pdi_reader *s, int section, pd_mineral *m)
 {
     double rate = 0.0, area, surface;
     int given = pdi_text_has_key(s->ctx, s->text, section, "rate");
-    if (given) PD_TRY(pdi_read_chemistry_nonnegative(s, section, "rate", "mol/m2/s", NULL, HUGE_VAL, &rate));
-    PD_TRY(pdi_read_chemistry_nonnegative(s, section, "area", "1/m", "0", HUGE_VAL, &area));
-    PD_TRY(pdi_read_chemistry_nonnegative(s, section, "surface", "m2/mol", "0", HUGE_VAL, &surface));
-    PD_TRY(pdi_read_chemistry_nonnegative(s, section, "exponent", "", "1", HUGE_VAL, &m->exponent));
-    PD_TRY(pdi_read_chemistry_nonnegative(s, section, "nucleation", "", "0", HUGE_VAL, &m->nucleation));
-    PD_TRY(pdi_read_chemistry_nonnegative(s, section, "porosity", "", "0.1", 1.0, &m->min_porosity));
+    if (given) PD_TRY(pdi_key_value_get_number(s->ctx, s->text, section, "rate", &rate));
+    PD_TRY(pdi_key_value_get_number(s->ctx, s->text, section, "area", &area));
+    PD_TRY(pdi_key_value_get_number(s->ctx, s->text, section, "surface", &surface));
+    PD_TRY(pdi_key_value_get_number(s->ctx, s->text, section, "exponent", &m->exponent));
+    PD_TRY(pdi_key_value_get_number(s->ctx, s->text, section, "nucleation", &m->nucleation));
+    PD_TRY(pdi_key_value_get_number(s->ctx, s->text, section, "porosity", &m->min_porosity));
     m->rate = rate * area;
     m->surface_rate = rate * surface;
     if (given && !(m->rate + m->surface_rate > 0.0))
@@ -107,10 +97,10 @@ static pd_status pdi_read_chemistry_minerals(pdi_reader *s)
     pd_setup *u = s->setup;
     int left_out = 0, stays[PD_SPECIES_MAX] = {0};
     PD_TRY(pdi_read_chemistry_check_minerals(s));
-    PD_TRY(pdi_read_chemistry_nonnegative(s, pdi_text_get_section(s->ctx, s->text, "chemistry", NULL), "tortuosity",
-                                          "", "1", HUGE_VAL, &u->tortuosity));
-    PD_TRY(pdi_read_chemistry_nonnegative(s, pdi_text_get_section(s->ctx, s->text, "chemistry", NULL),
-                                          "covering_thickness", "m", "0", HUGE_VAL, &u->shielding_thickness));
+    PD_TRY(pdi_key_value_get_number(s->ctx, s->text, pdi_text_get_section(s->ctx, s->text, "chemistry", NULL),
+                                    "tortuosity", &u->tortuosity));
+    PD_TRY(pdi_key_value_get_number(s->ctx, s->text, pdi_text_get_section(s->ctx, s->text, "chemistry", NULL),
+                                    "covering_thickness", &u->shielding_thickness));
     for (int k = 0; k < e->count; k++) {
         const char *name = e->species[k].name;
         int section = pdi_read_chemistry_find_section(s, name),
@@ -157,7 +147,6 @@ static pd_status pdi_read_chemistry_minerals(pdi_reader *s)
 
 PDI_FN pd_status pdi_read_chemistry_read(pdi_reader *s)
 {
-    static const char *const times[] = {"implicit", "steady", NULL}, *const answers[] = {"no", "yes", NULL};
     pd_setup *u = s->setup;
     int section = pdi_text_get_section(s->ctx, s->text, "chemistry", NULL);
     if (!pdi_read_electrolyte_has_sections(s->ctx, s->text)) return PD_OK;
@@ -175,8 +164,8 @@ PDI_FN pd_status pdi_read_chemistry_read(pdi_reader *s)
         u->species_label[k][0] = '\0';
         pd_append(u->species_label[k], sizeof u->species_label[k], "%s [mol/m3]", u->electrolyte.species[k].name);
     }
-    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "time", times, "implicit", &u->steady_transport));
-    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "migration", answers, "no", &u->has_migration));
+    PD_TRY(pdi_key_value_get_index(s->ctx, s->text, section, "time", &u->steady_transport));
+    PD_TRY(pdi_key_value_get_index(s->ctx, s->text, section, "migration", &u->has_migration));
     if (!u->steady_transport || !u->has_dissolve) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, section, "time",
                              "found 'steady' beside metal that dissolves, expected implicit");

@@ -81,15 +81,15 @@ PDI_FN pd_status pdi_read_dissolution_constants(pdi_reader *s)
         pd_setup_metal *metal = &u->metal[m];
         int section = pdi_read_dissolution_find_section(s, m, NULL);
         if (pdi_text_has_key(s->ctx, s->text, section, "charge"))
-            PD_TRY(pdi_reader_get_bounded(s, section, "charge", "", NULL, 0.0, 10.0, 1, &metal->material.charge));
+            PD_TRY(pdi_key_value_get_number(s->ctx, s->text, section, "charge", &metal->material.charge));
         pdi_read_dissolution_set_constants(s, metal);
         if (pdi_text_has_key(s->ctx, s->text, section, "Cs"))
-            PD_TRY(pdi_reader_get_positive(s, section, "Cs", "mol/m3", NULL, &metal->solid_c));
+            PD_TRY(pdi_key_value_get_number(s->ctx, s->text, section, "Cs", &metal->solid_c));
     }
     pdi_read_dissolution_set_constants(s, &u->metal[0]);
     pdi_read_constants_add_builtin(s->text, &s->constants, "Cs", "mol/m3", u->metal[0].solid_c);
     if (!u->has_dissolve || !pdi_text_has_key(s->ctx, s->text, all, "Csat")) return PD_OK;
-    PD_TRY(pdi_reader_get_positive(s, all, "Csat", "mol/m3", NULL, &u->saturation));
+    PD_TRY(pdi_key_value_get_number(s->ctx, s->text, all, "Csat", &u->saturation));
     pdi_read_constants_add_builtin(s->text, &s->constants, "Csat", "mol/m3", u->saturation);
     return PD_OK;
 }
@@ -221,7 +221,7 @@ static pd_status pdi_read_dissolution_rate(pdi_reader *s, int section, const cha
     PD_TRY(pdi_read_dissolution_rate_symbols(s, section, key, metal, vars, units, name, &count));
     PD_TRY(pdi_text_get_expr(s->ctx, s->text, section, key, unit, vars, count, NULL, &metal->rate));
     PD_TRY(pdi_read_dissolution_check_species_rate(s, section, key, metal));
-    PD_TRY(pdi_reader_get_bounded(s, section, "rate_scale", "", "1", 0.0, 1e6, 0, &factor));
+    PD_TRY(pdi_key_value_get_number(s->ctx, s->text, section, "rate_scale", &factor));
     metal->rate_scale *= factor;
     return pdi_read_dissolution_check_rate(s, section, key, metal);
 }
@@ -299,7 +299,7 @@ PDI_FN pd_status pdi_read_dissolution_rates(pdi_reader *s)
 static pd_status pdi_read_dissolution_gb_factor(pdi_reader *s, int section)
 {
     pd_setup *u = s->setup;
-    PD_TRY(pdi_reader_get_bounded(s, section, "grain_boundary_factor", "", "1", 0.0, 1e6, 0, &u->gb_factor));
+    PD_TRY(pdi_key_value_get_number(s->ctx, s->text, section, "grain_boundary_factor", &u->gb_factor));
     if (!(fabs(u->gb_factor - 1.0) > 0.0) || u->has_grains) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, section, "grain_boundary_factor",
                              "found %.6g without grains, expected grain_size = SIZE in a solid [shape ...]",
@@ -319,7 +319,7 @@ PDI_FN pd_status pdi_read_dissolution_dissolve(pdi_reader *s)
                                  "found no solid, expected a [shape ...] with kind"
                                  " = solid");
     PD_TRY(pdi_read_dissolution_gb_factor(s, section));
-    return pdi_reader_get_bounded(s, section, "threshold", "", "0", 0.0, 0.99, 0, &u->threshold);
+    return pdi_key_value_get_number(s->ctx, s->text, section, "threshold", &u->threshold);
 }
 
 /* Before anything of the other sections is read. */
@@ -342,10 +342,10 @@ PDI_FN pd_status pdi_read_dissolution_horizons(pdi_reader *s, int grid)
     int given = pdi_text_has_key(s->ctx, s->text, grid, "m");
     int own = u->has_dissolve && pdi_text_has_key(s->ctx, s->text, metal, "m");
     u->fluid_m = u->has_corrode ? PDI_READ_DISSOLUTION_ISOTROPIC_M : 1.0;
-    if (given) PD_TRY(pdi_reader_get_bounded(s, grid, "m", "", NULL, 1.0, 6.0, 0, &u->fluid_m));
+    if (given) PD_TRY(pdi_key_value_get_number(s->ctx, s->text, grid, "m", &u->fluid_m));
     u->metal_m = u->has_corrode ? u->fluid_m : pd_max(PDI_READ_DISSOLUTION_ISOTROPIC_M, u->fluid_m);
     if (!own) return PD_OK;
-    PD_TRY(pdi_reader_get_bounded(s, metal, "m", "", NULL, 1.0, 6.0, 0, &u->metal_m));
+    PD_TRY(pdi_key_value_get_number(s->ctx, s->text, metal, "m", &u->metal_m));
     if (u->has_corrode && !given) u->fluid_m = u->metal_m;
     if (u->has_corrode || u->metal_m >= u->fluid_m) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, metal, "m",
@@ -356,17 +356,12 @@ PDI_FN pd_status pdi_read_dissolution_horizons(pdi_reader *s, int grid)
 /* Read the variant of the bond-based model: control, driving force, kernel, weights, random breaking of bonds. */
 static pd_status pdi_read_dissolution_corrode_variant(pdi_reader *s, int section)
 {
-    static const char *const controls[] = {"diffusion", "activation", NULL};
-    static const char *const drives[] = {"constant", "difference", NULL};
-    static const char *const kernels[] = {"area", "square", "inverse", NULL};
-    static const char *const weights[] = {"calibrated", "published", NULL};
-    static const char *const breakings[] = {"deterministic", "stochastic", NULL};
     pd_setup *u = s->setup;
     int drive, kernel, printed;
-    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "control", controls, "diffusion", &u->activation));
-    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "driving_force", drives, "constant", &drive));
-    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "kernel", kernels, "area", &kernel));
-    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "weights", weights, "calibrated", &printed));
+    PD_TRY(pdi_key_value_get_index(s->ctx, s->text, section, "control", &u->activation));
+    PD_TRY(pdi_key_value_get_index(s->ctx, s->text, section, "driving_force", &drive));
+    PD_TRY(pdi_key_value_get_index(s->ctx, s->text, section, "kernel", &kernel));
+    PD_TRY(pdi_key_value_get_index(s->ctx, s->text, section, "weights", &printed));
     u->drive = (pd_drive)drive;
     u->kernel = (pd_kernel)kernel;
     u->weights = printed ? PD_WEIGHTS_PUBLISHED : PD_WEIGHTS_CALIBRATED;
@@ -377,8 +372,8 @@ static pd_status pdi_read_dissolution_corrode_variant(pdi_reader *s, int section
     if (printed && u->has_flow)
         return pdi_text_fail_key(s->ctx, s->text, section, "weights",
                                  "found 'published' beside [flow], expected calibrated: no flow is exact with others");
-    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "breaking", breakings, "deterministic", &u->stochastic));
-    if (u->stochastic) return pdi_text_get_integer(s->ctx, s->text, section, "seed", 0, 2147483647, "1", &u->seed);
+    PD_TRY(pdi_key_value_get_index(s->ctx, s->text, section, "breaking", &u->stochastic));
+    if (u->stochastic) return pdi_key_value_get_index(s->ctx, s->text, section, "seed", &u->seed);
     if (!pdi_text_has_key(s->ctx, s->text, section, "seed")) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, section, "seed", "found without breaking = stochastic, expected both");
 }
@@ -394,12 +389,12 @@ static pd_status pdi_read_dissolution_corrode_fluid(pdi_reader *s, int section)
             return pdi_text_fail_key(s->ctx, s->text, section, keys[k],
                                      "found beside a [transport] section, expected it there");
     if (!transport) {
-        PD_TRY(pdi_reader_get_nonnegative(s, section, "D", "m2/s", u->activation ? "0" : NULL, &u->diffusivity));
+        PD_TRY(pdi_key_value_get_number_or(s->ctx, s->text, section, "D", u->activation ? "0" : NULL, &u->diffusivity));
         PD_TRY(pdi_reader_read_initial(s, section));
     }
     if (u->activation && (u->diffusivity > 0.0 || pdi_text_has_key(s->ctx, s->text, section, "initial")))
         pd_setup_add_note(u, "D and initial belong to control = diffusion; with activation all fluid holds bulk");
-    return pdi_reader_get_bounded(s, section, "bulk", "mol/m3", "0", 0.0, u->saturation, 0, &u->bulk_c);
+    return pdi_key_value_get_number_up_to(s->ctx, s->text, section, "bulk", u->saturation, &u->bulk_c);
 }
 
 /* A concentration of the fluid: metal begins at Cs. */
@@ -413,12 +408,12 @@ PDI_FN pd_status pdi_read_dissolution_corrode(pdi_reader *s)
         return pdi_text_fail_key(s->ctx, s->text, section, "corrode",
                                  "found no solid, expected a [shape ...] with kind = solid");
     PD_TRY(pdi_read_dissolution_corrode_variant(s, section));
-    PD_TRY(pdi_reader_get_bounded(s, section, "Csat", "mol/m3", NULL, 0.0, u->metal[0].solid_c, 1, &saturation));
+    PD_TRY(pdi_key_value_get_number_up_to(s->ctx, s->text, section, "Csat", u->metal[0].solid_c, &saturation));
     PD_TRY(pdi_read_dissolution_gb_factor(s, section));
     PD_TRY(pdi_read_dissolution_corrode_fluid(s, section));
     if (pdi_text_has_key(s->ctx, s->text, section, "repassivation"))
-        PD_TRY(pdi_reader_get_bounded(s, section, "repassivation", "mol/m3", NULL, 0.0, u->saturation, 1,
-                                      &u->repassivation));
+        PD_TRY(pdi_key_value_get_number_up_to(s->ctx, s->text, section, "repassivation", u->saturation,
+                                              &u->repassivation));
     if (u->activation && u->repassivation > 0.0)
         return pdi_text_fail_key(s->ctx, s->text, section, "repassivation",
                                  "found beside control = activation, expected diffusion: there all fluid holds bulk");

@@ -1,5 +1,6 @@
 /* read_electrolyte: see read_electrolyte.h */
 #include "scene/read_electrolyte.h"
+#include "scene/key_value.h"
 #include "core/vec.h"
 #include "scene/include_files.h"
 #include "scene/override.h"
@@ -11,8 +12,6 @@
 #define PDI_READ_ELECTROLYTE_WATER_C 55.34e3    /* [mol/m3] of water at 25 C: 997.05 kg/m3 over 18.015 g/mol */
 #define PDI_READ_ELECTROLYTE_LITRES_PER_M3 1e3  /* in a m3 */
 #define PDI_READ_ELECTROLYTE_REFERENCE_T 298.15 /* [K] reference temperature of tabulated constants */
-#define PDI_READ_ELECTROLYTE_MIN_T 273.0        /* [K] liquid water at 1 atm, between these two */
-#define PDI_READ_ELECTROLYTE_MAX_T 373.2
 
 /* State of the reader: the electrolyte to fill, and the section of each species for messages. */
 typedef struct pdi_read_electrolyte_state {
@@ -42,20 +41,14 @@ static pd_status pdi_read_electrolyte_fail(const pdi_read_electrolyte_state *s, 
  * diffusivities follow it. */
 static pd_status pdi_read_electrolyte_temperature(pdi_read_electrolyte_state *s, pdi_read_constants_table *named)
 {
-    static const char *const ways[] = {"given", "viscosity", NULL};
     double *t = &s->electrolyte->temperature;
-    PD_TRY(pdi_text_get_number(s->ctx, s->text, s->chemistry, "temperature", "K", "298.15 K", t));
-    if (!(*t >= PDI_READ_ELECTROLYTE_MIN_T && *t <= PDI_READ_ELECTROLYTE_MAX_T))
-        return pdi_text_fail_key(s->ctx, s->text, s->chemistry, "temperature",
-                                 "found %g K, expected water from 273 to "
-                                 "373 K",
-                                 *t);
+    PD_TRY(pdi_key_value_get_number(s->ctx, s->text, s->chemistry, "temperature", t));
     for (int k = 0; k < named->count; k++)
         if (strcmp(named->symbol[k].name, "T") == 0)
             return pdi_text_fail_key(s->ctx, s->text, pdi_text_get_section(s->ctx, s->text, "constants", NULL), "T",
                                      "found beside species, where T is their temperature, expected another name");
     pdi_read_constants_add_builtin(s->text, named, "T", "K", *t);
-    return pdi_text_get_choice(s->ctx, s->text, s->chemistry, "diffusion", ways, "given", &s->diffusion_by_viscosity);
+    return pdi_key_value_get_index(s->ctx, s->text, s->chemistry, "diffusion", &s->diffusion_by_viscosity);
 }
 
 /* Arrhenius factor of a rate or diffusivity from 25 C to the temperature: exp(energy/R (1/T0 - 1/T)); energy
@@ -87,9 +80,9 @@ static pd_status pdi_read_electrolyte_diffusivity(pdi_read_electrolyte_state *s,
 {
     double energy;
     int own = pdi_text_has_key(s->ctx, s->text, section, "activation_energy");
-    PD_TRY(pdi_text_get_number(s->ctx, s->text, section, "D", "m2/s", NULL, diffusivity));
+    PD_TRY(pdi_key_value_get_number(s->ctx, s->text, section, "D", diffusivity));
     if (own) {
-        PD_TRY(pdi_text_get_number(s->ctx, s->text, section, "activation_energy", "J/mol", NULL, &energy));
+        PD_TRY(pdi_key_value_get_number(s->ctx, s->text, section, "activation_energy", &energy));
         *diffusivity *= pdi_read_electrolyte_arrhenius_factor(s, energy);
     } else if (s->diffusion_by_viscosity) {
         *diffusivity *= pdi_read_electrolyte_stokes_einstein_factor(s);
@@ -98,16 +91,6 @@ static pd_status pdi_read_electrolyte_diffusivity(pdi_read_electrolyte_state *s,
 }
 
 /* ---- [species FORMULA] ---- */
-
-/* Read a concentration [mol/m3] of at least 0. */
-static pd_status pdi_read_electrolyte_concentration(pdi_read_electrolyte_state *s, int section, const char *key,
-                                                    const char *fallback, double *value)
-{
-    PD_TRY(pdi_text_get_number(s->ctx, s->text, section, key, "mol/m3", fallback, value));
-    if (*value >= 0.0 && *value < HUGE_VAL) return PD_OK;
-    return pdi_text_fail_key(s->ctx, s->text, section, key, "found %.6g mol/m3, expected a value of at least 0",
-                             *value);
-}
 
 /* Read the concentration of the species in work in the inlet or inside solution; default: the initial one, 0 of
  * solids. */
@@ -118,7 +101,7 @@ static pd_status pdi_read_electrolyte_other_concentration(pdi_read_electrolyte_s
     int solid = e->species[e->count].phase == PD_PHASE_SOLID;
     *value = solid ? 0.0 : e->initial[e->count];
     if (!pdi_text_has_key(s->ctx, s->text, section, key)) return PD_OK;
-    if (!solid) return pdi_read_electrolyte_concentration(s, section, key, NULL, value);
+    if (!solid) return pdi_key_value_get_number(s->ctx, s->text, section, key, value);
     return pdi_text_fail_key(s->ctx, s->text, section, key, "found it of the solid %s, which does not flow",
                              e->species[e->count].name);
 }
@@ -142,17 +125,17 @@ static pd_status pdi_read_electrolyte_one_species(pdi_read_electrolyte_state *s,
     if (pdi_text_has_key(s->ctx, s->text, section, "formula"))
         PD_TRY(pdi_text_get_string(s->ctx, s->text, section, "formula", NULL, &desc.formula));
     desc.has_charge = pdi_text_has_key(s->ctx, s->text, section, "charge");
-    if (desc.has_charge) PD_TRY(pdi_text_get_integer(s->ctx, s->text, section, "charge", -20, 20, NULL, &desc.charge));
+    if (desc.has_charge) PD_TRY(pdi_key_value_get_index(s->ctx, s->text, section, "charge", &desc.charge));
     if (pdi_text_has_key(s->ctx, s->text, section, "D"))
         PD_TRY(pdi_read_electrolyte_diffusivity(s, section, &desc.diffusivity));
     else if (pdi_text_has_key(s->ctx, s->text, section, "activation_energy"))
         return pdi_text_fail_key(s->ctx, s->text, section, "activation_energy",
                                  "found without D, expected that of 25 C");
     if (pd_species_read(s->ctx, &desc, &e->species[k]) < 0) return pdi_read_electrolyte_fail(s, section, "species");
-    PD_TRY(pdi_read_electrolyte_concentration(s, section, "initial", "0", &e->initial[k]));
+    PD_TRY(pdi_key_value_get_number(s->ctx, s->text, section, "initial", &e->initial[k]));
     PD_TRY(pdi_read_electrolyte_other_concentration(s, section, "inlet", &e->inlet[k]));
     PD_TRY(pdi_read_electrolyte_other_concentration(s, section, "inside", &e->shape_initial[k]));
-    PD_TRY(pdi_text_get_number(s->ctx, s->text, section, "volume", "m3/mol", "0", &e->volume[k]));
+    PD_TRY(pdi_key_value_get_number(s->ctx, s->text, section, "volume", &e->volume[k]));
     if (!(e->volume[k] >= 0.0) || (e->volume[k] > 0.0 && e->species[k].phase != PD_PHASE_SOLID))
         return pdi_text_fail_key(s->ctx, s->text, section, "volume",
                                  "found %g m3/mol of %s, expected a positive value "
@@ -235,7 +218,7 @@ static pd_status pdi_read_electrolyte_vant_hoff(pdi_read_electrolyte_state *s, i
     if (isnan(desc->k))
         return pdi_text_fail_key(s->ctx, s->text, section, "enthalpy",
                                  "found without a constant, expected K or log10_K");
-    PD_TRY(pdi_text_get_number(s->ctx, s->text, section, "enthalpy", "J/mol", NULL, enthalpy));
+    PD_TRY(pdi_key_value_get_number(s->ctx, s->text, section, "enthalpy", enthalpy));
     double more = *enthalpy / PD_GAS_CONSTANT * (1.0 / PDI_READ_ELECTROLYTE_REFERENCE_T - 1.0 / e->temperature);
     if (strcmp(desc->k_unit, "log10") == 0) desc->k += more / log(10.0);
     else desc->k *= exp(more);
@@ -253,7 +236,7 @@ static pd_status pdi_read_electrolyte_rate_temperature(pdi_read_electrolyte_stat
         return pdi_text_fail_key(s->ctx, s->text, section, "activation_energy",
                                  "found without a rate, expected forward or "
                                  "backward");
-    PD_TRY(pdi_text_get_number(s->ctx, s->text, section, "activation_energy", "J/mol", NULL, &energy));
+    PD_TRY(pdi_key_value_get_number(s->ctx, s->text, section, "activation_energy", &energy));
     desc->forward *= pdi_read_electrolyte_arrhenius_factor(s, energy);
     desc->backward *= pdi_read_electrolyte_arrhenius_factor(s, isnan(enthalpy) ? energy : energy - enthalpy);
     return PD_OK;
@@ -291,7 +274,7 @@ static pd_status pdi_read_electrolyte_reaction(pdi_read_electrolyte_state *s, in
     if (pdi_text_has_key(s->ctx, s->text, section, "log10_K")) {
         if (pdi_text_has_key(s->ctx, s->text, section, "K"))
             return pdi_text_fail_key(s->ctx, s->text, section, "log10_K", "found beside 'K', expected one of them");
-        PD_TRY(pdi_text_get_number(s->ctx, s->text, section, "log10_K", "", NULL, &desc.k));
+        PD_TRY(pdi_key_value_get_number(s->ctx, s->text, section, "log10_K", &desc.k));
         desc.k_unit = "log10";
     } else if (pdi_text_has_key(s->ctx, s->text, section, "K")) {
         PD_TRY(pdi_read_electrolyte_constant(s, section, "K", &desc.k, unit[0]));
@@ -337,23 +320,20 @@ static pd_status pdi_read_electrolyte_ion(pdi_read_electrolyte_state *s, const c
 static pd_status pdi_read_electrolyte_ph(pdi_read_electrolyte_state *s, const char *key, double *ph)
 {
     if (!pdi_text_has_key(s->ctx, s->text, s->chemistry, key)) return PD_OK;
-    PD_TRY(pdi_text_get_number(s->ctx, s->text, s->chemistry, key, "", NULL, ph));
-    if (*ph >= -2.0 && *ph <= 16.0) return PD_OK;
-    return pdi_text_fail_key(s->ctx, s->text, s->chemistry, key, "found %g, expected a pH from -2 to 16", *ph);
+    return pdi_key_value_get_number(s->ctx, s->text, s->chemistry, key, ph);
 }
 
 /* Read the section [chemistry]: activity model, minerals, balancing ions, pH of the three solutions. */
 static pd_status pdi_read_electrolyte_chemistry(pdi_read_electrolyte_state *s)
 {
-    static const char *const activities[] = {"ideal", "davies", NULL}, *const minerals[] = {"given", "all", NULL};
     pd_electrolyte *e = s->electrolyte;
     const char *files; /* they are in the text */
     int activity, at = s->chemistry;
     if (pdi_text_has_key(s->ctx, s->text, at, "include"))
         PD_TRY(pdi_text_get_string(s->ctx, s->text, at, "include", NULL, &files));
-    PD_TRY(pdi_text_get_choice(s->ctx, s->text, at, "activity", activities, "davies", &activity));
+    PD_TRY(pdi_key_value_get_index(s->ctx, s->text, at, "activity", &activity));
     e->activity = (pd_activity)activity;
-    PD_TRY(pdi_text_get_choice(s->ctx, s->text, at, "minerals", minerals, "given", &e->all_minerals_form));
+    PD_TRY(pdi_key_value_get_index(s->ctx, s->text, at, "minerals", &e->all_minerals_form));
     PD_TRY(pdi_read_electrolyte_ion(s, "balance_ion", &e->balance_ion));
     PD_TRY(pdi_read_electrolyte_ion(s, "counter_ion", &e->counter_ion));
     if (e->counter_ion < 0) e->counter_ion = e->balance_ion;

@@ -1,5 +1,6 @@
 /* read_image_options: see read_image_options.h */
 #include "scene/read_image_options.h"
+#include "scene/key_value.h"
 #include "setup/fields.h"
 #include "io/field_plot.h"
 #include "scene/input_files.h"
@@ -354,7 +355,6 @@ static pd_status pdi_read_image_options_formats(pdi_read_image_options_state *r)
 static pd_status pdi_read_image_options_plane_images(pdi_read_image_options_state *r)
 {
     static const char *const keys[] = {"colormap", "width", "cells", "contours", "streamlines", "vectors"};
-    static const char *const cells[] = {"blocky", "smooth", NULL};
     pd_setup_image_options *drawing = &r->setup->drawing;
     for (int k = 0; PD_DIM == 1 && k < 6; k++)
         if (pdi_text_has_key(r->ctx, r->text, r->section, keys[k]))
@@ -367,9 +367,8 @@ static pd_status pdi_read_image_options_plane_images(pdi_read_image_options_stat
     PD_TRY(pdi_read_image_options_flow_lines(r, "streamlines", PDI_READ_IMAGE_OPTIONS_DEFAULT_STREAMLINES,
                                              drawing->streamlines));
     PD_TRY(pdi_read_image_options_flow_lines(r, "vectors", PDI_READ_IMAGE_OPTIONS_DEFAULT_VECTORS, drawing->vectors));
-    PD_TRY(pdi_text_get_choice(r->ctx, r->text, r->section, "cells", cells, "blocky", &drawing->smooth));
-    return pdi_text_get_integer(r->ctx, r->text, r->section, "width", PD_FIELD_PLOT_MIN_WIDTH, PD_FIELD_PLOT_MAX_WIDTH,
-                                "1000", &drawing->width);
+    PD_TRY(pdi_key_value_get_index(r->ctx, r->text, r->section, "cells", &drawing->smooth));
+    return pdi_key_value_get_index(r->ctx, r->text, r->section, "width", &drawing->width);
 }
 
 /* With images = none the other options have no effect; without the key `images` they are refused. */
@@ -403,7 +402,8 @@ PDI_FN pd_status pdi_read_image_options_read(pd_ctx *ctx, pd_text *text, int sec
     PD_TRY(pdi_read_image_options_log(&r));
     PD_TRY(pdi_read_image_options_ranges(&r));
     PD_TRY(pdi_read_image_options_plane_images(&r));
-    PD_TRY(pdi_text_get_bool(ctx, text, section, "animate", "no", &setup->drawing.animate));
+    PD_TRY(pdi_key_value_get_index(ctx, text, section, "animate", &setup->drawing.animate));
+    /* a number without its unit is the likely mistake: the message has one */
     PD_TRY(pdi_text_get_number(ctx, text, section, "percentile", "", "100 %", &setup->drawing.percentile));
     if (setup->drawing.percentile > 0.0 && setup->drawing.percentile <= 1.0) return PD_OK;
     return pdi_text_fail_key(ctx, text, section, "percentile",

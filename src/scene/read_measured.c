@@ -1,5 +1,6 @@
 /* read_measured: see read_measured.h */
 #include "scene/read_measured.h"
+#include "scene/key_value.h"
 #include "scene/input_files.h"
 #include "scene/read_tables.h"
 #include <math.h>
@@ -48,7 +49,7 @@ static pd_status pdi_read_measured_times(const pdi_read_tables_state *s, double 
     PD_TRY(pdi_read_tables_column(s, "time", "1", 1, time, unit, &scale, &dims));
     pd_units_parse(s->ctx, "s", NULL, &wanted);
     PD_TRY(pdi_read_measured_check_dims(s, "time", &dims, &wanted));
-    PD_TRY(pdi_text_get_number(s->ctx, s->text, s->section, "start", "s", "0", &start));
+    PD_TRY(pdi_key_value_get_number(s->ctx, s->text, s->section, "start", &start));
     for (int k = 0; k < s->table.rows; k++) {
         if (!(fabs(time[k]) < HUGE_VAL)) return pdi_read_measured_fail_row(s, k, "time", time[k], "a finite time");
         if (k && time[k] < time[k - 1])

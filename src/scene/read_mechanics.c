@@ -154,8 +154,11 @@ static pd_status pdi_read_mechanics_poisson(pdi_reader *s, int section)
         b->poisson = own;
         return PD_OK;
     }
-    PD_TRY(pdi_reader_get_bounded(s, section, "nu", "", NULL, rubber && b->plane == PD_PLANE_STRESS ? 0.0 : -0.999,
-                                  0.499, 0, &b->poisson));
+    PD_TRY(pdi_key_value_get_number(s->ctx, s->text, section, "nu", &b->poisson));
+    if (rubber && b->plane == PD_PLANE_STRESS && b->poisson < 0.0)
+        return pdi_text_fail_key(s->ctx, s->text, section, "nu",
+                                 "found %g with model = neo_hookean and plane = stress, expected at least 0",
+                                 b->poisson);
     if (!pdi_read_mechanics_is_bond_based(b) || fabs(b->poisson - own) < 1e-3) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, section, "nu",
                              "found %g with model = bond_based, expected their %g, or "
@@ -167,7 +170,7 @@ static pd_status pdi_read_mechanics_poisson(pdi_reader *s, int section)
 static pd_status pdi_read_mechanics_plasticity(pdi_reader *s, int section)
 {
     pd_setup_mechanics *b = &s->setup->metal_body;
-    PD_TRY(pdi_reader_get_nonnegative(s, section, "yield_stress", "Pa", "0", &b->yield));
+    PD_TRY(pdi_key_value_get_number(s->ctx, s->text, section, "yield_stress", &b->yield));
     if (pdi_text_has_key(s->ctx, s->text, section, "hardening_modulus") && !(b->yield > 0.0))
         return pdi_text_fail_key(s->ctx, s->text, section, "hardening_modulus",
                                  "found without yield_stress, expected both");
@@ -182,7 +185,7 @@ static pd_status pdi_read_mechanics_plasticity(pdi_reader *s, int section)
                                  "found %g Pa, expected 0 or at least 1000 rtol E = "
                                  "%g Pa: balances are no finer",
                                  b->yield, 1e3 * b->rtol * b->young);
-    PD_TRY(pdi_reader_get_nonnegative(s, section, "hardening_modulus", "Pa", "0", &b->hardening));
+    PD_TRY(pdi_key_value_get_number(s->ctx, s->text, section, "hardening_modulus", &b->hardening));
     if (PD_DIM != 2 || b->plane == PD_PLANE_STRAIN || b->material == PD_SOLID_COUPLING_HENCKY) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, section, "yield_stress",
                              "found with plane = stress, expected plane = strain or "
@@ -195,9 +198,9 @@ static pd_status pdi_read_mechanics_failure(pdi_reader *s, int section)
     static const char *const keys[] = {"critical_stretch", "strength", "fracture_energy"};
     pd_setup_mechanics *b = &s->setup->metal_body;
     const char *found = NULL;
-    PD_TRY(pdi_reader_get_nonnegative(s, section, "critical_stretch", "", "0", &b->stretch));
-    PD_TRY(pdi_reader_get_nonnegative(s, section, "strength", "Pa", "0", &b->strength));
-    PD_TRY(pdi_reader_get_nonnegative(s, section, "fracture_energy", "J/m2", "0", &b->toughness));
+    PD_TRY(pdi_key_value_get_number(s->ctx, s->text, section, "critical_stretch", &b->stretch));
+    PD_TRY(pdi_key_value_get_number(s->ctx, s->text, section, "strength", &b->strength));
+    PD_TRY(pdi_key_value_get_number(s->ctx, s->text, section, "fracture_energy", &b->toughness));
     for (int k = 0; k < 3; k++) {
         double value = k == 0 ? b->stretch : k == 1 ? b->strength : b->toughness;
         if (!(value > 0.0)) continue;
@@ -235,7 +238,7 @@ static pd_status pdi_read_mechanics_plasticity_failure(pdi_reader *s, int sectio
             return pdi_text_fail_key(s->ctx, s->text, section, still[k],
                                      "found with %s, expected another one of both: " PDI_READ_MECHANICS_SUPPORT_TEXT,
                                      springs ? "model = bond_based" : "dynamics = yes");
-    if (springs) return pdi_reader_get_nonnegative(s, section, "fracture_energy", "J/m2", "0", &b->toughness);
+    if (springs) return pdi_key_value_get_number(s->ctx, s->text, section, "fracture_energy", &b->toughness);
     PD_TRY(pdi_read_mechanics_plasticity(s, section));
     return pdi_read_mechanics_failure(s, section);
 }
@@ -243,15 +246,14 @@ static pd_status pdi_read_mechanics_plasticity_failure(pdi_reader *s, int sectio
 /* Read whether the metal moves dynamically, and its density; neither dynamics nor bond-based metal may dissolve. */
 static pd_status pdi_read_mechanics_dynamics(pdi_reader *s, int section)
 {
-    static const char *const answers[] = {"no", "yes", NULL};
     pd_setup_mechanics *b = &s->setup->metal_body;
     int moves;
-    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "dynamics", answers, "no", &moves));
+    PD_TRY(pdi_key_value_get_index(s->ctx, s->text, section, "dynamics", &moves));
     if (s->setup->has_dissolve && (moves || pdi_read_mechanics_is_bond_based(b)))
         return pdi_text_fail_key(s->ctx, s->text, section, moves ? "dynamics" : "model",
                                  "found beside metal that dissolves, expected %s",
                                  moves ? "dynamics = no" : "model = correspondence");
-    if (moves) return pdi_reader_get_positive(s, section, "density", "kg/m3", NULL, &b->density);
+    if (moves) return pdi_key_value_get_number(s->ctx, s->text, section, "density", &b->density);
     if (!pdi_text_has_key(s->ctx, s->text, section, "density")) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, section, "density", "found without dynamics = yes, expected both");
 }
@@ -259,24 +261,21 @@ static pd_status pdi_read_mechanics_dynamics(pdi_reader *s, int section)
 /* Read the material of [solid]: constitutive law, E, nu, plane, influence function, horizon, tolerance, failure. */
 static pd_status pdi_read_mechanics_material(pdi_reader *s, int section)
 {
-    static const char *const planes[] = {"strain", "stress", NULL};
-    static const char *const influences[] = {"constant", "inverse", "linear", NULL};
     pd_setup_mechanics *b = &s->setup->metal_body;
     int plane = 0, influence, material;
-    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "model", pdi_read_mechanics_material_names, "correspondence",
-                               &material));
+    PD_TRY(pdi_key_value_get_index(s->ctx, s->text, section, "model", &material));
     b->material = (pd_solid_coupling_material)material;
-    PD_TRY(pdi_reader_get_positive(s, section, "E", "Pa", NULL, &b->young));
+    PD_TRY(pdi_key_value_get_number(s->ctx, s->text, section, "E", &b->young));
     if (b->young < 1e-30)
         return pdi_text_fail_key(s->ctx, s->text, section, "E", "found %g Pa, expected at least 1e-30 Pa", b->young);
-    if (PD_DIM == 2) PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "plane", planes, "strain", &plane));
+    if (PD_DIM == 2) PD_TRY(pdi_key_value_get_index(s->ctx, s->text, section, "plane", &plane));
     b->plane = (pd_plane)plane;
     PD_TRY(pdi_read_mechanics_poisson(s, section));
-    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "influence", influences, "constant", &influence));
+    PD_TRY(pdi_key_value_get_index(s->ctx, s->text, section, "influence", &influence));
     b->influence = (pd_influence)influence;
-    PD_TRY(pdi_reader_get_bounded(s, section, "m", "", pdi_read_mechanics_is_bond_based(b) ? "3" : "2", 1.0, 6.0, 0,
-                                  &b->m));
-    PD_TRY(pdi_reader_get_bounded(s, section, "rtol", "", "1e-8", 1e-13, 1e-3, 0, &b->rtol));
+    PD_TRY(pdi_key_value_get_number_or(s->ctx, s->text, section, "m", pdi_read_mechanics_is_bond_based(b) ? "3" : "2",
+                                       &b->m));
+    PD_TRY(pdi_key_value_get_number(s->ctx, s->text, section, "rtol", &b->rtol));
     PD_TRY(pdi_read_mechanics_dynamics(s, section));
     return pdi_read_mechanics_plasticity_failure(s, section);
 }

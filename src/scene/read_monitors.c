@@ -1,12 +1,11 @@
 /* read_monitors: see read_monitors.h */
 #include "scene/read_monitors.h"
+#include "scene/key_value.h"
 #include "setup/fields.h"
 #include "scene/input_files.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
-
-#define PDI_READ_MONITORS_MAX_POINTS 100000 /* most points of a line */
 
 /* State of the reader. */
 typedef struct pdi_read_monitors_state {
@@ -85,25 +84,6 @@ static pd_status pdi_read_monitors_point(pdi_read_monitors_state *w, const char 
     return PD_OK;
 }
 
-/* Read a number above 0. */
-static pd_status pdi_read_monitors_positive(pdi_read_monitors_state *w, const char *key, const char *unit,
-                                            const char *fallback, double *value)
-{
-    char found[PD_UNITS_TEXT];
-    PD_TRY(pdi_text_get_number(w->ctx, w->text, w->section, key, unit, fallback, value));
-    if (*value > 0.0) return PD_OK;
-    pd_setup_format_value(*value, unit, found);
-    return pdi_text_fail_key(w->ctx, w->text, w->section, key, "found %s, expected a positive value", found);
-}
-
-/* Read a concentration [mol/m3] of at least 0. */
-static pd_status pdi_read_monitors_concentration(pdi_read_monitors_state *w, const char *key, double *value)
-{
-    PD_TRY(pdi_text_get_number(w->ctx, w->text, w->section, key, "mol/m3", NULL, value));
-    if (*value >= 0.0) return PD_OK;
-    return pdi_text_fail_key(w->ctx, w->text, w->section, key, "found %.6g mol/m3, expected at least 0", *value);
-}
-
 /* Read the box of a monitor; without the key, if optional, it is that of the grid. */
 static pd_status pdi_read_monitors_box(pdi_read_monitors_state *w, int optional, pd_setup_monitor *m)
 {
@@ -146,15 +126,13 @@ static pd_status pdi_read_monitors_line(pdi_read_monitors_state *w, pd_setup_mon
     if (m->images & ~m->fields)
         return pdi_text_fail_key(w->ctx, w->text, w->section, "images", "found a field that is not among 'fields'");
     if (!pdi_text_has_key(w->ctx, w->text, w->section, "spacing"))
-        return pdi_text_get_integer(w->ctx, w->text, w->section, "points", 2, PDI_READ_MONITORS_MAX_POINTS, NULL,
-                                    &m->points);
+        return pdi_key_value_get_index(w->ctx, w->text, w->section, "points", &m->points);
     if (pdi_text_has_key(w->ctx, w->text, w->section, "points"))
         return pdi_text_fail_key(w->ctx, w->text, w->section, "spacing", "found beside 'points', expected one of them");
-    PD_TRY(pdi_read_monitors_positive(w, "spacing", "m", NULL, &spacing));
-    if (length / spacing > PDI_READ_MONITORS_MAX_POINTS - 1.0)
+    PD_TRY(pdi_key_value_get_number(w->ctx, w->text, w->section, "spacing", &spacing));
+    if (length / spacing > PDI_KEYS_MAX_POINTS - 1.0)
         return pdi_text_fail_key(w->ctx, w->text, w->section, "spacing",
-                                 "found %.6g m, which makes more than %d points", spacing,
-                                 PDI_READ_MONITORS_MAX_POINTS);
+                                 "found %.6g m, which makes more than %d points", spacing, PDI_KEYS_MAX_POINTS);
     m->points = (int)pd_max(ceil(length / spacing * (1.0 - 1e-12)), 1.0) + 1;
     return PD_OK;
 }
@@ -203,13 +181,14 @@ static pd_status pdi_read_monitors_force(pdi_read_monitors_state *w, pd_setup_mo
     int named = pdi_text_has_key(w->ctx, w->text, w->section, "shape");
     if (named) PD_TRY(pdi_read_monitors_shape(w, m));
     PD_TRY(pdi_read_monitors_box(w, named, m));
-    PD_TRY(pdi_text_get_bool(w->ctx, w->text, w->section, "balance", named ? "no" : "yes", &m->momentum_balance));
+    PD_TRY(
+        pdi_key_value_get_index_or(w->ctx, w->text, w->section, "balance", named ? "no" : "yes", &m->momentum_balance));
     if (!pdi_text_has_key(w->ctx, w->text, w->section, "reference_speed") &&
         !pdi_text_has_key(w->ctx, w->text, w->section, size))
         return PD_OK;
-    PD_TRY(pdi_read_monitors_positive(w, "reference_speed", "m/s", NULL, &m->speed));
+    PD_TRY(pdi_key_value_get_number(w->ctx, w->text, w->section, "reference_speed", &m->speed));
     m->area = 1.0;
-    return PD_DIM == 1 ? PD_OK : pdi_read_monitors_positive(w, size, PD_DIM == 3 ? "m2" : "m", NULL, &m->area);
+    return PD_DIM == 1 ? PD_OK : pdi_key_value_get_number(w->ctx, w->text, w->section, size, &m->area);
 }
 
 /* Read the reference concentration of a Sherwood number: fluid = inlet, bulk, or a value [mol/m3]. */
@@ -231,7 +210,7 @@ static pd_status pdi_read_monitors_reference_fluid(pdi_read_monitors_state *w, p
         return pdi_text_fail_key(w->ctx, w->text, w->section, "fluid",
                                  "found 'inlet' in a scene without one, expected bulk or a concentration");
     }
-    if (strcmp(value, "bulk") != 0) return pdi_read_monitors_concentration(w, "fluid", &m->fluid_c);
+    if (strcmp(value, "bulk") != 0) return pdi_key_value_get_number(w->ctx, w->text, w->section, "fluid", &m->fluid_c);
     m->reference = PD_REFERENCE_FLUID_BULK;
     PD_TRY(pdi_read_monitors_check_section(w, u->has_flow, "flow"));
     if (m->axis >= 0) return PD_OK;
@@ -246,7 +225,7 @@ static pd_status pdi_read_monitors_reference_fluid(pdi_read_monitors_state *w, p
 static pd_status pdi_read_monitors_transfer(pdi_read_monitors_state *w, pd_setup_monitor *m)
 {
     static const char *const axes[] = {"x", "y", "z"};
-    const char *names[PD_DIM + 1], *unit = PD_DIM == 3 ? "m2" : PD_DIM == 2 ? "m" : "";
+    const char *names[PD_DIM + 1];
     char diffusivity[PD_UNITS_TEXT];
     for (int d = 0; d < PD_DIM; d++) names[d] = axes[d];
     names[PD_DIM] = NULL;
@@ -256,13 +235,13 @@ static pd_status pdi_read_monitors_transfer(pdi_read_monitors_state *w, pd_setup
     if (pdi_text_has_key(w->ctx, w->text, w->section, "along"))
         PD_TRY(pdi_text_get_choice(w->ctx, w->text, w->section, "along", names, NULL, &m->axis));
     if (pdi_text_has_key(w->ctx, w->text, w->section, "area"))
-        PD_TRY(pdi_read_monitors_positive(w, "area", unit, NULL, &m->area));
+        PD_TRY(pdi_key_value_get_number(w->ctx, w->text, w->section, "area", &m->area));
     if (!pdi_text_has_key(w->ctx, w->text, w->section, "reference_length")) return PD_OK;
-    PD_TRY(pdi_read_monitors_positive(w, "reference_length", "m", NULL, &m->length));
-    PD_TRY(pdi_read_monitors_concentration(w, "surface", &m->surface_c));
+    PD_TRY(pdi_key_value_get_number(w->ctx, w->text, w->section, "reference_length", &m->length));
+    PD_TRY(pdi_key_value_get_number(w->ctx, w->text, w->section, "surface", &m->surface_c));
     PD_TRY(pdi_read_monitors_reference_fluid(w, m));
     snprintf(diffusivity, sizeof diffusivity, "%.17g m2/s", w->setup->diffusivity);
-    return pdi_read_monitors_positive(w, "D", "m2/s", diffusivity, &m->diffusivity);
+    return pdi_key_value_get_number_or(w->ctx, w->text, w->section, "D", diffusivity, &m->diffusivity);
 }
 
 /* Read one section of a kind of monitor and append it to the setup. */
@@ -329,5 +308,3 @@ PDI_FN pd_status pdi_read_monitors_read(pd_ctx *ctx, pd_text *text, pd_setup *se
     }
     return PD_OK;
 }
-
-#undef PDI_READ_MONITORS_MAX_POINTS

@@ -4,17 +4,37 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Read the keys of its section as expressions in x, y, z, t. A default of "-" leaves the key out. */
+/* Read the value of a key: an expression in x, y, z, t, or a number, or that of a choice. */
+static pd_status pdi_read_physics_value(pdi_reader *s, int section, const pd_key *key, pd_expr *value)
+{
+    const char *unit = strcmp(key->unit, "-") == 0 ? "" : key->unit;
+    const char *fallback = strcmp(key->default_text, "required") == 0 ? NULL : key->default_text;
+    int index, variables = key->type == PD_KEY_TEXT ? PD_SETUP_POSITION_VARS : 0;
+    if (key->type == PD_KEY_WHOLE || key->type == PD_KEY_CHOICE) {
+        pd_expr_desc desc;
+        char text[16];
+        PD_TRY(pdi_key_value_get_index_or(s->ctx, s->text, section, key->keys, fallback, &index));
+        snprintf(text, sizeof text, "%d", index);
+        memset(&desc, 0, sizeof desc);
+        desc.text = text;
+        return pd_expr_build(s->ctx, &desc, value);
+    }
+    PD_TRY(pdi_text_get_expr(s->ctx, s->text, section, key->keys, unit, pd_setup_get_position_symbols(), variables,
+                             fallback, value));
+    if (!pd_expr_is_constant(value)) return PD_OK;
+    pd_status status = pdi_key_value_check_bounds(s->ctx, s->text, section, key, pd_expr_eval(value, NULL));
+    if (status < 0) pd_expr_free(s->ctx, value);
+    return status;
+}
+
+/* Read the keys of its section. A default of "-" leaves the key out. */
 static pd_status pdi_read_physics_keys(pdi_reader *s, int section, pd_setup_registered *own)
 {
     const pd_key_section *table = &own->type->section;
     for (int k = 0; k < table->count; k++) {
         const pd_key *key = &table->key[k];
-        const char *unit = strcmp(key->unit, "-") == 0 ? "" : key->unit;
-        const char *fallback = strcmp(key->default_text, "required") == 0 ? NULL : key->default_text;
         if (strcmp(key->default_text, "-") == 0 && !pdi_text_has_key(s->ctx, s->text, section, key->keys)) continue;
-        PD_TRY(pdi_text_get_expr(s->ctx, s->text, section, key->keys, unit, pd_setup_get_position_symbols(),
-                                 PD_SETUP_POSITION_VARS, fallback, &own->value[k]));
+        PD_TRY(pdi_read_physics_value(s, section, key, &own->value[k]));
         own->given |= (uint32_t)1 << k;
     }
     return PD_OK;

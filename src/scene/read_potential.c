@@ -11,8 +11,6 @@
 #define PDI_READ_POTENTIAL_CHECK_POINTS 400
 #define PDI_READ_POTENTIAL_CHECK_RANGE 4.0
 #define PDI_READ_POTENTIAL_CHECK_TOL 1e-12
-/* [V] Bound of all potentials and Tafel slopes: anything larger is a mistake. */
-#define PDI_READ_POTENTIAL_MAX_VOLTAGE 1e4
 
 /* Kind of polarisation curve, the values of the key `curve`. */
 typedef enum pdi_read_potential_curve_kind {
@@ -102,13 +100,12 @@ static pd_status pdi_read_potential_tafel_slopes(pdi_reader *s, int section, int
     double *slope[] = {&t->anodic, &t->cathodic}, *limit[] = {&t->anodic_limit, &t->cathodic_limit};
     int given = 0;
     t->kind = PD_ELECTRODE_BUTLER_VOLMER;
-    PD_TRY(pdi_reader_get_positive(s, section, "i0", "A/m2", NULL, &t->exchange));
+    PD_TRY(pdi_key_value_get_number(s->ctx, s->text, section, "i0", &t->exchange));
     for (int k = 0; k < 2; k++) {
         if (!pdi_text_has_key(s->ctx, s->text, section, keys[k])) continue;
-        PD_TRY(
-            pdi_reader_get_bounded(s, section, keys[k], "V", NULL, 0.0, PDI_READ_POTENTIAL_MAX_VOLTAGE, 1, slope[k]));
+        PD_TRY(pdi_key_value_get_number(s->ctx, s->text, section, keys[k], slope[k]));
         *slope[k] /= log(10.0);
-        PD_TRY(pdi_reader_get_nonnegative(s, section, limits[k], "A/m2", "0", limit[k]));
+        PD_TRY(pdi_key_value_get_number(s->ctx, s->text, section, limits[k], limit[k]));
         given++;
     }
     if (given == 1 + both) return PD_OK;
@@ -132,7 +129,7 @@ static pd_status pdi_read_potential_tabulate_curve(pdi_reader *s, int section, c
     for (int k = 0; k < e->points; k++) {
         e->potential[k] = low + (high - low) * k / (e->points - 1);
         e->current[k] = pd_expr_eval(curve, &e->potential[k]);
-        if (!(fabs(e->current[k]) < PDI_READER_MAX_NUMBER))
+        if (!(fabs(e->current[k]) < PD_KEY_MAX_NUMBER))
             return pdi_text_fail_key(s->ctx, s->text, section, "i",
                                      "found %g A/m2 at E = %.6g V, expected a number, or "
                                      "another range",
@@ -163,7 +160,7 @@ static pd_status pdi_read_potential_check_rising(pdi_reader *s, int section, con
     for (int k = 0; k <= PDI_READ_POTENTIAL_CHECK_POINTS; k++) {
         vars[0] = PDI_READ_POTENTIAL_CHECK_RANGE * (2.0 * k / PDI_READ_POTENTIAL_CHECK_POINTS - 1.0);
         double i = pd_expr_eval(&e->species_curve, vars);
-        if (!(fabs(i) < PDI_READER_MAX_NUMBER)) continue;
+        if (!(fabs(i) < PD_KEY_MAX_NUMBER)) continue;
         if (i < last - PDI_READ_POTENTIAL_CHECK_TOL * fabs(last))
             return pdi_text_fail_key(s->ctx, s->text, section, "i",
                                      "found a current that falls from %.6g to %.6g A/m2 "
@@ -222,7 +219,6 @@ static pd_status pdi_read_potential_expression_curve(pdi_reader *s, int section,
 /* Read the polarisation curve of an electrode: its kind, parameters and film resistance. */
 static pd_status pdi_read_potential_kinetics(pdi_reader *s, int section, pd_setup_electrode *e)
 {
-    static const char *const curves[] = {"butler_volmer", "tafel", "linear", "expression", "primary", NULL};
     int curve = 0;
     e->has_no_curve = s->setup->has_migration && !pdi_text_has_key(s->ctx, s->text, section, "curve");
     if (e->has_no_curve) return PD_OK;
@@ -230,11 +226,10 @@ static pd_status pdi_read_potential_kinetics(pdi_reader *s, int section, pd_setu
         return pdi_text_fail_key(s->ctx, s->text, section, "curve",
                                  "found no polarisation curve, expected curve = "
                                  "butler_volmer, tafel, linear, expression or primary");
-    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "curve", curves, NULL, &curve));
-    PD_TRY(pdi_reader_get_nonnegative(s, section, "film_resistance", "ohm m2", "0", &e->film_resistance));
+    PD_TRY(pdi_key_value_get_index(s->ctx, s->text, section, "curve", &curve));
+    PD_TRY(pdi_key_value_get_number(s->ctx, s->text, section, "film_resistance", &e->film_resistance));
     if (curve == PDI_READ_POTENTIAL_EXPRESSION) return pdi_read_potential_expression_curve(s, section, e);
-    PD_TRY(pdi_reader_get_bounded(s, section, "E0", "V", "0", -PDI_READ_POTENTIAL_MAX_VOLTAGE,
-                                  PDI_READ_POTENTIAL_MAX_VOLTAGE, 0, &e->term.equilibrium));
+    PD_TRY(pdi_key_value_get_number(s->ctx, s->text, section, "E0", &e->term.equilibrium));
     e->primary = curve == PDI_READ_POTENTIAL_PRIMARY;
     if (e->primary && s->setup->has_migration)
         return pdi_text_fail_key(s->ctx, s->text, section, "curve",
@@ -244,7 +239,7 @@ static pd_status pdi_read_potential_kinetics(pdi_reader *s, int section, pd_setu
     if (curve != PDI_READ_POTENTIAL_LINEAR)
         return pdi_read_potential_tafel_slopes(s, section, curve == PDI_READ_POTENTIAL_BUTLER_VOLMER, &e->term);
     e->term.kind = PD_ELECTRODE_LINEAR;
-    return pdi_reader_get_positive(s, section, "polarisation_resistance", "ohm m2", NULL, &e->term.resistance);
+    return pdi_key_value_get_number(s->ctx, s->text, section, "polarisation_resistance", &e->term.resistance);
 }
 
 /* ---- circuits ---- */
@@ -361,8 +356,7 @@ static pd_status pdi_read_potential_sides(pdi_reader *s)
             return pdi_text_fail_key(s->ctx, s->text, section, "potential",
                                      "found beside migration = yes of [chemistry],"
                                      " expected species = inlet, which holds ions at the potential 0");
-        PD_TRY(pdi_reader_get_bounded(s, section, "potential", "V", NULL, -PDI_READ_POTENTIAL_MAX_VOLTAGE,
-                                      PDI_READ_POTENTIAL_MAX_VOLTAGE, 0, &u->potential.fixed_potential[k]));
+        PD_TRY(pdi_key_value_get_number(s->ctx, s->text, section, "potential", &u->potential.fixed_potential[k]));
         u->potential.has_fixed_potential[k] = 1;
         if (u->side[k].kind == PD_SIDE_WALL || u->side[k].kind == PD_SIDE_INLET) continue;
         return pdi_text_fail_key(s->ctx, s->text, section, "potential",
@@ -385,8 +379,8 @@ static pd_status pdi_read_potential_conductivity(pdi_reader *s, int section)
                                  "found none, expected [potential] "
                                  "conductivity = 1.5 S/m or another positive value");
     if (pdi_text_has_key(s->ctx, s->text, section, "conductivity"))
-        PD_TRY(pdi_reader_get_positive(s, section, "conductivity", "S/m", NULL, &p->conductivity));
-    return pdi_reader_get_bounded(s, section, "tolerance", "", "1e-12", 0.0, 0.1, 1, &p->tolerance);
+        PD_TRY(pdi_key_value_get_number(s->ctx, s->text, section, "conductivity", &p->conductivity));
+    return pdi_key_value_get_number(s->ctx, s->text, section, "tolerance", &p->tolerance);
 }
 
 PDI_FN pd_status pdi_read_potential_read(pdi_reader *s)
@@ -423,4 +417,3 @@ PDI_FN pd_status pdi_read_potential_read(pdi_reader *s)
 #undef PDI_READ_POTENTIAL_CHECK_POINTS
 #undef PDI_READ_POTENTIAL_CHECK_RANGE
 #undef PDI_READ_POTENTIAL_CHECK_TOL
-#undef PDI_READ_POTENTIAL_MAX_VOLTAGE

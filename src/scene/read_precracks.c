@@ -48,7 +48,7 @@ static pd_status pdi_read_precracks_direction(pdi_reader *s, int section, pd_set
             cut->direction[d] =
                 cut->corner[(cut->corners - 1) * PD_DIM + d] - cut->corner[(cut->corners - 2) * PD_DIM + d];
     for (int d = 0; d < PD_DIM; d++) square += cut->direction[d] * cut->direction[d];
-    if (!cut->is_recorded || (count == PD_DIM && square > 0.0 && square < PDI_READER_MAX_NUMBER)) return PD_OK;
+    if (!cut->is_recorded || (count == PD_DIM && square > 0.0 && square < PD_KEY_MAX_NUMBER)) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, section, "direction",
                              "expected a direction, %d numbers that are not all zero", PD_DIM);
 }

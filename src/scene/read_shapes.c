@@ -66,14 +66,6 @@ static pd_status pdi_read_shapes_point(pdi_read_shapes_state *s, const char *key
                              count, count > 1 ? "s" : "", PD_DIM, count, count);
 }
 
-/* Read a positive length [m]. */
-static pd_status pdi_read_shapes_length(pdi_read_shapes_state *s, const char *key, const char *fallback, double *value)
-{
-    PD_TRY(pdi_text_get_number(s->ctx, s->text, s->section, key, "m", fallback, value));
-    if (*value > 0.0) return PD_OK;
-    return pdi_text_fail_key(s->ctx, s->text, s->section, key, "found %.6g m, expected a positive length", *value);
-}
-
 /* Read a box from its ranges along the axes. */
 static pd_status pdi_read_shapes_box(pdi_read_shapes_state *s, pd_shape *shape)
 {
@@ -95,7 +87,7 @@ static pd_status pdi_read_shapes_cylinder(pdi_read_shapes_state *s, pd_shape *sh
     PD_TRY(pdi_text_get_choice(s->ctx, s->text, s->section, "cylinder", axes, NULL, &shape->axis));
     if (pdi_text_has_key(s->ctx, s->text, s->section, "centre"))
         PD_TRY(pdi_read_shapes_point(s, "centre", "m", shape->a));
-    return pdi_read_shapes_length(s, "radius", NULL, &shape->radius);
+    return pdi_key_value_get_number(s->ctx, s->text, s->section, "radius", &shape->radius);
 }
 
 /* Read a half space: a point of its plane and the outward normal. */
@@ -104,7 +96,7 @@ static pd_status pdi_read_shapes_half_space(pdi_read_shapes_state *s, pd_shape *
     int yes;
     double size = 0.0;
     shape->type = PD_SHAPE_HALF_SPACE;
-    PD_TRY(pdi_text_get_bool(s->ctx, s->text, s->section, "half_space", NULL, &yes));
+    PD_TRY(pdi_key_value_get_index(s->ctx, s->text, s->section, "half_space", &yes));
     if (!yes) return pdi_text_fail_key(s->ctx, s->text, s->section, "half_space", "found 'no', expected 'yes'");
     PD_TRY(pdi_read_shapes_point(s, "point", "m", shape->a));
     PD_TRY(pdi_read_shapes_point(s, "normal", "", shape->b));
@@ -228,7 +220,7 @@ static pd_status pdi_read_shapes_stl(pdi_read_shapes_state *s, pd_shape *shape)
     if (PD_DIM != 3)
         return pdi_text_fail_key(s->ctx, s->text, s->section, "stl", "found a surface in %dD, expected 3D", PD_DIM);
     PD_TRY(pdi_input_files_get_path(s->ctx, s->text, s->section, "stl", s->folder, path));
-    PD_TRY(pdi_read_shapes_length(s, "scale", NULL, &scale));
+    PD_TRY(pdi_key_value_get_number(s->ctx, s->text, s->section, "scale", &scale));
     if (pdi_text_has_key(s->ctx, s->text, s->section, "shift")) PD_TRY(pdi_read_shapes_point(s, "shift", "m", shift));
     PD_TRY(pd_setup_add_facets(s->ctx, s->setup, &surface));
     shape->facets = surface;
@@ -308,7 +300,7 @@ static pd_status pdi_read_shapes_geometry(pdi_read_shapes_state *s, int *index)
     case PDI_READ_SHAPES_BALL:
         shape.type = PD_SHAPE_BALL;
         PD_TRY(pdi_read_shapes_point(s, "ball", "m", shape.a));
-        PD_TRY(pdi_read_shapes_length(s, "radius", NULL, &shape.radius));
+        PD_TRY(pdi_key_value_get_number(s->ctx, s->text, s->section, "radius", &shape.radius));
         break;
     case PDI_READ_SHAPES_CYLINDER: PD_TRY(pdi_read_shapes_cylinder(s, &shape)); break;
     case PDI_READ_SHAPES_HALF_SPACE: PD_TRY(pdi_read_shapes_half_space(s, &shape)); break;
@@ -320,7 +312,7 @@ static pd_status pdi_read_shapes_geometry(pdi_read_shapes_state *s, int *index)
     case PDI_READ_SHAPES_DIFFERENCE: PD_TRY(pdi_read_shapes_set_operation(s, form, &shape)); break;
     }
     PD_TRY(pd_setup_add_shape(s->ctx, s->setup, &shape, index));
-    PD_TRY(pdi_text_get_bool(s->ctx, s->text, s->section, "outside", "no", &outside));
+    PD_TRY(pdi_key_value_get_index(s->ctx, s->text, s->section, "outside", &outside));
     return outside ? pd_setup_add_complement(s->ctx, s->setup, index) : PD_OK;
 }
 
@@ -364,16 +356,11 @@ static pd_status pdi_read_shapes_grains(pdi_read_shapes_state *s)
     int seed;
     memset(&grain, 0, sizeof grain);
     if (!pdi_text_has_key(s->ctx, s->text, s->section, "grain_size")) return PD_OK;
-    PD_TRY(pdi_read_shapes_length(s, "grain_size", NULL, &grain.size));
-    PD_TRY(pdi_text_get_number(s->ctx, s->text, s->section, "grain_size_deviation", "m", "0", &grain.spread));
-    PD_TRY(pdi_text_get_integer(s->ctx, s->text, s->section, "grain_seed", 0, 2147483647, "1", &seed));
-    PD_TRY(
-        pdi_text_get_number(s->ctx, s->text, s->section, "grain_boundary_width", "m", "0.5 um", &grain.boundary_width));
-    if (grain.spread < 0.0)
-        return pdi_text_fail_key(s->ctx, s->text, s->section, "grain_size_deviation",
-                                 "found %.6g m, expected at least 0", grain.spread);
-    if (!(grain.boundary_width >= 0.0) ||
-        (grain.boundary_width > grain.size && !pdi_reader_is_equal(grain.boundary_width, grain.size)))
+    PD_TRY(pdi_key_value_get_number(s->ctx, s->text, s->section, "grain_size", &grain.size));
+    PD_TRY(pdi_key_value_get_number(s->ctx, s->text, s->section, "grain_size_deviation", &grain.spread));
+    PD_TRY(pdi_key_value_get_index(s->ctx, s->text, s->section, "grain_seed", &seed));
+    PD_TRY(pdi_key_value_get_number(s->ctx, s->text, s->section, "grain_boundary_width", &grain.boundary_width));
+    if (grain.boundary_width > grain.size && !pdi_reader_is_equal(grain.boundary_width, grain.size))
         return pdi_text_fail_key(s->ctx, s->text, s->section, "grain_boundary_width",
                                  "found %.6g m, expected 0 to the grain size %.6g m", grain.boundary_width, grain.size);
     grain.seed = (uint64_t)seed;
@@ -416,9 +403,7 @@ static pd_status pdi_read_shapes_medium(pdi_read_shapes_state *s, int index)
     double value;
     if (!u->has_transport)
         return pdi_text_fail_key(s->ctx, s->text, s->section, "kind", "found 'medium' without a [transport] section");
-    PD_TRY(pdi_text_get_number(s->ctx, s->text, s->section, "D", "m2/s", NULL, &value));
-    if (!(value >= 0.0))
-        return pdi_text_fail_key(s->ctx, s->text, s->section, "D", "found %.6g m2/s, expected at least 0", value);
+    PD_TRY(pdi_key_value_get_number(s->ctx, s->text, s->section, "D", &value));
     if (u->medium >= 0 && !pdi_reader_is_equal(value, u->medium_diffusivity))
         return pdi_text_fail_key(s->ctx, s->text, s->section, "D",
                                  "found another diffusivity than in a medium above,"

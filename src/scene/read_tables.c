@@ -1,5 +1,6 @@
 /* read_tables: see read_tables.h */
 #include "scene/read_tables.h"
+#include "scene/key_value.h"
 #include "scene/input_files.h"
 #include "scene/read_constants.h"
 #include <stdio.h>
@@ -102,11 +103,10 @@ PDI_FN pd_status pdi_read_tables_column(const pdi_read_tables_state *s, const ch
 static pd_status pdi_read_tables_build_curve(const pdi_read_tables_state *s, double *x, double *y,
                                              pd_expr_table *function, pd_monotone_cubic *curve)
 {
-    static const char *const outsides[] = {"hold", "error", NULL};
     char unit[PD_UNITS_TEXT];
     double x_unit = 1.0, y_unit = 1.0;
     int strict;
-    PD_TRY(pdi_text_get_choice(s->ctx, s->text, s->section, "outside", outsides, "hold", &strict));
+    PD_TRY(pdi_key_value_get_index(s->ctx, s->text, s->section, "outside", &strict));
     PD_TRY(pdi_read_tables_column(s, "x", NULL, 0, x, unit, &x_unit, &function->argument));
     PD_TRY(pdi_read_tables_column(s, "y", NULL, 0, y, unit, &y_unit, &function->result));
     for (int k = 0; k < s->table.rows; k++) {

@@ -66,12 +66,11 @@ static pd_status pdi_scene_check_whole_cells(pdi_reader *s, int section)
  * mirror, or at least one horizon away from it. */
 static pd_status pdi_scene_read_geometry(pdi_reader *s, int section)
 {
-    static const char *const kinds[] = {"planar", "axisymmetric", NULL};
     pd_setup *u = s->setup;
     int r = PD_DIM - 1;
     double reach = pd_setup_count_ghost_layers(u);
     char found[PD_UNITS_TEXT], horizon[PD_UNITS_TEXT];
-    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "geometry", kinds, "planar", &u->axisymmetric));
+    PD_TRY(pdi_key_value_get_index(s->ctx, s->text, section, "geometry", &u->axisymmetric));
     if (!u->axisymmetric) return PD_OK;
     if (PD_DIM != 2)
         return pdi_text_fail_key(s->ctx, s->text, section, "geometry", "found 'axisymmetric' in %dD, expected it in 2D",
@@ -111,7 +110,7 @@ static pd_status pdi_scene_read_grid(pdi_reader *s)
                                  "found %d range%s, expected %d, one for each axis:"
                                  " pd%dd runs scenes in %dD",
                                  count, count > 1 ? "s" : "", PD_DIM, count, count);
-    PD_TRY(pdi_text_get_integer(s->ctx, s->text, section, "threads", 0, 1024, "0", &u->threads));
+    PD_TRY(pdi_key_value_get_index(s->ctx, s->text, section, "threads", &u->threads));
     PD_TRY(pdi_scene_check_whole_cells(s, section));
     return pdi_scene_read_geometry(s, section);
 }
@@ -161,7 +160,7 @@ static pd_status pdi_scene_read_inflow(pdi_reader *s, int section, pd_setup_side
     int volume = pdi_text_has_key(s->ctx, s->text, section, "flow_rate");
     if (!volume) PD_TRY(pdi_scene_read_time_expr(s, section, "mean", "m/s", &side->inflow_of_time));
     if (!volume && side->inflow_of_time.variables_used) return PD_OK;
-    if (!volume) return pdi_reader_get_nonnegative(s, section, "mean", "m/s", NULL, &side->mean_speed);
+    if (!volume) return pdi_key_value_get_number(s->ctx, s->text, section, "mean", &side->mean_speed);
     if (pdi_text_has_key(s->ctx, s->text, section, "mean"))
         return pdi_text_fail_key(s->ctx, s->text, section, "flow_rate", "found beside 'mean', expected one of them");
     if (PD_DIM == 1)
@@ -170,16 +169,15 @@ static pd_status pdi_scene_read_inflow(pdi_reader *s, int section, pd_setup_side
     side->flow_rate = 1.0;
     PD_TRY(pdi_scene_read_time_expr(s, section, "flow_rate", "m3/s", &side->inflow_of_time));
     if (side->inflow_of_time.variables_used) return PD_OK;
-    return pdi_reader_get_positive(s, section, "flow_rate", "m3/s", NULL, &side->flow_rate);
+    return pdi_key_value_get_number(s->ctx, s->text, section, "flow_rate", &side->flow_rate);
 }
 
 /* Read an inlet: velocity profile, its strength, and the velocity of profile = expression. */
 static pd_status pdi_scene_read_inlet(pdi_reader *s, int section, pd_setup_side *side)
 {
-    static const char *const profiles[] = {"uniform", "parabola", "expression", NULL};
     static const char *const keys[] = {"vx", "vy", "vz"};
     int profile;
-    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "profile", profiles, NULL, &profile));
+    PD_TRY(pdi_key_value_get_index(s->ctx, s->text, section, "profile", &profile));
     side->profile = (pd_profile)(profile + PD_PROFILE_UNIFORM);
     side->is_scaled =
         side->profile == PD_PROFILE_EXPRESSION &&
@@ -200,12 +198,10 @@ static pd_status pdi_scene_read_inlet(pdi_reader *s, int section, pd_setup_side 
 }
 
 /* Read a value that all inlets (C) or outlets (p) share; *seen 1: it must repeat *value. */
-static pd_status pdi_scene_read_shared_value(pdi_reader *s, int section, const char *key, const char *unit, int *seen,
-                                             double *value)
+static pd_status pdi_scene_read_shared_value(pdi_reader *s, int section, const char *key, int *seen, double *value)
 {
     double found;
-    PD_TRY(pdi_reader_get_bounded(s, section, key, unit, "0", key[0] == 'p' ? -PDI_READER_MAX_NUMBER : 0.0,
-                                  PDI_READER_MAX_NUMBER, 0, &found));
+    PD_TRY(pdi_key_value_get_number_or(s->ctx, s->text, section, key, "0", &found));
     if (*seen && !pdi_reader_is_equal(found, *value))
         return pdi_text_fail_key(s->ctx, s->text, section, key, "found %.6g, another side has %.6g, expected one value",
                                  found, *value);
@@ -231,7 +227,7 @@ static pd_status pdi_scene_read_inlet_concentration(pdi_reader *s, int section, 
     PD_TRY(pdi_scene_read_expr(s, section, "C", "mol/m3", "0", &found));
     if (!found.variables_used) {
         pd_expr_free(s->ctx, &found);
-        return pdi_scene_read_shared_value(s, section, "C", "mol/m3", inlets, &s->setup->inlet_c);
+        return pdi_scene_read_shared_value(s, section, "C", inlets, &s->setup->inlet_c);
     }
     side->inlet_c = found;
     s->setup->has_inlet_c_by_side = 1;
@@ -241,8 +237,7 @@ static pd_status pdi_scene_read_inlet_concentration(pdi_reader *s, int section, 
 /* Read whether a wall holds all species at their inlet values (Dirichlet condition, key `species`). */
 static pd_status pdi_scene_read_wall_species(pdi_reader *s, int section, pd_setup_side *side)
 {
-    static const char *const ways[] = {"closed", "inlet", NULL};
-    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "species", ways, "closed", &side->has_fixed_species));
+    PD_TRY(pdi_key_value_get_index(s->ctx, s->text, section, "species", &side->has_fixed_species));
     if (!side->has_fixed_species || s->setup->has_chemistry) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, section, "species",
                              "found without species, expected [species Na+] and "
@@ -271,7 +266,7 @@ static pd_status pdi_scene_read_wall(pdi_reader *s, int section, int k)
     side->has_fixed_c = 1;
     PD_TRY(pdi_scene_read_expr(s, section, "C", "mol/m3", NULL, &side->fixed_c));
     double held;
-    return side->fixed_c.variables_used ? PD_OK : pdi_reader_get_nonnegative(s, section, "C", "mol/m3", NULL, &held);
+    return side->fixed_c.variables_used ? PD_OK : pdi_key_value_get_number(s->ctx, s->text, section, "C", &held);
 }
 
 /* Check that periodic sides come in pairs. */
@@ -329,7 +324,7 @@ static pd_status pdi_scene_read_side(pdi_reader *s, int k, int section, int *inl
     u->side[k].kind = (pd_side)flow;
     if (flow == PD_SIDE_WALL) return pdi_scene_read_wall(s, section, k);
     if (flow == PD_SIDE_INLET) PD_TRY(pdi_scene_read_inlet(s, section, &u->side[k]));
-    if (flow == PD_SIDE_OUTLET) return pdi_scene_read_shared_value(s, section, "p", "Pa", outlets, &u->p_out);
+    if (flow == PD_SIDE_OUTLET) return pdi_scene_read_shared_value(s, section, "p", outlets, &u->p_out);
     if (flow == PD_SIDE_INLET && u->has_transport)
         return pdi_scene_read_inlet_concentration(s, section, &u->side[k], inlets);
     return PD_OK;
@@ -354,11 +349,10 @@ static pd_status pdi_scene_read_sides(pdi_reader *s)
 static pd_status pdi_scene_read_flow_time(pdi_reader *s, int section)
 {
     static const char *const motions[] = {"steady", "implicit", "explicit", "prescribed", NULL};
-    static const char *const states[] = {"tait", "linear", NULL};
     static const char *const keys[] = {"vx", "vy", "vz"};
     pd_setup *u = s->setup;
     int motion;
-    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "time", motions, "steady", &motion));
+    PD_TRY(pdi_key_value_get_index(s->ctx, s->text, section, "time", &motion));
     u->flow_time = (pd_flow_time)motion;
     for (int k = 0; k < 2 * PD_DIM; k++)
         if (u->side[k].is_open && u->flow_time != PD_FLOW_PRESCRIBED)
@@ -375,22 +369,21 @@ static pd_status pdi_scene_read_flow_time(pdi_reader *s, int section)
     if (u->flow_time == PD_FLOW_PRESCRIBED) return PD_OK;
     if (u->flow_time == PD_FLOW_IMPLICIT) {
         pdi_scene_mark_given(s, section, "rtol", PD_SOLVER_SETTING_FLOW_RTOL);
-        return pdi_reader_get_bounded(s, section, "rtol", "", "1e-4", 0.0, 0.1, 1, &u->flow_rtol);
+        return pdi_key_value_get_number(s->ctx, s->text, section, "rtol", &u->flow_rtol);
     }
-    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "eos", states, "tait", &u->linear_eos));
-    return pdi_reader_get_positive(s, section, "c0", "m/s", NULL, &u->sound_speed);
+    PD_TRY(pdi_key_value_get_index(s->ctx, s->text, section, "eos", &u->linear_eos));
+    return pdi_key_value_get_number(s->ctx, s->text, section, "c0", &u->sound_speed);
 }
 
 /* Read and ignore eos and c0 in a scene whose flow is steady; adds a note. */
 static pd_status pdi_scene_read_ignored_eos(pdi_reader *s, int section)
 {
-    static const char *const states[] = {"tait", "linear", NULL};
     double sound;
     int state, given = pdi_text_has_key(s->ctx, s->text, section, "c0");
     if (s->setup->flow_time != PD_FLOW_STEADY) return PD_OK;
     if (!given && !pdi_text_has_key(s->ctx, s->text, section, "eos")) return PD_OK;
-    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "eos", states, "tait", &state));
-    if (given) PD_TRY(pdi_reader_get_positive(s, section, "c0", "m/s", NULL, &sound));
+    PD_TRY(pdi_key_value_get_index(s->ctx, s->text, section, "eos", &state));
+    if (given) PD_TRY(pdi_key_value_get_number(s->ctx, s->text, section, "c0", &sound));
     pd_setup_add_note(s->setup,
                       "eos and c0 belong to time = explicit; the steady solver is incompressible and ignores them");
     return PD_OK;
@@ -413,10 +406,9 @@ static pd_status pdi_scene_read_body_force(pdi_reader *s, int section)
 /* Read the order of the flow discretisation, auto, 2 or 4; 4 needs m = 1 and planar geometry. */
 static pd_status pdi_scene_read_flow_order(pdi_reader *s, int section)
 {
-    static const char *const orders[] = {"auto", "2", "4", NULL};
     const pd_setup *u = s->setup;
     int twice;
-    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "order", orders, "auto", &twice));
+    PD_TRY(pdi_key_value_get_index(s->ctx, s->text, section, "order", &twice));
     s->setup->flow_order = 2 * twice;
     if (twice < 2) return PD_OK;
     if (u->fluid_m > 1.0)
@@ -436,15 +428,15 @@ static pd_status pdi_scene_read_flow(pdi_reader *s)
     pd_setup *u = s->setup;
     int section = pdi_text_get_section(s->ctx, s->text, "flow", NULL), inflow = 0, outflow = 0;
     if (!u->has_flow) return PD_OK;
-    PD_TRY(pdi_reader_get_positive(s, section, "rho", "kg/m3", NULL, &u->rho));
-    PD_TRY(pdi_reader_get_positive(s, section, "mu", "Pa s", NULL, &u->mu));
-    PD_TRY(pdi_reader_get_bounded(s, section, "steady_tolerance", "", "1e-6", 0.0, 0.1, 1, &u->steady_tolerance));
+    PD_TRY(pdi_key_value_get_number(s->ctx, s->text, section, "rho", &u->rho));
+    PD_TRY(pdi_key_value_get_number(s->ctx, s->text, section, "mu", &u->mu));
+    PD_TRY(pdi_key_value_get_number(s->ctx, s->text, section, "steady_tolerance", &u->steady_tolerance));
     pdi_scene_mark_given(s, section, "steady_tolerance", PD_SOLVER_SETTING_STEADY);
     PD_TRY(pdi_scene_read_body_force(s, section));
     if (pdi_text_has_key(s->ctx, s->text, section, "reference_speed"))
-        PD_TRY(pdi_reader_get_positive(s, section, "reference_speed", "m/s", NULL, &u->speed));
+        PD_TRY(pdi_key_value_get_number(s->ctx, s->text, section, "reference_speed", &u->speed));
     if (pdi_text_has_key(s->ctx, s->text, section, "reference_length"))
-        PD_TRY(pdi_reader_get_positive(s, section, "reference_length", "m", NULL, &u->length));
+        PD_TRY(pdi_key_value_get_number(s->ctx, s->text, section, "reference_length", &u->length));
     PD_TRY(pdi_scene_read_flow_time(s, section));
     PD_TRY(pdi_scene_read_flow_order(s, section));
     PD_TRY(pdi_scene_read_ignored_eos(s, section));
@@ -461,14 +453,14 @@ static pd_status pdi_scene_read_flow(pdi_reader *s)
 /* Read the section [transport]. */
 static pd_status pdi_scene_read_transport(pdi_reader *s)
 {
-    static const char *const schemes[] = {"limited", "upwind", NULL}, *const times[] = {"implicit", "steady", NULL};
+    static const char *const times[] = {"implicit", "steady", NULL};
     pd_setup *u = s->setup;
     int section = pdi_text_get_section(s->ctx, s->text, "transport", NULL), scheme, species = u->steady_transport;
     if (!pdi_text_has_key(s->ctx, s->text, section, NULL)) return PD_OK;
-    PD_TRY(pdi_reader_get_nonnegative(s, section, "D", "m2/s", NULL, &u->diffusivity));
-    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "advection", schemes, "limited", &scheme));
+    PD_TRY(pdi_key_value_get_number(s->ctx, s->text, section, "D", &u->diffusivity));
+    PD_TRY(pdi_key_value_get_index(s->ctx, s->text, section, "advection", &scheme));
     u->advection = (pd_advection)scheme;
-    PD_TRY(pdi_text_get_choice(s->ctx, s->text, section, "time", times, times[species], &u->steady_transport));
+    PD_TRY(pdi_key_value_get_index_or(s->ctx, s->text, section, "time", times[species], &u->steady_transport));
     if (u->has_chemistry && u->steady_transport != species)
         return pdi_text_fail_key(s->ctx, s->text, section, "time",
                                  "found '%s' beside [chemistry] with time = %s, "
@@ -545,8 +537,8 @@ static pd_status pdi_scene_read_run(pdi_reader *s)
                   pdi_text_has_key(s->ctx, s->text, section, "until");
     rests = rests && !(u->metal_body.density > 0.0) && !u->registered_count;
     if (rests && !follows && !u->has_gas && (!carries || u->steady_transport)) return pdi_scene_check_steady_scene(s);
-    PD_TRY(pdi_reader_get_positive(s, section, "until", "s", NULL, &u->end_time));
-    PD_TRY(pdi_reader_get_bounded(s, section, "max_step", "s", "0", 0.0, PDI_READER_MAX_NUMBER, 0, &u->max_step));
+    PD_TRY(pdi_key_value_get_number(s->ctx, s->text, section, "until", &u->end_time));
+    PD_TRY(pdi_key_value_get_number(s->ctx, s->text, section, "max_step", &u->max_step));
     if (u->max_step > 0.0 && u->end_time > PDI_SCENE_MAX_STEPS * u->max_step)
         return pdi_text_fail_key(s->ctx, s->text, section, "max_step",
                                  "found %.3g steps until the end, expected at most"
@@ -555,18 +547,18 @@ static pd_status pdi_scene_read_run(pdi_reader *s)
     if (!carries) return PD_OK;
     if (u->has_corrode) { /* loss in proportion to a difference: (1 - x)^n is not exp(-n x) */
         const char *share = u->drive == PD_DRIVE_DIFFERENCE ? "0.01" : u->activation ? "0.1" : "0.2";
-        PD_TRY(pdi_reader_get_bounded(s, section, "rtol", "", "1e-3", 0.0, 0.1, 1, &u->rtol));
-        return pdi_reader_get_bounded(s, section, "max_dissolved_fraction", "", share, 0.0, 1.0, 1,
-                                      &u->max_node_fraction);
+        PD_TRY(pdi_key_value_get_number_or(s->ctx, s->text, section, "rtol", "1e-3", &u->rtol));
+        return pdi_key_value_get_number_or(s->ctx, s->text, section, "max_dissolved_fraction", share,
+                                           &u->max_node_fraction);
     }
     pdi_scene_mark_given(s, section, "rtol", PD_SOLVER_SETTING_RTOL);
     pdi_scene_mark_given(s, section, "max_dissolved_fraction", PD_SOLVER_SETTING_FRACTION);
-    PD_TRY(pdi_reader_get_bounded(s, section, "rtol", "", u->has_dissolve ? "4e-3" : "1e-3", 0.0, 0.1, 1, &u->rtol));
+    PD_TRY(pdi_key_value_get_number_or(s->ctx, s->text, section, "rtol", u->has_dissolve ? "4e-3" : "1e-3", &u->rtol));
     /* Measured on a dissolving disc of radius 12 h, law 1 - C/Csat, after 4 h of recession: the volume loss is off by
      * 3e-3 when a step takes at most 0.1 of a node, by 1e-3 with 0.025. */
     u->max_node_fraction = pd_min(1.0, 25.0 * u->rtol);
     if (!pdi_text_has_key(s->ctx, s->text, section, "max_dissolved_fraction")) return PD_OK;
-    return pdi_reader_get_bounded(s, section, "max_dissolved_fraction", "", NULL, 0.0, 1.0, 1, &u->max_node_fraction);
+    return pdi_key_value_get_number(s->ctx, s->text, section, "max_dissolved_fraction", &u->max_node_fraction);
 }
 
 /* Read the plane that images of a 3D run show. */
@@ -601,7 +593,7 @@ static pd_status pdi_scene_read_magnification(pdi_reader *s, int section)
         return pdi_text_fail_key(s->ctx, s->text, section, "deformation_scale",
                                  PD_DIM == 1 ? "found in 1D, where images are curves, expected it in 2D and 3D"
                                              : "found without [solid], whose displacements it magnifies");
-    return pdi_reader_get_nonnegative(s, section, "deformation_scale", "", NULL, &s->setup->displacement_scale);
+    return pdi_key_value_get_number(s->ctx, s->text, section, "deformation_scale", &s->setup->displacement_scale);
 }
 
 /* Read the section [output]: interval, fields, images and their options, folder. */
@@ -611,7 +603,7 @@ static pd_status pdi_scene_read_output(pdi_reader *s)
     int section = pdi_text_get_section(s->ctx, s->text, "output", NULL);
     u->output_interval = u->end_time / 20.0;
     if (u->end_time > 0.0 && pdi_text_has_key(s->ctx, s->text, section, "every"))
-        PD_TRY(pdi_reader_get_positive(s, section, "every", "s", NULL, &u->output_interval));
+        PD_TRY(pdi_key_value_get_number(s->ctx, s->text, section, "every", &u->output_interval));
     if (u->has_gas && !(u->max_step > 0.0)) u->max_step = u->output_interval / 20.0; /* rows of the tables */
     if (u->end_time > 0.0 && u->end_time / u->output_interval > 9e5)
         return pdi_text_fail_key(s->ctx, s->text, section, "every",

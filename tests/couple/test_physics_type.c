@@ -10,11 +10,13 @@
 
 /* ---- a body that cools: T = start exp(-k t) everywhere, and S = 2 T in the metal ---- */
 
-enum { KEY_RATE, KEY_START, KEY_STEP, KEY_NOTHING, KEYS };
-static const pd_key keys[KEYS] = {{"k", "1/s", "required", "rate of cooling"},
-                                  {"start", "K", "300 K", "temperature at the start"},
-                                  {"step", "s", "100 s", "longest step of a run"},
-                                  {"nothing", "m", "-", "a key without a default"}};
+enum { KEY_RATE, KEY_START, KEY_STEP, KEY_NOTHING, KEY_MODE, KEY_PARTS, KEYS };
+static const pd_key keys[KEYS] = {{"k", "1/s", "required", "rate of cooling", PD_KEY_EXPRESSION_NOT_NEGATIVE},
+                                  {"start", "K", "300 K", "temperature at the start", PD_KEY_EXPRESSION},
+                                  {"step", "s", "100 s", "longest step of a run", PD_KEY_ABOVE(0.0, 1e6)},
+                                  {"nothing", "m", "-", "a key without a default", PD_KEY_EXPRESSION},
+                                  {"mode", "-", "slow", "a choice", PD_KEY_ONE_OF("slow, fast, idle")},
+                                  {"parts", "-", "2", "a whole number", PD_KEY_WHOLE_FROM(1, 8)}};
 static const pd_physics_field fields[] = {{"T", "K", PD_FIELD_IN_BOTH}, {"S", "K", PD_FIELD_IN_METAL}};
 
 typedef struct cooling {
@@ -214,6 +216,8 @@ TEST(values_and_sides)
     if (!CHECK_OK(&ctx, pd_sim_start(&ctx, &sim))) return;
     const pd_physics_view *view = &sim.model.registered[0].view;
     CHECK_NEAR(view->value(view, KEY_START, x, 0.0), 302.0, 1e-12 * 302.0);
+    CHECK_NEAR(view->value(view, KEY_MODE, x, 0.0), 0.0, 0.0);
+    CHECK_NEAR(view->value(view, KEY_PARTS, x, 0.0), 2.0, 0.0);
     CHECK(!(view->value(view, KEY_NOTHING, x, 0.0) < 0.0) && !(view->value(view, KEY_NOTHING, x, 0.0) >= 0.0));
     CHECK_INT(view->prescribed(view, 0, x, 0.0, &value), 0);
     CHECK_INT(view->prescribed(view, 1, x, 1800.0, &value), 1);
@@ -271,7 +275,12 @@ TEST(bad_scenes)
     refused_with(BOX METAL "[cooling] start = 1 K\n" LAW RUN, "'k'");
     refused_with(BOX METAL "[cooling] k = 1 m\n" LAW RUN, "1/s");
     refused_with(BOX METAL "[cooling] k = 1 /h  speed = 1 m/s\n" LAW RUN,
-                 "found the unknown key 'speed' in [cooling], expected one of k, start, step, nothing");
+                 "found the unknown key 'speed' in [cooling], expected one of k, start, step, nothing, mode, parts");
+    refused_with(BOX METAL "[cooling] k = -1 /h\n" LAW RUN, "k: found -1 /h, expected a value of at least 0");
+    refused_with(BOX METAL "[cooling] k = 1 /h  step = 1e7 s\n" LAW RUN, "step: found ");
+    refused_with(BOX METAL "[cooling] k = 1 /h  step = 1 s * t/(1 s)\n" LAW RUN, "t");
+    refused_with(BOX METAL "[cooling] k = 1 /h  mode = quick\n" LAW RUN, "expected one of slow, fast, idle");
+    refused_with(BOX METAL "[cooling] k = 1 /h  parts = 9\n" LAW RUN, "found 9, expected a whole number from 1 to 8");
     refused_with(BOX METAL "[colling] k = 1 /h\n" LAW RUN, "cooling");
     refused_with(BOX METAL COOLING LAW RUN "[side x+] T = 1 m\n", "K");
     refused_with(BOX METAL LAW RUN, "T");

@@ -421,7 +421,7 @@ TEST(refused)
          "[solid] E = 1 GPa  nu = 0.3\n[side x-] ux = 0 um\n",
          "found different spacings of the axes"},
         {"[grid] h = 1 um  geometry = axisymmetric  box = " BOX "\n[shape bar] box = " METAL "\n kind = solid  "
-         "model = steel304\n[solid] E = 1 GPa  nu = 0.3\n[side x-] ux = 0 um\n",
+         "material = steel304\n[solid] E = 1 GPa  nu = 0.3\n[side x-] ux = 0 um\n",
          "found in a box with geometry = axisymmetric"},
 #endif
         {"[grid] h = 1 um  box = " BOX "\n[solid] E = 1 GPa  nu = 0.3\n[side x-] ux = 0 um\n", "no metal"}

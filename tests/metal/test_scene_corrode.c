@@ -111,7 +111,8 @@ TEST(refusals)
         {"[corrode] rate = 1 um/s  Csat = 500 mol/L  D = 1e-9 m2/s\n", "at most 142.805 kmol/m3"},
         {"[corrode] rate = 1 um/s  Csat = 5 mol/L  D = 1e-9 m2/s  control = both\n", "diffusion, activation"},
         {"[corrode] rate = 1 um/s  Csat = 5 mol/L  D = 1e-9 m2/s  grain_boundary_factor = 3\n", "without grains"},
-        {"[corrode] rate = 1 um/s  Csat = 5 mol/L  D = 1e-9 m2/s  initial = -1 mol/m3\n", "expected at least 0"},
+        {"[corrode] rate = 1 um/s  Csat = 5 mol/L  D = 1e-9 m2/s  initial = -1 mol/m3\n",
+         "expected a value of at least 0"},
         {"[corrode] rate = 1 um/s  Csat = 5 mol/L  D = 1e-9 m2/s  repassivation = 6 mol/L\n", "at most 5 kmol/m3"},
         {"[corrode] rate = 1 um/s  Csat = 5 mol/L  control = activation  repassivation = 3 mol/L\n",
          "found beside control = activation"},
@@ -314,7 +315,7 @@ TEST(refused_in_a_stream)
             "found 'activation' beside [flow]");
     refused(BODY STREAM "[corrode] Csat = 5 mol/L  rate = 1 um/s  D = 1e-9 m2/s  kernel = square  weights = published\n"
                         "[run] until = 1 s\n",
-            "found 'printed' beside [flow]");
+            "found 'published' beside [flow]");
 }
 #endif
 

@@ -251,7 +251,8 @@ TEST(picked_settings)
     u.max_node_fraction = 0.1;
     u.settings_given = 1u << PD_SOLVER_SETTING_STEADY;
     if (CHECK_OK(&ctx, pd_tolerance_presets_apply(&ctx, 0.01, &u, text, sizeof text))) {
-        CHECK_STR(text, "accuracy 1 %: picked fraction = 0.025, limiter = 0.001; the scene sets steady = 1e-06");
+        CHECK_STR(text, "accuracy 1 %: picked run.max_dissolved_fraction = 0.025, limiter = 0.001; the scene sets "
+                        "flow.steady_tolerance = 1e-06");
         CHECK_NEAR(u.steady_tolerance, 1e-6, 0.0);
         CHECK_REL(u.max_node_fraction, 0.025, 1e-12);
     }
@@ -259,7 +260,7 @@ TEST(picked_settings)
     if (CHECK_OK(&ctx, pd_tolerance_presets_apply(&ctx, 0.001, &u, text, sizeof text))) {
         CHECK_REL(u.steady_tolerance, 1e-4, 1e-12);
         CHECK_REL(u.max_node_fraction, 0.025, 1e-12);
-        CHECK(strstr(text, "the scene sets fraction (of rtol) = 0.025") != NULL);
+        CHECK(strstr(text, "the scene sets run.max_dissolved_fraction (of rtol) = 0.025") != NULL);
     }
     /* a flow in time, and transport that metal does not drive */
     u.has_dissolve = 0;

@@ -66,6 +66,62 @@ TEST(guide)
     PD_DELETE(&ctx, size + 1, guide);
 }
 
+/* ---- types ---- */
+
+/* A default that is a value, what stands before ; or :, is one of its type and within its bounds. */
+static void check_default(const pd_key_section *s, const pd_key *key)
+{
+    char text[96];
+    pd_ctx ctx;
+    pd_expr value;
+    pd_expr_desc desc;
+    size_t length = strcspn(key->default_text, ";:");
+    pd_ctx_init(&ctx);
+    memset(&desc, 0, sizeof desc);
+    snprintf(text, sizeof text, "%.*s", (int)length, key->default_text);
+    if (!strchr("-.0123456789", text[0]) || (text[0] == '-' && !text[1]) || strchr(text, 'y') || strchr(text, '`') ||
+        strstr(text, "rtol"))
+        return; /* it says where the value comes from */
+    desc.text = text;
+    desc.unit = strcmp(key->unit, "-") == 0 ? "" : key->unit;
+    if (!CHECK_OK(&ctx, pd_expr_build(&ctx, &desc, &value))) {
+        NOTE("%s.%s: %s", s->name, key->keys, key->default_text);
+        return;
+    }
+    double x = pd_expr_eval(&value, NULL);
+    if (!CHECK((key->low_is_open ? x > key->low : x >= key->low) && x <= key->high))
+        NOTE("%s.%s: %g is not in its bounds", s->name, key->keys, x);
+    pd_expr_free(&ctx, &value);
+}
+
+TEST(types)
+{
+    int count, numbers = 0, choices = 0;
+    const pd_key_section *s = pd_key_sections(&count);
+    for (int k = 0; k < count; k++)
+        for (int i = 0; i < s[k].count; i++) {
+            const pd_key *key = &s[k].key[i];
+            int is_choice = key->type == PD_KEY_CHOICE,
+                is_number = key->type == PD_KEY_NUMBER || key->type == PD_KEY_WHOLE;
+            numbers += is_number;
+            choices += is_choice;
+            CHECK((key->choices != NULL) == is_choice);
+            if (is_number) CHECK(key->low < key->high);
+            if (is_number) check_default(&s[k], key);
+            for (const char *at = is_choice ? key->choices : ""; *at; at += strspn(at, ", ")) {
+                char word[40];
+                size_t length = strcspn(at, ",");
+                snprintf(word, sizeof word, "%.*s", (int)length, at);
+                at += length;
+                /* a word is in the meaning, or it is the default; of yes and no one says the other */
+                if (!CHECK(strstr(key->meaning, word) || strstr(key->default_text, word) ||
+                           strcmp(key->choices, "no, yes") == 0))
+                    NOTE("%s.%s: %s stands nowhere", s[k].name, key->keys, word);
+            }
+        }
+    CHECK(numbers > 80 && choices > 25);
+}
+
 /* ---- the parser ---- */
 
 static int taken[40][40]; /* rows whose keys stand in a scene that was read: a bit for each */
@@ -327,4 +383,4 @@ TEST(templates)
     }
 }
 
-TEST_MAIN(ENTRY(guide) ENTRY(parser) ENTRY(others) ENTRY(templates))
+TEST_MAIN(ENTRY(guide) ENTRY(types) ENTRY(parser) ENTRY(others) ENTRY(templates))

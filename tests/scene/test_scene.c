@@ -633,7 +633,7 @@ TEST(refusals)
     pd_model m;
     refused(STILL "[shape a] kind = solid\n", "a.scene:4: shape: found no geometry");
     refused(STILL "[shape a] box = 0 .. 1 um, 0 .. 1 um  kind = solid  grain_size = -1 um\n",
-            "a.scene:4: grain_size: found -1e-06 m");
+            "a.scene:4: grain_size: found -1 um");
     refused(STILL BLOCK "[dissolve] rate = 1 um/h  law = 1 1/s\n", "a.scene:5: law: found beside 'rate'");
     refused(STILL BLOCK "[dissolve] rate = 1 um/h  threshold = 1\n", "a.scene:5: threshold: found 1, expected");
     refused(STILL BLOCK "[dissolve] rate = -1 um/h\n", "a.scene:5: rate: found a recession speed of -2.77778e-10 m/s");

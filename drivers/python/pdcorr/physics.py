@@ -7,15 +7,22 @@ from typing import Any, Mapping, NamedTuple, Sequence
 
 import numpy as np
 
+from . import _declared
 from ._library import Context, Status
 
 
 class Key(NamedTuple):
-    """A key of the section: unit of the SI ("-": none), default ("required", or "-": it may be left out), meaning."""
+    """A key of the section: unit of the SI ("-": none), default ("required", or "-": it may be left out), meaning.
+
+    bounds: (low, high) [SI] of a value that is constant. choices: words, such as "slow, fast"; the value is the number
+    of the one that the scene has, from 0 on.
+    """
 
     unit: str
     default: str
     meaning: str
+    bounds: tuple[float, float] | None = None
+    choices: str = ""
 
 
 class Physics:
@@ -39,7 +46,7 @@ class Physics:
 
     section = ""
     meaning = ""
-    keys: Mapping[str, Sequence[str]] = {}
+    keys: Mapping[str, Sequence[Any]] = {}
     fields: Mapping[str, str] = {}
     places: Mapping[str, str] = {}
     max_step = math.inf
@@ -94,7 +101,12 @@ class _Registered:
         place = {"fluid": 0, "metal": 1, "both": 2, "all": 3}
         keys = (types.pd_key * max(len(kind.keys), 1))()
         for row, (name, key) in zip(keys, kind.keys.items()):
-            row.keys, (row.unit, row.default_text, row.meaning) = name.encode(), (text.encode() for text in key)
+            row.keys, (row.unit, row.default_text, row.meaning) = name.encode(), (text.encode() for text in key[:3])
+            key = Key(*key)
+            if key.bounds:
+                row.low, row.high = key.bounds
+            if key.choices:
+                row.type, row.choices = _declared.PD_KEY_CHOICE, key.choices.encode()
         fields = (types.pd_physics_field * max(len(kind.fields), 1))()
         for row, (name, unit) in zip(fields, kind.fields.items()):
             row.name, row.unit = name.encode(), unit.encode()
