@@ -303,12 +303,14 @@ static void print_default(const char *text)
 /* What a number, or an expression that is constant, may be. */
 static void print_bounds(const pd_key *key)
 {
-    const char *unit = strcmp(key->unit, "-") == 0 ? "" : key->unit;
+    const char *space = strcmp(key->unit, "-") == 0 ? "" : " ", *unit = space[0] ? key->unit : "";
     int has_low = key->low > -PD_KEY_MAX_NUMBER, has_high = key->high < PD_KEY_MAX_NUMBER;
     if (key->type == PD_KEY_CHOICE || !(key->low < key->high) || (!has_low && !has_high)) return;
-    printf("%34s", "");
-    if (has_low) printf("%s %g %s", key->low_is_open ? "above" : "from", key->low, unit);
-    if (has_high) printf("%sup to %g %s", has_low ? ", " : "", key->high, unit);
+    printf("      ");
+    if (has_low)
+        printf(key->low_is_open ? "above %g%s%s" : has_high ? "from %g%s%s" : "at least %g%s%s", key->low, space, unit);
+    if (has_high)
+        printf("%s%g%s%s", !has_low ? "at most " : key->low_is_open ? ", at most " : " to ", key->high, space, unit);
     printf("\n");
 }
 
@@ -320,8 +322,8 @@ static void print_section(const pd_key_section *s)
         printf("\n  %-28s unit %-9s %s", key->keys, key->unit,
                strncmp(key->default_text, "required", 8) ? "default " : "");
         print_default(key->default_text);
-        print_bounds(key);
         print_text(key->meaning, 6);
+        print_bounds(key);
     }
 }
 

@@ -79,9 +79,8 @@ static void check_default(const pd_key_section *s, const pd_key *key)
     pd_ctx_init(&ctx);
     memset(&desc, 0, sizeof desc);
     snprintf(text, sizeof text, "%.*s", (int)length, key->default_text);
-    if (!strchr("-.0123456789", text[0]) || (text[0] == '-' && !text[1]) || strchr(text, 'y') || strchr(text, ',') || strchr(text, '`') ||
-        strstr(text, "rtol"))
-        return; /* it says where the value comes from */
+    int is_value = strchr("-.0123456789", text[0]) && strcmp(text, "-") != 0;
+    if (!is_value || strpbrk(text, "y,`") || strstr(text, "rtol")) return; /* it says where the value comes from */
     desc.text = text;
     desc.unit = strcmp(key->unit, "-") == 0 ? "" : key->unit;
     if (!CHECK_OK(&ctx, pd_expr_build(&ctx, &desc, &value))) {

@@ -43,7 +43,7 @@ if command -v bash > /dev/null; then
     }
     completes "--threads" --thr
     completes "pit plate" --new p
-    completes "constants corrode cut chemistry" --keys c
+    completes "constants corrode crack chemistry" --keys c
     completes "examples/scenes/mg_wire.scene" examples/scenes/mg_wire.
 fi
 score
