@@ -15,81 +15,88 @@
  *
  * CONTENTS (search for >> and the file name, for example >>io/png.h)
  *   io/
- *     file       reads whole files up to a size limit, writes files through a temporary one, appends lines, makes
- * directories, zlib       compression and decompression in the zlib format (RFC 1950, RFC 1951), its checksums, a
- * growing byte buffer. archive_file checkpoint file: an archive of named arrays with lengths and checksums, in a file
- * or in memory. output_folder the output folder of a run: the list of its files, and a lock against other runs. png
- * reads and writes PNG images (W3C PNG, second edition), without any other library. apng       animated PNG files
- * (APNG 1.0): frames of one size. Readers that know PNG alone show the first frame. svg        writes vector drawings
- * as SVG 1.1. canvas     drawing into an RGB image or as SVG: rectangles, antialiased lines and discs, text (in images
- * with a built-in unit_label typesets units in labels of pictures: "[um/h]" becomes "[µm/h]", "mol/m3" "mol/m³".
+ *     file       reads whole files up to a size limit, writes files through a temporary one, appends lines, makes directories,
+ *     zlib       compression and decompression in the zlib format (RFC 1950, RFC 1951), its checksums, a growing byte buffer.
+ *     archive_file checkpoint file: an archive of named arrays with lengths and checksums, in a file or in memory.
+ *     output_folder the output folder of a run: the list of its files, and a lock against other runs.
+ *     png        reads and writes PNG images (W3C PNG, second edition), without any other library.
+ *     apng       animated PNG files (APNG 1.0): frames of one size. Readers that know PNG alone show the first frame.
+ *     svg        writes vector drawings as SVG 1.1.
+ *     canvas     drawing into an RGB image or as SVG: rectangles, antialiased lines and discs, text (in images with a built-in
+ *     unit_label typesets units in labels of pictures: "[um/h]" becomes "[µm/h]", "mol/m3" "mol/m³".
  *     axis_ticks tick positions and tick labels of a linear or logarithmic axis.
- *     colour     colour maps for fields, computed in OKLab (Ottosson 2020), where equal distances look equally
- * different. colour_bar colour bar beside a picture of a field. legend     legend of a field of integer labels (grains,
- * kinds): their names and colours, in place of a colour bar. contour    contour lines of a cell-centred field on a
- * two-dimensional grid, by marching squares. streamline evenly spaced streamlines of a velocity field on a
- * two-dimensional grid (Jobard and Lefer 1997). velocity_plot draws a velocity field over a picture: streamlines with
- * arrow heads, and arrows on a regular grid. field_plot plot of a field on a two-dimensional grid as PNG or SVG, with
- * axes, colour bar, title and time stamp. deformed_plot picture of a field on the deformed configuration. plot line
- * plot: curves and markers over two axes, as PNG or SVG. surface_nets surface mesh of a set of cells of a 3D grid,
- * smoothed (surface nets, Gibson 1998). renderer   renders the surface of a body and its bounding box from one
- * direction, with a z-buffer. surface_plot picture of a rendered 3D surface as PNG or SVG, with the edges of the
- * domain, a scale bar, colour bar vti        writes fields of the grid as VTK ImageData (XML, raw appended data), and
- * time series as a PVD collection, for paraview   writes a Python script that opens the fields of a run in ParaView,
- * with one colour range for all times. csv        tables of numbers as CSV text: a writer that flushes every row, and a
- * reader. tokenizer  tokenizer: reads words and numbers from a text, and reports errors with the line number. gmsh
- * reads Gmsh meshes, MSH 2.2 and 4.1 as text, as material points. vtu        reads VTK XML files of unstructured grids
- * as material points. points_file reads the material points of a body from a file: a table of points, or a mesh. stl
- * reads closed triangulated surfaces from STL files, text or binary. Normals of the file are ignored: they follow
+ *     colour     colour maps for fields, computed in OKLab (Ottosson 2020), where equal distances look equally different.
+ *     colour_bar colour bar beside a picture of a field.
+ *     legend     legend of a field of integer labels (grains, kinds): their names and colours, in place of a colour bar.
+ *     contour    contour lines of a cell-centred field on a two-dimensional grid, by marching squares.
+ *     streamline evenly spaced streamlines of a velocity field on a two-dimensional grid (Jobard and Lefer 1997).
+ *     velocity_plot draws a velocity field over a picture: streamlines with arrow heads, and arrows on a regular grid.
+ *     field_plot plot of a field on a two-dimensional grid as PNG or SVG, with axes, colour bar, title and time stamp.
+ *     deformed_plot picture of a field on the deformed configuration.
+ *     plot       line plot: curves and markers over two axes, as PNG or SVG.
+ *     surface_nets surface mesh of a set of cells of a 3D grid, smoothed (surface nets, Gibson 1998).
+ *     renderer   renders the surface of a body and its bounding box from one direction, with a z-buffer.
+ *     surface_plot picture of a rendered 3D surface as PNG or SVG, with the edges of the domain, a scale bar, colour bar
+ *     vti        writes fields of the grid as VTK ImageData (XML, raw appended data), and time series as a PVD collection, for
+ *     paraview   writes a Python script that opens the fields of a run in ParaView, with one colour range for all times.
+ *     csv        tables of numbers as CSV text: a writer that flushes every row, and a reader.
+ *     tokenizer  tokenizer: reads words and numbers from a text, and reports errors with the line number.
+ *     gmsh       reads Gmsh meshes, MSH 2.2 and 4.1 as text, as material points.
+ *     vtu        reads VTK XML files of unstructured grids as material points.
+ *     points_file reads the material points of a body from a file: a table of points, or a mesh.
+ *     stl        reads closed triangulated surfaces from STL files, text or binary. Normals of the file are ignored: they follow
  *     progress   text of a progress bar with the fraction done and the time left. The library prints nothing; a driver
  *   scene/
- *     keys       reference table of all sections and keys of scene files, with units, defaults and meanings. The parser
- * checks renamed_keys former names of sections, keys and values of scene files. Scenes that use them are read as
- * before, with template   commented example scenes that `--new` writes as a start, in the dimension of the program: the
- * files of text       parser of scene files, sections of `key = value` pairs, and typed look-up of their values (number
- * with unit, key_value  values of scene keys by the table of keys: unit, default, bounds and choices stand there alone.
+ *     keys       reference table of all sections and keys of scene files, with units, defaults and meanings. The parser checks
+ *     renamed_keys former names of sections, keys and values of scene files. Scenes that use them are read as before, with
+ *     template   commented example scenes that `--new` writes as a start, in the dimension of the program: the files of
+ *     text       parser of scene files, sections of `key = value` pairs, and typed look-up of their values (number with unit,
+ *     key_value  values of scene keys by the table of keys: unit, default, bounds and choices stand there alone.
  *     override   command-line arguments key=value that replace or add pairs of a scene.
  *     include_files merges the files of species, reactions and minerals that a scene includes into its text.
  *     input_files paths of input files that a scene names (tables, masks, surfaces), errors while reading them, and the
  *     picture_memory estimate of the memory of the pictures that a scene asks for, before anything is built.
- *     key_check  check of all section and key names of a scene before anything is read, so that a misspelt key is
- * reported read_constants reads the [constants] section of a scene: names for values, known to all numbers and
- * expressions. read_electrolyte reads an electrolyte from the sections [chemistry], [species FORMULA] and [reaction
- * NAME] of a read_tables reads the [table NAME] sections of a scene: functions through the points of CSV files, for all
- *     fingerprint normalised text of all input that affects results: name, sections, pairs after overrides, checksums
- * of reader     state shared by the readers of scene sections (text, setup to fill, constants). read_mechanics reads
- * solid mechanics of the metal: section [solid] (material, failure, loads) and the mechanical read_precracks reads the
- * [cut NAME] sections of a scene: pre-cracks of the metal, with the domains of their read_shapes reads the [shape NAME]
- * sections of a scene into the geometry tree of the setup: primitives, voxel masks, read_surface_states reads the
- * [surface NAME] sections of a scene: state variables of metal surfaces (film coverage, read_physics the sections of
- * physics that the program brings along, by the tables of their keys. read_dissolution reads the sections [dissolve]
- * (surface rate) and [corrode] (bond-based corrosion) of a scene: rate read_chemistry reads what a run with reacting
- * species needs: electrolyte, minerals, time treatment, migration, read_potential reads the sections [potential] and
- * [electrode NAME] of a scene and the potentials of sides: current read_gas   the section [gas] of a scene, and what
- * sides mean for a gas. read_param_file reads the flat `key = value` parameter file of the Mg-pin project (SI numbers
- * without units) into a read_monitors reads the quantities that a run records: sections [probe], [line], [plane],
- * [force], [transfer] read_image_options reads the options of images from [output]: colour ranges and maps, contours,
- * streamlines, arrows, read_measured reads the [measured NAME] sections of a scene: points of a watched figure, which a
- * run is compared scene      reads a scene file, or a flat parameter file, into a setup. run/ result_line the line of
- * figures that a run ends with. checkpoint stores the state of a model in an archive, or loads it into a model built
- * from the same setup. field_view output fields by name as arrays over the cells of the box, for programs that access a
- * model while it surface_view 3D rendering of the metal surface for pictures. pictures   pictures of fields and of the
- * metal surface at output times, with one colour range and one size for output     the files of a run: fields,
- * pictures, diagnostics, probes, the curve of the volume loss. stall_note note on a run that has made no step for long:
- * which solver is active, at what time, and its present monitor    scalar outputs of a run over time (planes, forces,
- * mass transfer, totals, electrodes, ...), profiles and monitor_report result lines of all monitors at the end of a
- * run, and notes on outputs that are doubtful (too few scalar_outputs all scalar outputs of a run in one list: volume
- * loss, values of monitors (planes, forces, transfers, snapshot   snapshot of a run for the observer callback: time,
- * step, losses, fields by name, scalar outputs. compare_measured a run against the measured points of its scene: what
- * it computes at their times, differences, run        runs a setup from its first flow solve to its end: output files,
- * diagnostics, pictures, summary, result. sim        step-by-step interface to a scene, for programs that read its
- * fields while it runs. Writes no files. coarsen_setup the same setup on a coarser lattice, `factor` times the spacing,
- * with the same physics, tolerances and richardson the error of a run by Richardson's extrapolation, from runs on
- * lattices of two and four times the tolerance_presets solver tolerances and step control of a setup from the wanted
- * accuracy of its results. fit        parameters of a scene fitted to measured points by bounded nonlinear least
- * squares over runs. parameter_sweep parameter study: one run of a scene for every combination of a few values, a
- * folder each, one table speciation_report chemical equilibrium (speciation) of an electrolyte as text, or its
- * titration by a reagent as a
+ *     key_check  check of all section and key names of a scene before anything is read, so that a misspelt key is reported
+ *     read_constants reads the [constants] section of a scene: names for values, known to all numbers and expressions.
+ *     read_electrolyte reads an electrolyte from the sections [chemistry], [species FORMULA] and [reaction NAME] of a
+ *     read_tables reads the [table NAME] sections of a scene: functions through the points of CSV files, for all
+ *     fingerprint normalised text of all input that affects results: name, sections, pairs after overrides, checksums of
+ *     reader     state shared by the readers of scene sections (text, setup to fill, constants).
+ *     read_mechanics reads solid mechanics of the metal: section [solid] (material, failure, loads) and the mechanical
+ *     read_precracks reads the [cut NAME] sections of a scene: pre-cracks of the metal, with the domains of their
+ *     read_shapes reads the [shape NAME] sections of a scene into the geometry tree of the setup: primitives, voxel masks,
+ *     read_surface_states reads the [surface NAME] sections of a scene: state variables of metal surfaces (film coverage,
+ *     read_physics the sections of physics that the program brings along, by the tables of their keys.
+ *     read_dissolution reads the sections [dissolve] (surface rate) and [corrode] (bond-based corrosion) of a scene: rate
+ *     read_chemistry reads what a run with reacting species needs: electrolyte, minerals, time treatment, migration,
+ *     read_potential reads the sections [potential] and [electrode NAME] of a scene and the potentials of sides: current
+ *     read_gas   the section [gas] of a scene, and what sides mean for a gas.
+ *     read_param_file reads the flat `key = value` parameter file of the Mg-pin project (SI numbers without units) into a
+ *     read_monitors reads the quantities that a run records: sections [probe], [line], [plane], [force], [transfer]
+ *     read_image_options reads the options of images from [output]: colour ranges and maps, contours, streamlines, arrows,
+ *     read_measured reads the [measured NAME] sections of a scene: points of a watched figure, which a run is compared
+ *     scene      reads a scene file, or a flat parameter file, into a setup.
+ *   run/
+ *     result_line the line of figures that a run ends with.
+ *     checkpoint stores the state of a model in an archive, or loads it into a model built from the same setup.
+ *     field_view output fields by name as arrays over the cells of the box, for programs that access a model while it
+ *     surface_view 3D rendering of the metal surface for pictures.
+ *     pictures   pictures of fields and of the metal surface at output times, with one colour range and one size for
+ *     output     the files of a run: fields, pictures, diagnostics, probes, the curve of the volume loss.
+ *     stall_note note on a run that has made no step for long: which solver is active, at what time, and its present
+ *     monitor    scalar outputs of a run over time (planes, forces, mass transfer, totals, electrodes, ...), profiles and
+ *     monitor_report result lines of all monitors at the end of a run, and notes on outputs that are doubtful (too few
+ *     scalar_outputs all scalar outputs of a run in one list: volume loss, values of monitors (planes, forces, transfers,
+ *     snapshot   snapshot of a run for the observer callback: time, step, losses, fields by name, scalar outputs.
+ *     compare_measured a run against the measured points of its scene: what it computes at their times, differences,
+ *     run        runs a setup from its first flow solve to its end: output files, diagnostics, pictures, summary, result.
+ *     sim        step-by-step interface to a scene, for programs that read its fields while it runs. Writes no files.
+ *     coarsen_setup the same setup on a coarser lattice, `factor` times the spacing, with the same physics, tolerances and
+ *     richardson the error of a run by Richardson's extrapolation, from runs on lattices of two and four times the
+ *     tolerance_presets solver tolerances and step control of a setup from the wanted accuracy of its results.
+ *     fit        parameters of a scene fitted to measured points by bounded nonlinear least squares over runs.
+ *     parameter_sweep parameter study: one run of a scene for every combination of a few values, a folder each, one table
+ *     speciation_report chemical equilibrium (speciation) of an electrolyte as text, or its titration by a reagent as a
  */
 #include "pdcorr.h"
 #if defined(PDCORR_IMPLEMENTATION) || defined(PDCORR_STATIC) || defined(PDCORR_APP_IMPLEMENTATION)
@@ -224,6 +231,18 @@ typedef struct pd_image {
     uint8_t *pixels;
 } pd_image;
 
+#define pd_image_free PD_NAME(pd_image_free)
+#define pd_png_write PD_NAME(pd_png_write)
+#define pd_png_read PD_NAME(pd_png_read)
+
+/* Free the pixels. A zeroed image is allowed. */
+PD_API void pd_image_free(pd_ctx *ctx, pd_image *image);
+/* Write an image with 1 or 3 channels to a file. PD_ERR_ARGUMENT, PD_ERR_SIZE, PD_ERR_FILE. */
+PD_API pd_status pd_png_write(pd_ctx *ctx, const char *path, const pd_image *image);
+/* Read an image. Palettes become RGB; an alpha channel is added where they, grey or RGB have transparency. PD_ERR_FILE:
+ * not readable; PD_ERR_PARSE: damaged, interlaced, 16 bits a channel, too many pixels. */
+PD_API pd_status pd_png_read(pd_ctx *ctx, const char *path, pd_image *image);
+
 
 #endif
 
@@ -296,6 +315,11 @@ typedef struct pd_field_plot {
 } pd_field_plot;
 
 #define pd_field_plot_write PD_NAME(pd_field_plot_write)
+#define pd_field_plot_draw_image PD_NAME(pd_field_plot_draw_image)
+
+/* Draw into an RGB image (freed by its own function). The axes have equal scales as far as whole pixels allow; a field
+ * thinner than 120 pixels is stretched, and the axis label says so. PD_ERR_ARGUMENT, PD_ERR_SIZE. */
+PD_API pd_status pd_field_plot_draw_image(pd_ctx *ctx, const pd_field_plot *picture, pd_image *image);
 
 /* Draw and write as PNG, or as SVG where the path ends in ".svg". Also PD_ERR_FILE. */
 PD_API pd_status pd_field_plot_write(pd_ctx *ctx, const char *path, const pd_field_plot *picture);
@@ -339,6 +363,11 @@ typedef struct pd_plot {
 } pd_plot;
 
 #define pd_plot_write PD_NAME(pd_plot_write)
+#define pd_plot_draw_image PD_NAME(pd_plot_draw_image)
+
+/* Draw into an RGB image (freed by its own function); an empty frame where no point can be shown. PD_ERR_ARGUMENT: a
+ * bad range or size. */
+PD_API pd_status pd_plot_draw_image(pd_ctx *ctx, const pd_plot *plot, pd_image *image);
 
 /* Draw and write as PNG, or as SVG where the path ends with ".svg". Also PD_ERR_FILE. */
 PD_API pd_status pd_plot_write(pd_ctx *ctx, const char *path, const pd_plot *plot);
@@ -451,6 +480,35 @@ typedef struct pd_table {
     int *row_line; /* [line_capacity] line of the file of each row, counted from 1 */
     size_t line_capacity;
 } pd_table;
+
+#define pd_csv_create PD_NAME(pd_csv_create)
+#define pd_csv_write_row PD_NAME(pd_csv_write_row)
+#define pd_csv_close PD_NAME(pd_csv_close)
+#define pd_table_read PD_NAME(pd_table_read)
+#define pd_table_find_column PD_NAME(pd_table_find_column)
+#define pd_table_get_text PD_NAME(pd_table_get_text)
+#define pd_table_parse_column PD_NAME(pd_table_parse_column)
+#define pd_table_free PD_NAME(pd_table_free)
+
+/* Create a CSV file with its header line, names[columns] such as "time [s]", and open it to append rows. An older file
+ * is replaced. PD_ERR_ARGUMENT: names that are empty, occur twice or hold a control character. */
+PD_API pd_status pd_csv_create(pd_ctx *ctx, const char *path, const char *const *names, int columns, pd_csv *csv);
+/* Append a row values[columns] and flush it. PD_ERR_FILE. */
+PD_API pd_status pd_csv_write_row(pd_ctx *ctx, pd_csv *csv, const double *values);
+/* Close the file. One that is not open is allowed. PD_ERR_FILE. */
+PD_API pd_status pd_csv_close(pd_ctx *ctx, pd_csv *csv);
+/* Read a CSV file into a table. PD_ERR_FILE; PD_ERR_PARSE with file:line: a row with more or fewer fields than the
+ * header, an open quote, a column name twice. */
+PD_API pd_status pd_table_read(pd_ctx *ctx, const char *path, pd_table *table);
+/* Index of a column by name, with its unit, or without it where that is unambiguous; -1: none. */
+PD_API int pd_table_find_column(const pd_table *table, const char *name);
+/* Text of a field; row -1 is the header line. */
+PD_API const char *pd_table_get_text(const pd_table *table, int row, int column);
+/* Parse the column of this name into values[rows]. PD_ERR_PARSE with file:line: no such column, or a field that is no
+ * number. */
+PD_API pd_status pd_table_parse_column(pd_ctx *ctx, const pd_table *table, const char *name, double *values);
+/* Free the table. A zeroed one is allowed. */
+PD_API void pd_table_free(pd_ctx *ctx, pd_table *table);
 
 
 #endif
@@ -1540,12 +1598,8 @@ PDI_FN pd_status pdi_output_folder_resume_list(pd_ctx *ctx, pd_output_folder *fo
 PDI_FN void pdi_output_folder_close(pd_output_folder *folder);
 
 /* ======== >>io/png.h, internal ======== */
-/* Free the pixels. A zeroed image is allowed. */
-PDI_FN void pdi_image_free(pd_ctx *ctx, pd_image *image);
 /* Luminance 0..255 of a pixel (Rec. 601 weights) times its opacity: transparent pixels have 0; row 0 on top. */
 PDI_FN int pdi_image_get_luminance(const pd_image *image, int column, int row);
-/* Write an image with 1 or 3 channels to a file. PD_ERR_ARGUMENT, PD_ERR_SIZE, PD_ERR_FILE. */
-PDI_FN pd_status pdi_png_write(pd_ctx *ctx, const char *path, const pd_image *image);
 /* Parts of a PNG file, for files that hold more than one image. */
 /* Write a big-endian number of four bytes. */
 PDI_FN void pdi_png_put_u32(uint8_t *bytes, uint32_t value);
@@ -1559,9 +1613,6 @@ PDI_FN pd_status pdi_png_write_chunk(pd_ctx *ctx, pd_file *file, const char *typ
 PDI_FN pd_status pdi_png_encode(pd_ctx *ctx, const pd_image *image, pdi_bytes *out);
 /* Append the filtered and compressed pixels of an image to a buffer. */
 PDI_FN pd_status pdi_png_compress_pixels(pd_ctx *ctx, const pd_image *image, pdi_bytes *packed);
-/* Read an image. Palettes become RGB; an alpha channel is added where they, grey or RGB have transparency. PD_ERR_FILE:
- * not readable; PD_ERR_PARSE: damaged, interlaced, 16 bits a channel, too many pixels. */
-PDI_FN pd_status pdi_png_read(pd_ctx *ctx, const char *path, pd_image *image);
 
 /* ======== >>io/apng.h ======== */
 /* apng: animated PNG files (APNG 1.0): frames of one size. Readers that know PNG alone show the first frame.
@@ -1949,9 +2000,6 @@ PDI_FN pd_status pdi_velocity_plot_draw_one_arrow(pd_ctx *ctx, pdi_canvas *canva
  * is symmetric to 0, a logarithmic range has at most eight decades. lo > hi: there is no value, and a default range
  * results. */
 PDI_FN void pdi_field_plot_adjust_range(pd_colour_map map, int log_scale, double *lo, double *hi);
-/* Draw into an RGB image (freed by its own function). The axes have equal scales as far as whole pixels allow; a field
- * thinner than 120 pixels is stretched, and the axis label says so. PD_ERR_ARGUMENT, PD_ERR_SIZE. */
-PDI_FN pd_status pdi_field_plot_draw_image(pd_ctx *ctx, const pd_field_plot *picture, pd_image *image);
 
 /* ======== >>io/deformed_plot.h ======== */
 /* deformed_plot: picture of a field on the deformed configuration.
@@ -1984,11 +2032,6 @@ PDI_FN pd_status pdi_deformed_plot_write(pd_ctx *ctx, const char *path, const pd
 #endif
 
 #endif
-
-/* ======== >>io/plot.h, internal ======== */
-/* Draw into an RGB image (freed by its own function); an empty frame where no point can be shown. PD_ERR_ARGUMENT: a
- * bad range or size. */
-PDI_FN pd_status pdi_plot_draw_image(pd_ctx *ctx, const pd_plot *plot, pd_image *image);
 
 /* ======== >>io/surface_nets.h ======== */
 /* surface_nets: surface mesh of a set of cells of a 3D grid, smoothed (surface nets, Gibson 1998).
@@ -2113,31 +2156,10 @@ PDI_FN pd_status pdi_paraview_write_script(pd_ctx *ctx, const char *path);
 #endif
 
 /* ======== >>io/csv.h, internal ======== */
-/* Create a CSV file with its header line, names[columns] such as "time [s]", and open it to append rows. An older file
- * is replaced. PD_ERR_ARGUMENT: names that are empty, occur twice or hold a control character. */
-PDI_FN pd_status pdi_csv_create(pd_ctx *ctx, const char *path, const char *const *names, int columns,
-                                pd_csv *csv);
-/* Append a row values[columns] and flush it. PD_ERR_FILE. */
-PDI_FN pd_status pdi_csv_write_row(pd_ctx *ctx, pd_csv *csv, const double *values);
-/* Close the file. One that is not open is allowed. PD_ERR_FILE. */
-PDI_FN pd_status pdi_csv_close(pd_ctx *ctx, pd_csv *csv);
 
 /* Write a whole table values[rows][columns] through a temporary file. Errors as above. */
 PDI_FN pd_status pdi_csv_write_table(pd_ctx *ctx, const char *path, const char *const *names, int columns,
                                      const double *values, int64_t rows);
-
-/* Read a CSV file into a table. PD_ERR_FILE; PD_ERR_PARSE with file:line: a row with more or fewer fields than the
- * header, an open quote, a column name twice. */
-PDI_FN pd_status pdi_table_read(pd_ctx *ctx, const char *path, pd_table *table);
-/* Index of a column by name, with its unit, or without it where that is unambiguous; -1: none. */
-PDI_FN int pdi_table_find_column(const pd_table *table, const char *name);
-/* Text of a field; row -1 is the header line. */
-PDI_FN const char *pdi_table_get_text(const pd_table *table, int row, int column);
-/* Parse the column of this name into values[rows]. PD_ERR_PARSE with file:line: no such column, or a field that is no
- * number. */
-PDI_FN pd_status pdi_table_parse_column(pd_ctx *ctx, const pd_table *table, const char *name, double *values);
-/* Free the table. A zeroed one is allowed. */
-PDI_FN void pdi_table_free(pd_ctx *ctx, pd_table *table);
 
 /* Checkpoint of an open CSV file: write its length; or, when reading, truncate the file `path` to that length and open
  * it to append. PD_ERR_FILE: it is shorter, or no row ends there. */
@@ -5330,7 +5352,7 @@ static size_t pdi_png_pixel_bytes(const pd_image *image)
     return (size_t)image->width * (size_t)image->height * (size_t)image->channels;
 }
 
-PDI_FN void pdi_image_free(pd_ctx *ctx, pd_image *image)
+void pd_image_free(pd_ctx *ctx, pd_image *image)
 {
     PD_DELETE(ctx, pdi_png_pixel_bytes(image), image->pixels);
     memset(image, 0, sizeof *image);
@@ -5521,7 +5543,7 @@ PDI_FN pd_status pdi_png_compress_pixels(pd_ctx *ctx, const pd_image *image, pdi
     return status;
 }
 
-PDI_FN pd_status pdi_png_write(pd_ctx *ctx, const char *path, const pd_image *image)
+pd_status pd_png_write(pd_ctx *ctx, const char *path, const pd_image *image)
 {
     pdi_bytes packed = {NULL, 0, 0};
     PD_TRY(pdi_png_check_image(ctx, image));
@@ -5750,13 +5772,13 @@ static pd_status pdi_png_decode_pixels(pd_ctx *ctx, const pdi_png_reader *png, p
         image->height = png->height;
         status = PD_NEW(ctx, "png", pdi_png_pixel_bytes(image), image->pixels);
         if (status == PD_OK) status = pdi_png_expand_pixels(ctx, png, raw, stride, image);
-        if (status != PD_OK) pdi_image_free(ctx, image);
+        if (status != PD_OK) pd_image_free(ctx, image);
     }
     PD_DELETE(ctx, size, raw);
     return status;
 }
 
-PDI_FN pd_status pdi_png_read(pd_ctx *ctx, const char *path, pd_image *image)
+pd_status pd_png_read(pd_ctx *ctx, const char *path, pd_image *image)
 {
     char *data = NULL;
     size_t size = 0;
@@ -6188,7 +6210,7 @@ PDI_FN pd_status pdi_canvas_draw_to_image(pd_ctx *ctx, pdi_canvas_draw_fn draw, 
 {
     pdi_canvas canvas;
     pd_status status = draw(ctx, what, NULL, &canvas);
-    if (status != PD_OK) pdi_image_free(ctx, &canvas.image);
+    if (status != PD_OK) pd_image_free(ctx, &canvas.image);
     *image = canvas.image;
     return status;
 }
@@ -6206,8 +6228,8 @@ PDI_FN pd_status pdi_canvas_draw_to_file(pd_ctx *ctx, const char *path, pdi_canv
         return drawn;
     }
     PD_TRY(pdi_canvas_draw_to_image(ctx, draw, what, &image));
-    pd_status status = pdi_png_write(ctx, path, &image);
-    pdi_image_free(ctx, &image);
+    pd_status status = pd_png_write(ctx, path, &image);
+    pd_image_free(ctx, &image);
     return status;
 }
 
@@ -8261,7 +8283,7 @@ static pd_status pdi_field_plot_draw_field(pd_ctx *ctx, const pd_field_plot *p, 
         PD_TRY(pdi_canvas_build_image(ctx, l->x.pixels, l->y.pixels, &cells));
         pdi_field_plot_draw_cells(ctx, p, l, table, 0, 0, &cells);
         pdi_canvas_draw_image(canvas, l->left, l->top, &cells.image);
-        pdi_image_free(ctx, &cells.image);
+        pd_image_free(ctx, &cells.image);
     }
     pdi_canvas_draw_frame(canvas, l->left, l->top, l->left + l->x.pixels, l->top + l->y.pixels, PDI_CANVAS_TEXT_COLOUR);
     PD_TRY(pdi_field_plot_draw_contours(ctx, p, l, canvas));
@@ -8372,7 +8394,7 @@ static pd_status pdi_field_plot_draw_on_canvas(pd_ctx *ctx, const void *what, pd
     return pdi_field_plot_draw_key(ctx, &l, canvas);
 }
 
-PDI_FN pd_status pdi_field_plot_draw_image(pd_ctx *ctx, const pd_field_plot *picture, pd_image *image)
+pd_status pd_field_plot_draw_image(pd_ctx *ctx, const pd_field_plot *picture, pd_image *image)
 {
     return pdi_canvas_draw_to_image(ctx, pdi_field_plot_draw_on_canvas, picture, image);
 }
@@ -8553,7 +8575,7 @@ static pd_status pdi_deformed_plot_draw_raster(pd_ctx *ctx, const pdi_deformed_p
         picture.lo[d] = raster->lo[d];
         picture.hi[d] = raster->lo[d] + raster->n[d] * raster->size;
     }
-    return image ? pdi_field_plot_draw_image(ctx, &picture, image) : pd_field_plot_write(ctx, path, &picture);
+    return image ? pd_field_plot_draw_image(ctx, &picture, image) : pd_field_plot_write(ctx, path, &picture);
 }
 
 /* Determine the extent and draw into the image, or into the file `path` where image is NULL. */
@@ -8967,7 +8989,7 @@ static pd_status pdi_plot_draw_on_canvas(pd_ctx *ctx, const void *what, pdi_svg 
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_plot_draw_image(pd_ctx *ctx, const pd_plot *plot, pd_image *image)
+pd_status pd_plot_draw_image(pd_ctx *ctx, const pd_plot *plot, pd_image *image)
 {
     return pdi_canvas_draw_to_image(ctx, pdi_plot_draw_on_canvas, plot, image);
 }
@@ -9901,7 +9923,7 @@ static pd_status pdi_surface_plot_draw_on_canvas(pd_ctx *ctx, const void *what, 
         PD_TRY(pdi_canvas_build_image(ctx, s->width, s->height, &view));
         pdi_surface_plot_draw_pixels(r, &l, 0, 0, &view);
         pdi_canvas_draw_image(canvas, l.left, l.top, &view.image);
-        pdi_image_free(ctx, &view.image);
+        pd_image_free(ctx, &view.image);
     }
     if (l.bar.axis) pdi_colour_bar_draw(&l.bar, canvas);
     else if (r->use_values) pdi_legend_draw(&l.legend, l.legend_left, l.top, canvas);
@@ -10454,8 +10476,7 @@ PDI_FN pd_status pdi_csv_write_table(pd_ctx *ctx, const char *path, const char *
     return status;
 }
 
-PDI_FN pd_status pdi_csv_create(pd_ctx *ctx, const char *path, const char *const *names, int columns,
-                                pd_csv *csv)
+pd_status pd_csv_create(pd_ctx *ctx, const char *path, const char *const *names, int columns, pd_csv *csv)
 {
     memset(csv, 0, sizeof *csv);
     PD_TRY(pdi_csv_write_table(ctx, path, names, columns, NULL, 0));
@@ -10476,16 +10497,13 @@ PDI_FN pd_status pdi_csv_store(pd_ctx *ctx, pd_archive *archive, const char *pat
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_csv_write_row(pd_ctx *ctx, pd_csv *csv, const double *values)
+pd_status pd_csv_write_row(pd_ctx *ctx, pd_csv *csv, const double *values)
 {
     PD_TRY(pdi_csv_write_values(ctx, &csv->file, values, csv->columns));
     return pdi_file_flush(ctx, &csv->file);
 }
 
-PDI_FN pd_status pdi_csv_close(pd_ctx *ctx, pd_csv *csv)
-{
-    return csv->file.stream ? pdi_file_commit(ctx, &csv->file) : PD_OK;
-}
+pd_status pd_csv_close(pd_ctx *ctx, pd_csv *csv) { return csv->file.stream ? pdi_file_commit(ctx, &csv->file) : PD_OK; }
 
 /* Reading. */
 
@@ -10576,9 +10594,9 @@ static pd_status pdi_csv_set_column_names(pd_ctx *ctx, pdi_csv_reader *r, int fi
     pd_table *t = r->table;
     t->columns = fields;
     for (int k = 0; k < fields; k++) {
-        const char *name = pdi_table_get_text(t, -1, k);
+        const char *name = pd_table_get_text(t, -1, k);
         if (!name[0]) return pdi_csv_fail_at_line(ctx, r, "a column has no name");
-        if (pdi_table_find_column(t, name) != k)
+        if (pd_table_find_column(t, name) != k)
             return pd_fail(ctx, PD_ERR_PARSE, "csv", "%s:%d: two columns are named '%s'", t->path, r->line, name);
     }
     return PD_OK;
@@ -10626,7 +10644,7 @@ static pd_status pdi_csv_parse(pd_ctx *ctx, pd_table *table)
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_table_read(pd_ctx *ctx, const char *path, pd_table *table)
+pd_status pd_table_read(pd_ctx *ctx, const char *path, pd_table *table)
 {
     size_t size = 0;
     memset(table, 0, sizeof *table);
@@ -10634,11 +10652,11 @@ PDI_FN pd_status pdi_table_read(pd_ctx *ctx, const char *path, pd_table *table)
     table->text_size = size + 1;
     strcpy(table->path, path);
     pd_status status = pdi_csv_parse(ctx, table);
-    if (status != PD_OK) pdi_table_free(ctx, table);
+    if (status != PD_OK) pd_table_free(ctx, table);
     return status;
 }
 
-PDI_FN void pdi_table_free(pd_ctx *ctx, pd_table *table)
+void pd_table_free(pd_ctx *ctx, pd_table *table)
 {
     PD_DELETE(ctx, table->text_size, table->text);
     PD_DELETE(ctx, table->capacity, table->field_offset);
@@ -10646,31 +10664,31 @@ PDI_FN void pdi_table_free(pd_ctx *ctx, pd_table *table)
     memset(table, 0, sizeof *table);
 }
 
-PDI_FN const char *pdi_table_get_text(const pd_table *table, int row, int column)
+const char *pd_table_get_text(const pd_table *table, int row, int column)
 {
     return table->text + table->field_offset[(size_t)(row + 1) * (size_t)table->columns + (size_t)column];
 }
 
-PDI_FN int pdi_table_find_column(const pd_table *table, const char *name)
+int pd_table_find_column(const pd_table *table, const char *name)
 {
     int found = -1;
     size_t length = strlen(name);
     for (int k = 0; k < table->columns; k++) {
-        const char *own = pdi_table_get_text(table, -1, k);
+        const char *own = pd_table_get_text(table, -1, k);
         if (strcmp(own, name) == 0) return k;
         if (strncmp(own, name, length) == 0 && strncmp(own + length, " [", 2) == 0) found = found == -1 ? k : -2;
     }
     return found < 0 ? -1 : found;
 }
 
-PDI_FN pd_status pdi_table_parse_column(pd_ctx *ctx, const pd_table *table, const char *name, double *values)
+pd_status pd_table_parse_column(pd_ctx *ctx, const pd_table *table, const char *name, double *values)
 {
-    int column = pdi_table_find_column(table, name);
+    int column = pd_table_find_column(table, name);
     if (column < 0)
         return pd_fail(ctx, PD_ERR_PARSE, "csv", "%s: no column is named '%s'; the first of %d is '%s'", table->path,
-                       name, table->columns, table->columns ? pdi_table_get_text(table, -1, 0) : "");
+                       name, table->columns, table->columns ? pd_table_get_text(table, -1, 0) : "");
     for (int r = 0; r < table->rows; r++) {
-        const char *text = pdi_table_get_text(table, r, column);
+        const char *text = pd_table_get_text(table, r, column);
         if (!pdi_file_parse_number(text, strlen(text), &values[r]))
             return pd_fail(ctx, PD_ERR_PARSE, "csv", "%s:%d: column '%s': '%.40s' is not a number", table->path,
                            table->row_line[r], name, text);
@@ -11929,7 +11947,7 @@ static pd_status pdi_points_file_find_columns(pd_ctx *ctx, const pd_table *t, in
     for (int k = 0; k < PDI_POINTS_FILE_COLUMNS; k++) {
         column[k] = -1;
         for (int c = 0; c < t->columns; c++) {
-            if (!pdi_points_file_is_column_name(pdi_table_get_text(t, -1, c), names[k])) continue;
+            if (!pdi_points_file_is_column_name(pd_table_get_text(t, -1, c), names[k])) continue;
             if (column[k] >= 0)
                 return pd_fail(ctx, PD_ERR_PARSE, "mesh", "%s: two columns for '%s'", t->path, names[k]);
             column[k] = c;
@@ -11944,10 +11962,10 @@ static pd_status pdi_points_file_find_columns(pd_ctx *ctx, const pd_table *t, in
 /* Parse a field of the table as a finite number. */
 static pd_status pdi_points_file_parse_number(pd_ctx *ctx, const pd_table *t, int row, int column, double *value)
 {
-    const char *text = pdi_table_get_text(t, row, column);
+    const char *text = pd_table_get_text(t, row, column);
     if (pdi_file_parse_number(text, strlen(text), value) && fabs(*value) < 1e100) return PD_OK;
     return pd_fail(ctx, PD_ERR_PARSE, "mesh", "%s:%d: column '%.40s': '%.40s', expected a finite number", t->path,
-                   t->row_line[row], pdi_table_get_text(t, -1, column), text);
+                   t->row_line[row], pd_table_get_text(t, -1, column), text);
 }
 
 /* Add the point of a row. constant[3]: coordinates beyond PD_DIM, set by the first row and equal in all others. */
@@ -11985,11 +12003,11 @@ static pd_status pdi_points_file_read_table(pd_ctx *ctx, const char *path, doubl
     pd_table table;
     int column[PDI_POINTS_FILE_COLUMNS];
     double constant[3] = {0.0};
-    PD_TRY(pdi_table_read(ctx, path, &table));
+    PD_TRY(pd_table_read(ctx, path, &table));
     pd_status status = pdi_points_file_find_columns(ctx, &table, column);
     for (int row = 0; row < table.rows && status == PD_OK; row++)
         status = pdi_points_file_add_row(ctx, &table, column, row, scale, constant, points);
-    pdi_table_free(ctx, &table);
+    pd_table_free(ctx, &table);
     return status;
 }
 
@@ -15599,11 +15617,11 @@ static pd_status pdi_read_tables_find_column(const pdi_read_tables_state *s, con
 {
     double number;
     char list[240] = "";
-    *column = pdi_table_find_column(&s->table, heading);
+    *column = pd_table_find_column(&s->table, heading);
     if (*column >= 0) return PD_OK;
     for (int k = 0; k < s->table.columns; k++) {
         size_t used = strlen(list);
-        snprintf(list + used, sizeof list - used, "%s%s", k ? ", " : "", pdi_table_get_text(&s->table, -1, k));
+        snprintf(list + used, sizeof list - used, "%s%s", k ? ", " : "", pd_table_get_text(&s->table, -1, k));
         if (pdi_file_parse_number(heading, strlen(heading), &number) && number >= k + 1 && number <= k + 1) *column = k;
     }
     if (*column >= 0) return PD_OK;
@@ -15656,14 +15674,14 @@ PDI_FN pd_status pdi_read_tables_column(const pdi_read_tables_state *s, const ch
     PD_TRY(pdi_text_get_string(s->ctx, s->text, s->section, key, fallback, &given));
     PD_TRY(pdi_read_tables_split_heading(s, key, given, heading, unit));
     PD_TRY(pdi_read_tables_find_column(s, key, heading, &column));
-    name = pdi_table_get_text(&s->table, -1, column);
+    name = pd_table_get_text(&s->table, -1, column);
     if (bracket && !unit[0]) pdi_read_tables_get_bracket_unit(name, unit);
     if (pd_units_parse(s->ctx, unit, scale, dims) < 0)
         return pdi_text_fail_key(s->ctx, s->text, s->section, key,
                                  "found '%.60s', expected a unit such as mol/L behind"
                                  " 'in'",
                                  unit);
-    if (pdi_table_parse_column(s->ctx, &s->table, name, values) < 0)
+    if (pd_table_parse_column(s->ctx, &s->table, name, values) < 0)
         return pdi_input_files_fail(s->ctx, s->text, s->section, key);
     return PD_OK;
 }
@@ -15701,7 +15719,7 @@ static pd_status pdi_read_tables_section(pdi_read_tables_state *s, pd_setup_tabl
     double *x = NULL, *y = NULL;
     PD_TRY(pdi_read_tables_check_name(s, table->name));
     PD_TRY(pdi_input_files_get_path(s->ctx, s->text, s->section, "file", s->folder, path));
-    if (pdi_table_read(s->ctx, path, &s->table) < 0) return pdi_input_files_fail(s->ctx, s->text, s->section, "file");
+    if (pd_table_read(s->ctx, path, &s->table) < 0) return pdi_input_files_fail(s->ctx, s->text, s->section, "file");
     int rows = s->table.rows;
     function->name = table->name;
     function->curve = &table->curve;
@@ -15710,7 +15728,7 @@ static pd_status pdi_read_tables_section(pdi_read_tables_state *s, pd_setup_tabl
     if (status == PD_OK) status = pdi_read_tables_build_curve(s, x, y, function, &table->curve);
     PD_DELETE(s->ctx, rows, x);
     PD_DELETE(s->ctx, rows, y);
-    pdi_table_free(s->ctx, &s->table);
+    pd_table_free(s->ctx, &s->table);
     return status;
 }
 
@@ -16526,7 +16544,7 @@ static pd_status pdi_read_shapes_png(pdi_read_shapes_state *s, pd_shape *shape)
                                  " size = %s",
                                  PD_DIM, PD_DIM == 3 ? "NX, NY, NZ" : "NX");
     PD_TRY(pdi_input_files_get_path(s->ctx, s->text, s->section, "mask", s->folder, path));
-    if (pdi_png_read(s->ctx, path, &image) < 0) return pdi_input_files_fail(s->ctx, s->text, s->section, "mask");
+    if (pd_png_read(s->ctx, path, &image) < 0) return pdi_input_files_fail(s->ctx, s->text, s->section, "mask");
     pd_status status = pd_setup_add_mask(s->ctx, s->setup, (size_t)image.width * (size_t)image.height, &mask);
     int least = 0, most = 255;
     if (status == PD_OK) pdi_read_shapes_threshold_pixels(&image, mask, &least, &most);
@@ -16541,7 +16559,7 @@ static pd_status pdi_read_shapes_png(pdi_read_shapes_state *s, pd_shape *shape)
     shape->mask_size[0] = image.width;
     shape->mask_size[PD_DIM - 1] = image.height;
     shape->mask = mask;
-    pdi_image_free(s->ctx, &image);
+    pd_image_free(s->ctx, &image);
     return status;
 }
 
@@ -19748,8 +19766,7 @@ PDI_FN pd_status pdi_read_image_options_read(pd_ctx *ctx, pd_text *text, int sec
 static const char *pdi_read_measured_find_spread(const pdi_read_tables_state *s)
 {
     for (int k = 0; k < s->table.columns; k++)
-        if (strncmp(pdi_table_get_text(&s->table, -1, k), "spread", 6) == 0)
-            return pdi_table_get_text(&s->table, -1, k);
+        if (strncmp(pd_table_get_text(&s->table, -1, k), "spread", 6) == 0) return pd_table_get_text(&s->table, -1, k);
     return NULL;
 }
 
@@ -19868,7 +19885,7 @@ static pd_status pdi_read_measured_section(pdi_read_tables_state *s, pd_setup *u
     memcpy(r->name, label, strlen(label) + 1);
     r->line = s->text->section[s->section].line;
     PD_TRY(pdi_input_files_get_path(s->ctx, s->text, s->section, "file", s->folder, path));
-    if (pdi_table_read(s->ctx, path, &s->table) < 0) return pdi_input_files_fail(s->ctx, s->text, s->section, "file");
+    if (pd_table_read(s->ctx, path, &s->table) < 0) return pdi_input_files_fail(s->ctx, s->text, s->section, "file");
     if (s->table.columns < 2 || s->table.rows < 1)
         return pdi_text_fail_key(s->ctx, s->text, s->section, "file",
                                  "%.200s: found %d columns and %d rows, expected a"
@@ -19893,7 +19910,7 @@ PDI_FN pd_status pdi_read_measured_read(pd_ctx *ctx, pd_text *text, const char *
     for (s.section = pdi_text_next_section(ctx, text, "measured", -1); s.section >= 0;
          s.section = pdi_text_next_section(ctx, text, "measured", s.section)) {
         pd_status status = pdi_read_measured_section(&s, setup);
-        pdi_table_free(ctx, &s.table);
+        pd_table_free(ctx, &s.table);
         PD_TRY(status);
     }
     return PD_OK;
@@ -21332,13 +21349,13 @@ static pd_status pdi_pictures_draw_frame(pd_ctx *ctx, pd_output_pictures *im, pd
     if (PD_DIM > 1) {
         pdi_pictures_build_picture(im, field, time, &text, &picture);
         if (!pdi_pictures_is_deformed(im, field))
-            return image ? pdi_field_plot_draw_image(ctx, &picture, image) : pd_field_plot_write(ctx, path, &picture);
+            return image ? pd_field_plot_draw_image(ctx, &picture, image) : pd_field_plot_write(ctx, path, &picture);
         pdi_pictures_build_deformed(im, field, &picture, &warp);
         return image ? pdi_deformed_plot_draw_image(ctx, &warp, image) : pdi_deformed_plot_write(ctx, path, &warp);
     }
     PD_TRY(PD_NEW(ctx, "images", im->cells, x));
     pdi_pictures_build_plot(im, field, time, &text, x, &plot);
-    pd_status status = image ? pdi_plot_draw_image(ctx, &plot, image) : pd_plot_write(ctx, path, &plot);
+    pd_status status = image ? pd_plot_draw_image(ctx, &plot, image) : pd_plot_write(ctx, path, &plot);
     PD_DELETE(ctx, im->cells, x);
     return status;
 }
@@ -21376,8 +21393,8 @@ static pd_status pdi_pictures_write_files(pd_ctx *ctx, pd_output_pictures *im, p
         PD_TRY(pdi_file_format_frame_name(ctx, pdi_pictures_get_field_name(im, field), frame, time, ends[k], name));
         PD_TRY(fresh ? pdi_output_folder_add_file(ctx, im->folder, name, path)
                       : pd_file_join(ctx, im->folder->path, name, path));
-        PD_TRY(image && k == 0 ? pdi_png_write(ctx, path, image)
-                                : pdi_pictures_draw_frame(ctx, im, field, time, path, NULL));
+        PD_TRY(image && k == 0 ? pd_png_write(ctx, path, image)
+                               : pdi_pictures_draw_frame(ctx, im, field, time, path, NULL));
         if (im->updates_latest && frame == im->last) PD_TRY(pdi_pictures_copy_latest(ctx, im, field, ends[k], path));
     }
     if (im->updates_latest) im->latest |= pd_fields_bit(field);
@@ -21522,7 +21539,7 @@ static pd_status pdi_pictures_redraw_frames(pd_ctx *ctx, pd_output_pictures *im,
         if (status == PD_OK && !pdi_pictures_is_same_view(&head.view, &im->view[field]))
             status = pdi_pictures_write_files(ctx, im, field, (int)head.frame, head.time, 0, film ? &image : NULL);
         if (status == PD_OK && film) status = pdi_apng_add_frame(ctx, film, &image);
-        pdi_image_free(ctx, &image);
+        pd_image_free(ctx, &image);
         PD_TRY(status);
     }
 }
@@ -21836,7 +21853,7 @@ static pd_status pdi_output_begin_probe_table(pd_ctx *ctx, pd_output *out)
     int count = pdi_output_compute_probe_row(out, names, NULL, PD_CSV_MAX_COLUMNS);
     for (int k = 0; k < count; k++) list[k] = names[k];
     PD_TRY(pdi_output_folder_add_file(ctx, out->folder, "probes.csv", path));
-    return pdi_csv_create(ctx, path, list, count, &out->probes);
+    return pd_csv_create(ctx, path, list, count, &out->probes);
 }
 
 /* Create diagnostics.csv and probes.csv. */
@@ -21844,8 +21861,7 @@ static pd_status pdi_output_begin_tables(pd_ctx *ctx, pd_output *out)
 {
     char path[PD_PATH_SIZE];
     PD_TRY(pdi_output_folder_add_file(ctx, out->folder, "diagnostics.csv", path));
-    PD_TRY(
-        pdi_csv_create(ctx, path, pdi_output_diagnostics_columns, PDI_OUTPUT_DIAGNOSTICS_COLUMNS, &out->diagnostics));
+    PD_TRY(pd_csv_create(ctx, path, pdi_output_diagnostics_columns, PDI_OUTPUT_DIAGNOSTICS_COLUMNS, &out->diagnostics));
     return pdi_output_begin_probe_table(ctx, out);
 }
 
@@ -21891,7 +21907,7 @@ PDI_FN pd_status pdi_output_write_rows(pd_ctx *ctx, pd_output *out, const pd_ste
     row[k++] = effort.continuity;
     row[k++] = o->corrosion_depth;
     PD_ASSERT(k == PDI_OUTPUT_DIAGNOSTICS_COLUMNS);
-    PD_TRY(pdi_csv_write_row(ctx, &out->diagnostics, row));
+    PD_TRY(pd_csv_write_row(ctx, &out->diagnostics, row));
     PD_TRY(pdi_output_append_loss(ctx, out, c->time, o->volume_loss));
     const pd_setup *u = out->model->setup;
     if (u->probes == 0) return PD_OK;
@@ -21899,7 +21915,7 @@ PDI_FN pd_status pdi_output_write_rows(pd_ctx *ctx, pd_output *out, const pd_ste
     for (int n = 0; n < u->probes; n++) fields |= u->probe[n].fields;
     pd_sample_prepare(ctx, out->model, fields);
     pdi_output_compute_probe_row(out, NULL, probe, PD_CSV_MAX_COLUMNS);
-    return pdi_csv_write_row(ctx, &out->probes, probe);
+    return pd_csv_write_row(ctx, &out->probes, probe);
 }
 
 /* ---- life ---- */
@@ -22056,16 +22072,16 @@ PDI_FN pd_status pdi_output_close(pd_ctx *ctx, pd_output *out, int over)
 {
     if (over) PD_TRY(pdi_pictures_finish(ctx, &out->images));
     PD_TRY(pdi_output_draw_loss_curve(ctx, out));
-    PD_TRY(pdi_csv_close(ctx, &out->diagnostics));
-    return pdi_csv_close(ctx, &out->probes);
+    PD_TRY(pd_csv_close(ctx, &out->diagnostics));
+    return pd_csv_close(ctx, &out->probes);
 }
 
 PDI_FN void pdi_output_free(pd_ctx *ctx, pd_output *out)
 {
     pd_ctx quiet = *ctx; /* a failure to close must not hide an earlier message */
     int32_t total = out->model ? out->model->grid.total : 0;
-    pdi_csv_close(&quiet, &out->diagnostics);
-    pdi_csv_close(&quiet, &out->probes);
+    pd_csv_close(&quiet, &out->diagnostics);
+    pd_csv_close(&quiet, &out->probes);
     pdi_pictures_free(ctx, &out->images);
     pdi_pvd_free(ctx, &out->pvd);
     for (int k = 0; k < PD_FIELD_COUNT; k++) PD_DELETE(ctx, total, out->scalar[k]);
@@ -22745,7 +22761,7 @@ static pd_status pdi_monitor_begin_table(pd_ctx *ctx, const pd_monitors *all, pd
     for (int k = 0; k <= m->count; k++) list[k] = names[k];
     pdi_monitor_format_table_name(m, name);
     PD_TRY(pdi_output_folder_add_file(ctx, all->folder, name, path));
-    return pdi_csv_create(ctx, path, list, m->count + 1, &m->table);
+    return pd_csv_create(ctx, path, list, m->count + 1, &m->table);
 }
 
 /* ---- life ---- */
@@ -22861,7 +22877,7 @@ PDI_FN pd_status pdi_monitors_step(pd_ctx *ctx, pd_monitors *all)
         if (m->count == 0 || !m->table.file.stream) continue;
         row[0] = all->model->time_loop.time;
         for (int f = 0; f < m->count; f++) row[f + 1] = m->output[f].value;
-        PD_TRY(pdi_csv_write_row(ctx, &m->table, row));
+        PD_TRY(pd_csv_write_row(ctx, &m->table, row));
     }
     return PD_OK;
 }
@@ -22877,7 +22893,7 @@ PDI_FN pd_status pdi_monitors_write_frame(pd_ctx *ctx, pd_monitors *all, int fra
 
 PDI_FN pd_status pdi_monitors_close(pd_ctx *ctx, pd_monitors *all)
 {
-    for (int k = 0; k < all->model->setup->monitors; k++) PD_TRY(pdi_csv_close(ctx, &all->monitor[k].table));
+    for (int k = 0; k < all->model->setup->monitors; k++) PD_TRY(pd_csv_close(ctx, &all->monitor[k].table));
     return PD_OK;
 }
 
@@ -22886,7 +22902,7 @@ PDI_FN void pdi_monitors_free(pd_ctx *ctx, pd_monitors *all)
     pd_ctx quiet = *ctx; /* a failure to close must not hide an earlier message */
     for (int k = 0; k < PD_SETUP_MONITORS; k++) {
         pd_monitor *m = &all->monitor[k];
-        pdi_csv_close(&quiet, &m->table);
+        pd_csv_close(&quiet, &m->table);
         PD_DELETE(ctx, m->capacity, m->output);
         PD_DELETE(ctx, (int64_t)m->rows * m->columns, m->profile);
         PD_DELETE(ctx, m->rows, m->flux);
@@ -25647,17 +25663,17 @@ static pd_status pdi_parameter_sweep_add_curve(pd_ctx *ctx, const pd_parameter_s
     PD_TRY(pdi_parameter_sweep_format_paths(ctx, s, index, folder, path));
     PD_TRY(pd_file_join(ctx, folder, "diagnostics.csv", path));
     quiet = *ctx;
-    pd_status status = pdi_table_read(&quiet, path, &table);
+    pd_status status = pd_table_read(&quiet, path, &table);
     ctx->in_use = quiet.in_use;
     if (status < 0 || table.rows < 2) {
-        pdi_table_free(ctx, &table);
+        pd_table_free(ctx, &table);
         return PD_OK;
     }
     c->rows[k] = table.rows;
     status = PD_NEW(ctx, "sweep", 2 * table.rows, c->data[k]);
-    if (status == PD_OK) status = pdi_table_parse_column(ctx, &table, "time", c->data[k]);
-    if (status == PD_OK) status = pdi_table_parse_column(ctx, &table, "volume_loss", c->data[k] + table.rows);
-    pdi_table_free(ctx, &table);
+    if (status == PD_OK) status = pd_table_parse_column(ctx, &table, "time", c->data[k]);
+    if (status == PD_OK) status = pd_table_parse_column(ctx, &table, "volume_loss", c->data[k] + table.rows);
+    pd_table_free(ctx, &table);
     PD_TRY(status);
     for (int row = 0; row < c->rows[k]; row++) {
         c->data[k][row] /= 3600.0;

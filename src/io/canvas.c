@@ -75,7 +75,7 @@ PDI_FN pd_status pdi_canvas_draw_to_image(pd_ctx *ctx, pdi_canvas_draw_fn draw, 
 {
     pdi_canvas canvas;
     pd_status status = draw(ctx, what, NULL, &canvas);
-    if (status != PD_OK) pdi_image_free(ctx, &canvas.image);
+    if (status != PD_OK) pd_image_free(ctx, &canvas.image);
     *image = canvas.image;
     return status;
 }
@@ -93,8 +93,8 @@ PDI_FN pd_status pdi_canvas_draw_to_file(pd_ctx *ctx, const char *path, pdi_canv
         return drawn;
     }
     PD_TRY(pdi_canvas_draw_to_image(ctx, draw, what, &image));
-    pd_status status = pdi_png_write(ctx, path, &image);
-    pdi_image_free(ctx, &image);
+    pd_status status = pd_png_write(ctx, path, &image);
+    pd_image_free(ctx, &image);
     return status;
 }
 

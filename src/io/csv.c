@@ -72,8 +72,7 @@ PDI_FN pd_status pdi_csv_write_table(pd_ctx *ctx, const char *path, const char *
     return status;
 }
 
-PDI_FN pd_status pdi_csv_create(pd_ctx *ctx, const char *path, const char *const *names, int columns,
-                                pd_csv *csv)
+pd_status pd_csv_create(pd_ctx *ctx, const char *path, const char *const *names, int columns, pd_csv *csv)
 {
     memset(csv, 0, sizeof *csv);
     PD_TRY(pdi_csv_write_table(ctx, path, names, columns, NULL, 0));
@@ -94,16 +93,13 @@ PDI_FN pd_status pdi_csv_store(pd_ctx *ctx, pd_archive *archive, const char *pat
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_csv_write_row(pd_ctx *ctx, pd_csv *csv, const double *values)
+pd_status pd_csv_write_row(pd_ctx *ctx, pd_csv *csv, const double *values)
 {
     PD_TRY(pdi_csv_write_values(ctx, &csv->file, values, csv->columns));
     return pdi_file_flush(ctx, &csv->file);
 }
 
-PDI_FN pd_status pdi_csv_close(pd_ctx *ctx, pd_csv *csv)
-{
-    return csv->file.stream ? pdi_file_commit(ctx, &csv->file) : PD_OK;
-}
+pd_status pd_csv_close(pd_ctx *ctx, pd_csv *csv) { return csv->file.stream ? pdi_file_commit(ctx, &csv->file) : PD_OK; }
 
 /* Reading. */
 
@@ -194,9 +190,9 @@ static pd_status pdi_csv_set_column_names(pd_ctx *ctx, pdi_csv_reader *r, int fi
     pd_table *t = r->table;
     t->columns = fields;
     for (int k = 0; k < fields; k++) {
-        const char *name = pdi_table_get_text(t, -1, k);
+        const char *name = pd_table_get_text(t, -1, k);
         if (!name[0]) return pdi_csv_fail_at_line(ctx, r, "a column has no name");
-        if (pdi_table_find_column(t, name) != k)
+        if (pd_table_find_column(t, name) != k)
             return pd_fail(ctx, PD_ERR_PARSE, "csv", "%s:%d: two columns are named '%s'", t->path, r->line, name);
     }
     return PD_OK;
@@ -244,7 +240,7 @@ static pd_status pdi_csv_parse(pd_ctx *ctx, pd_table *table)
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_table_read(pd_ctx *ctx, const char *path, pd_table *table)
+pd_status pd_table_read(pd_ctx *ctx, const char *path, pd_table *table)
 {
     size_t size = 0;
     memset(table, 0, sizeof *table);
@@ -252,11 +248,11 @@ PDI_FN pd_status pdi_table_read(pd_ctx *ctx, const char *path, pd_table *table)
     table->text_size = size + 1;
     strcpy(table->path, path);
     pd_status status = pdi_csv_parse(ctx, table);
-    if (status != PD_OK) pdi_table_free(ctx, table);
+    if (status != PD_OK) pd_table_free(ctx, table);
     return status;
 }
 
-PDI_FN void pdi_table_free(pd_ctx *ctx, pd_table *table)
+void pd_table_free(pd_ctx *ctx, pd_table *table)
 {
     PD_DELETE(ctx, table->text_size, table->text);
     PD_DELETE(ctx, table->capacity, table->field_offset);
@@ -264,31 +260,31 @@ PDI_FN void pdi_table_free(pd_ctx *ctx, pd_table *table)
     memset(table, 0, sizeof *table);
 }
 
-PDI_FN const char *pdi_table_get_text(const pd_table *table, int row, int column)
+const char *pd_table_get_text(const pd_table *table, int row, int column)
 {
     return table->text + table->field_offset[(size_t)(row + 1) * (size_t)table->columns + (size_t)column];
 }
 
-PDI_FN int pdi_table_find_column(const pd_table *table, const char *name)
+int pd_table_find_column(const pd_table *table, const char *name)
 {
     int found = -1;
     size_t length = strlen(name);
     for (int k = 0; k < table->columns; k++) {
-        const char *own = pdi_table_get_text(table, -1, k);
+        const char *own = pd_table_get_text(table, -1, k);
         if (strcmp(own, name) == 0) return k;
         if (strncmp(own, name, length) == 0 && strncmp(own + length, " [", 2) == 0) found = found == -1 ? k : -2;
     }
     return found < 0 ? -1 : found;
 }
 
-PDI_FN pd_status pdi_table_parse_column(pd_ctx *ctx, const pd_table *table, const char *name, double *values)
+pd_status pd_table_parse_column(pd_ctx *ctx, const pd_table *table, const char *name, double *values)
 {
-    int column = pdi_table_find_column(table, name);
+    int column = pd_table_find_column(table, name);
     if (column < 0)
         return pd_fail(ctx, PD_ERR_PARSE, "csv", "%s: no column is named '%s'; the first of %d is '%s'", table->path,
-                       name, table->columns, table->columns ? pdi_table_get_text(table, -1, 0) : "");
+                       name, table->columns, table->columns ? pd_table_get_text(table, -1, 0) : "");
     for (int r = 0; r < table->rows; r++) {
-        const char *text = pdi_table_get_text(table, r, column);
+        const char *text = pd_table_get_text(table, r, column);
         if (!pdi_file_parse_number(text, strlen(text), &values[r]))
             return pd_fail(ctx, PD_ERR_PARSE, "csv", "%s:%d: column '%s': '%.40s' is not a number", table->path,
                            table->row_line[r], name, text);

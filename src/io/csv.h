@@ -30,32 +30,40 @@ typedef struct pd_table {
     size_t line_capacity;
 } pd_table;
 
-#ifdef PDI_APP_INTERNAL
+#define pd_csv_create PD_NAME(pd_csv_create)
+#define pd_csv_write_row PD_NAME(pd_csv_write_row)
+#define pd_csv_close PD_NAME(pd_csv_close)
+#define pd_table_read PD_NAME(pd_table_read)
+#define pd_table_find_column PD_NAME(pd_table_find_column)
+#define pd_table_get_text PD_NAME(pd_table_get_text)
+#define pd_table_parse_column PD_NAME(pd_table_parse_column)
+#define pd_table_free PD_NAME(pd_table_free)
+
 /* Create a CSV file with its header line, names[columns] such as "time [s]", and open it to append rows. An older file
  * is replaced. PD_ERR_ARGUMENT: names that are empty, occur twice or hold a control character. */
-PDI_FN pd_status pdi_csv_create(pd_ctx *ctx, const char *path, const char *const *names, int columns,
-                                pd_csv *csv);
+PD_API pd_status pd_csv_create(pd_ctx *ctx, const char *path, const char *const *names, int columns, pd_csv *csv);
 /* Append a row values[columns] and flush it. PD_ERR_FILE. */
-PDI_FN pd_status pdi_csv_write_row(pd_ctx *ctx, pd_csv *csv, const double *values);
+PD_API pd_status pd_csv_write_row(pd_ctx *ctx, pd_csv *csv, const double *values);
 /* Close the file. One that is not open is allowed. PD_ERR_FILE. */
-PDI_FN pd_status pdi_csv_close(pd_ctx *ctx, pd_csv *csv);
+PD_API pd_status pd_csv_close(pd_ctx *ctx, pd_csv *csv);
+/* Read a CSV file into a table. PD_ERR_FILE; PD_ERR_PARSE with file:line: a row with more or fewer fields than the
+ * header, an open quote, a column name twice. */
+PD_API pd_status pd_table_read(pd_ctx *ctx, const char *path, pd_table *table);
+/* Index of a column by name, with its unit, or without it where that is unambiguous; -1: none. */
+PD_API int pd_table_find_column(const pd_table *table, const char *name);
+/* Text of a field; row -1 is the header line. */
+PD_API const char *pd_table_get_text(const pd_table *table, int row, int column);
+/* Parse the column of this name into values[rows]. PD_ERR_PARSE with file:line: no such column, or a field that is no
+ * number. */
+PD_API pd_status pd_table_parse_column(pd_ctx *ctx, const pd_table *table, const char *name, double *values);
+/* Free the table. A zeroed one is allowed. */
+PD_API void pd_table_free(pd_ctx *ctx, pd_table *table);
+
+#ifdef PDI_APP_INTERNAL
 
 /* Write a whole table values[rows][columns] through a temporary file. Errors as above. */
 PDI_FN pd_status pdi_csv_write_table(pd_ctx *ctx, const char *path, const char *const *names, int columns,
                                      const double *values, int64_t rows);
-
-/* Read a CSV file into a table. PD_ERR_FILE; PD_ERR_PARSE with file:line: a row with more or fewer fields than the
- * header, an open quote, a column name twice. */
-PDI_FN pd_status pdi_table_read(pd_ctx *ctx, const char *path, pd_table *table);
-/* Index of a column by name, with its unit, or without it where that is unambiguous; -1: none. */
-PDI_FN int pdi_table_find_column(const pd_table *table, const char *name);
-/* Text of a field; row -1 is the header line. */
-PDI_FN const char *pdi_table_get_text(const pd_table *table, int row, int column);
-/* Parse the column of this name into values[rows]. PD_ERR_PARSE with file:line: no such column, or a field that is no
- * number. */
-PDI_FN pd_status pdi_table_parse_column(pd_ctx *ctx, const pd_table *table, const char *name, double *values);
-/* Free the table. A zeroed one is allowed. */
-PDI_FN void pdi_table_free(pd_ctx *ctx, pd_table *table);
 
 /* Checkpoint of an open CSV file: write its length; or, when reading, truncate the file `path` to that length and open
  * it to append. PD_ERR_FILE: it is shorter, or no row ends there. */

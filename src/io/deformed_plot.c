@@ -169,7 +169,7 @@ static pd_status pdi_deformed_plot_draw_raster(pd_ctx *ctx, const pdi_deformed_p
         picture.lo[d] = raster->lo[d];
         picture.hi[d] = raster->lo[d] + raster->n[d] * raster->size;
     }
-    return image ? pdi_field_plot_draw_image(ctx, &picture, image) : pd_field_plot_write(ctx, path, &picture);
+    return image ? pd_field_plot_draw_image(ctx, &picture, image) : pd_field_plot_write(ctx, path, &picture);
 }
 
 /* Determine the extent and draw into the image, or into the file `path` where image is NULL. */

@@ -502,7 +502,7 @@ static pd_status pdi_field_plot_draw_field(pd_ctx *ctx, const pd_field_plot *p, 
         PD_TRY(pdi_canvas_build_image(ctx, l->x.pixels, l->y.pixels, &cells));
         pdi_field_plot_draw_cells(ctx, p, l, table, 0, 0, &cells);
         pdi_canvas_draw_image(canvas, l->left, l->top, &cells.image);
-        pdi_image_free(ctx, &cells.image);
+        pd_image_free(ctx, &cells.image);
     }
     pdi_canvas_draw_frame(canvas, l->left, l->top, l->left + l->x.pixels, l->top + l->y.pixels, PDI_CANVAS_TEXT_COLOUR);
     PD_TRY(pdi_field_plot_draw_contours(ctx, p, l, canvas));
@@ -613,7 +613,7 @@ static pd_status pdi_field_plot_draw_on_canvas(pd_ctx *ctx, const void *what, pd
     return pdi_field_plot_draw_key(ctx, &l, canvas);
 }
 
-PDI_FN pd_status pdi_field_plot_draw_image(pd_ctx *ctx, const pd_field_plot *picture, pd_image *image)
+pd_status pd_field_plot_draw_image(pd_ctx *ctx, const pd_field_plot *picture, pd_image *image)
 {
     return pdi_canvas_draw_to_image(ctx, pdi_field_plot_draw_on_canvas, picture, image);
 }

@@ -51,15 +51,17 @@ typedef struct pd_field_plot {
 } pd_field_plot;
 
 #define pd_field_plot_write PD_NAME(pd_field_plot_write)
+#define pd_field_plot_draw_image PD_NAME(pd_field_plot_draw_image)
+
+/* Draw into an RGB image (freed by its own function). The axes have equal scales as far as whole pixels allow; a field
+ * thinner than 120 pixels is stretched, and the axis label says so. PD_ERR_ARGUMENT, PD_ERR_SIZE. */
+PD_API pd_status pd_field_plot_draw_image(pd_ctx *ctx, const pd_field_plot *picture, pd_image *image);
 
 #ifdef PDI_APP_INTERNAL
 /* Turn the smallest and largest value (log_scale: positive ones) into the ends of the range of colours: a diverging map
  * is symmetric to 0, a logarithmic range has at most eight decades. lo > hi: there is no value, and a default range
  * results. */
 PDI_FN void pdi_field_plot_adjust_range(pd_colour_map map, int log_scale, double *lo, double *hi);
-/* Draw into an RGB image (freed by its own function). The axes have equal scales as far as whole pixels allow; a field
- * thinner than 120 pixels is stretched, and the axis label says so. PD_ERR_ARGUMENT, PD_ERR_SIZE. */
-PDI_FN pd_status pdi_field_plot_draw_image(pd_ctx *ctx, const pd_field_plot *picture, pd_image *image);
 #endif
 /* Draw and write as PNG, or as SVG where the path ends in ".svg". Also PD_ERR_FILE. */
 PD_API pd_status pd_field_plot_write(pd_ctx *ctx, const char *path, const pd_field_plot *picture);

@@ -379,7 +379,7 @@ static pd_status pdi_plot_draw_on_canvas(pd_ctx *ctx, const void *what, pdi_svg 
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_plot_draw_image(pd_ctx *ctx, const pd_plot *plot, pd_image *image)
+pd_status pd_plot_draw_image(pd_ctx *ctx, const pd_plot *plot, pd_image *image)
 {
     return pdi_canvas_draw_to_image(ctx, pdi_plot_draw_on_canvas, plot, image);
 }

@@ -35,12 +35,12 @@ typedef struct pd_plot {
 } pd_plot;
 
 #define pd_plot_write PD_NAME(pd_plot_write)
+#define pd_plot_draw_image PD_NAME(pd_plot_draw_image)
 
-#ifdef PDI_APP_INTERNAL
 /* Draw into an RGB image (freed by its own function); an empty frame where no point can be shown. PD_ERR_ARGUMENT: a
  * bad range or size. */
-PDI_FN pd_status pdi_plot_draw_image(pd_ctx *ctx, const pd_plot *plot, pd_image *image);
-#endif
+PD_API pd_status pd_plot_draw_image(pd_ctx *ctx, const pd_plot *plot, pd_image *image);
+
 /* Draw and write as PNG, or as SVG where the path ends with ".svg". Also PD_ERR_FILE. */
 PD_API pd_status pd_plot_write(pd_ctx *ctx, const char *path, const pd_plot *plot);
 

@@ -17,7 +17,7 @@ static size_t pdi_png_pixel_bytes(const pd_image *image)
     return (size_t)image->width * (size_t)image->height * (size_t)image->channels;
 }
 
-PDI_FN void pdi_image_free(pd_ctx *ctx, pd_image *image)
+void pd_image_free(pd_ctx *ctx, pd_image *image)
 {
     PD_DELETE(ctx, pdi_png_pixel_bytes(image), image->pixels);
     memset(image, 0, sizeof *image);
@@ -208,7 +208,7 @@ PDI_FN pd_status pdi_png_compress_pixels(pd_ctx *ctx, const pd_image *image, pdi
     return status;
 }
 
-PDI_FN pd_status pdi_png_write(pd_ctx *ctx, const char *path, const pd_image *image)
+pd_status pd_png_write(pd_ctx *ctx, const char *path, const pd_image *image)
 {
     pdi_bytes packed = {NULL, 0, 0};
     PD_TRY(pdi_png_check_image(ctx, image));
@@ -437,13 +437,13 @@ static pd_status pdi_png_decode_pixels(pd_ctx *ctx, const pdi_png_reader *png, p
         image->height = png->height;
         status = PD_NEW(ctx, "png", pdi_png_pixel_bytes(image), image->pixels);
         if (status == PD_OK) status = pdi_png_expand_pixels(ctx, png, raw, stride, image);
-        if (status != PD_OK) pdi_image_free(ctx, image);
+        if (status != PD_OK) pd_image_free(ctx, image);
     }
     PD_DELETE(ctx, size, raw);
     return status;
 }
 
-PDI_FN pd_status pdi_png_read(pd_ctx *ctx, const char *path, pd_image *image)
+pd_status pd_png_read(pd_ctx *ctx, const char *path, pd_image *image)
 {
     char *data = NULL;
     size_t size = 0;

@@ -17,13 +17,21 @@ typedef struct pd_image {
     uint8_t *pixels;
 } pd_image;
 
-#ifdef PDI_APP_INTERNAL
+#define pd_image_free PD_NAME(pd_image_free)
+#define pd_png_write PD_NAME(pd_png_write)
+#define pd_png_read PD_NAME(pd_png_read)
+
 /* Free the pixels. A zeroed image is allowed. */
-PDI_FN void pdi_image_free(pd_ctx *ctx, pd_image *image);
+PD_API void pd_image_free(pd_ctx *ctx, pd_image *image);
+/* Write an image with 1 or 3 channels to a file. PD_ERR_ARGUMENT, PD_ERR_SIZE, PD_ERR_FILE. */
+PD_API pd_status pd_png_write(pd_ctx *ctx, const char *path, const pd_image *image);
+/* Read an image. Palettes become RGB; an alpha channel is added where they, grey or RGB have transparency. PD_ERR_FILE:
+ * not readable; PD_ERR_PARSE: damaged, interlaced, 16 bits a channel, too many pixels. */
+PD_API pd_status pd_png_read(pd_ctx *ctx, const char *path, pd_image *image);
+
+#ifdef PDI_APP_INTERNAL
 /* Luminance 0..255 of a pixel (Rec. 601 weights) times its opacity: transparent pixels have 0; row 0 on top. */
 PDI_FN int pdi_image_get_luminance(const pd_image *image, int column, int row);
-/* Write an image with 1 or 3 channels to a file. PD_ERR_ARGUMENT, PD_ERR_SIZE, PD_ERR_FILE. */
-PDI_FN pd_status pdi_png_write(pd_ctx *ctx, const char *path, const pd_image *image);
 /* Parts of a PNG file, for files that hold more than one image. */
 /* Write a big-endian number of four bytes. */
 PDI_FN void pdi_png_put_u32(uint8_t *bytes, uint32_t value);
@@ -37,9 +45,6 @@ PDI_FN pd_status pdi_png_write_chunk(pd_ctx *ctx, pd_file *file, const char *typ
 PDI_FN pd_status pdi_png_encode(pd_ctx *ctx, const pd_image *image, pdi_bytes *out);
 /* Append the filtered and compressed pixels of an image to a buffer. */
 PDI_FN pd_status pdi_png_compress_pixels(pd_ctx *ctx, const pd_image *image, pdi_bytes *packed);
-/* Read an image. Palettes become RGB; an alpha channel is added where they, grey or RGB have transparency. PD_ERR_FILE:
- * not readable; PD_ERR_PARSE: damaged, interlaced, 16 bits a channel, too many pixels. */
-PDI_FN pd_status pdi_png_read(pd_ctx *ctx, const char *path, pd_image *image);
 #endif
 
 #endif

@@ -32,7 +32,7 @@ static pd_status pdi_points_file_find_columns(pd_ctx *ctx, const pd_table *t, in
     for (int k = 0; k < PDI_POINTS_FILE_COLUMNS; k++) {
         column[k] = -1;
         for (int c = 0; c < t->columns; c++) {
-            if (!pdi_points_file_is_column_name(pdi_table_get_text(t, -1, c), names[k])) continue;
+            if (!pdi_points_file_is_column_name(pd_table_get_text(t, -1, c), names[k])) continue;
             if (column[k] >= 0)
                 return pd_fail(ctx, PD_ERR_PARSE, "mesh", "%s: two columns for '%s'", t->path, names[k]);
             column[k] = c;
@@ -47,10 +47,10 @@ static pd_status pdi_points_file_find_columns(pd_ctx *ctx, const pd_table *t, in
 /* Parse a field of the table as a finite number. */
 static pd_status pdi_points_file_parse_number(pd_ctx *ctx, const pd_table *t, int row, int column, double *value)
 {
-    const char *text = pdi_table_get_text(t, row, column);
+    const char *text = pd_table_get_text(t, row, column);
     if (pdi_file_parse_number(text, strlen(text), value) && fabs(*value) < 1e100) return PD_OK;
     return pd_fail(ctx, PD_ERR_PARSE, "mesh", "%s:%d: column '%.40s': '%.40s', expected a finite number", t->path,
-                   t->row_line[row], pdi_table_get_text(t, -1, column), text);
+                   t->row_line[row], pd_table_get_text(t, -1, column), text);
 }
 
 /* Add the point of a row. constant[3]: coordinates beyond PD_DIM, set by the first row and equal in all others. */
@@ -88,11 +88,11 @@ static pd_status pdi_points_file_read_table(pd_ctx *ctx, const char *path, doubl
     pd_table table;
     int column[PDI_POINTS_FILE_COLUMNS];
     double constant[3] = {0.0};
-    PD_TRY(pdi_table_read(ctx, path, &table));
+    PD_TRY(pd_table_read(ctx, path, &table));
     pd_status status = pdi_points_file_find_columns(ctx, &table, column);
     for (int row = 0; row < table.rows && status == PD_OK; row++)
         status = pdi_points_file_add_row(ctx, &table, column, row, scale, constant, points);
-    pdi_table_free(ctx, &table);
+    pd_table_free(ctx, &table);
     return status;
 }
 

@@ -199,7 +199,7 @@ static pd_status pdi_surface_plot_draw_on_canvas(pd_ctx *ctx, const void *what, 
         PD_TRY(pdi_canvas_build_image(ctx, s->width, s->height, &view));
         pdi_surface_plot_draw_pixels(r, &l, 0, 0, &view);
         pdi_canvas_draw_image(canvas, l.left, l.top, &view.image);
-        pdi_image_free(ctx, &view.image);
+        pd_image_free(ctx, &view.image);
     }
     if (l.bar.axis) pdi_colour_bar_draw(&l.bar, canvas);
     else if (r->use_values) pdi_legend_draw(&l.legend, l.legend_left, l.top, canvas);

@@ -635,7 +635,7 @@ static pd_status pdi_monitor_begin_table(pd_ctx *ctx, const pd_monitors *all, pd
     for (int k = 0; k <= m->count; k++) list[k] = names[k];
     pdi_monitor_format_table_name(m, name);
     PD_TRY(pdi_output_folder_add_file(ctx, all->folder, name, path));
-    return pdi_csv_create(ctx, path, list, m->count + 1, &m->table);
+    return pd_csv_create(ctx, path, list, m->count + 1, &m->table);
 }
 
 /* ---- life ---- */
@@ -751,7 +751,7 @@ PDI_FN pd_status pdi_monitors_step(pd_ctx *ctx, pd_monitors *all)
         if (m->count == 0 || !m->table.file.stream) continue;
         row[0] = all->model->time_loop.time;
         for (int f = 0; f < m->count; f++) row[f + 1] = m->output[f].value;
-        PD_TRY(pdi_csv_write_row(ctx, &m->table, row));
+        PD_TRY(pd_csv_write_row(ctx, &m->table, row));
     }
     return PD_OK;
 }
@@ -767,7 +767,7 @@ PDI_FN pd_status pdi_monitors_write_frame(pd_ctx *ctx, pd_monitors *all, int fra
 
 PDI_FN pd_status pdi_monitors_close(pd_ctx *ctx, pd_monitors *all)
 {
-    for (int k = 0; k < all->model->setup->monitors; k++) PD_TRY(pdi_csv_close(ctx, &all->monitor[k].table));
+    for (int k = 0; k < all->model->setup->monitors; k++) PD_TRY(pd_csv_close(ctx, &all->monitor[k].table));
     return PD_OK;
 }
 
@@ -776,7 +776,7 @@ PDI_FN void pdi_monitors_free(pd_ctx *ctx, pd_monitors *all)
     pd_ctx quiet = *ctx; /* a failure to close must not hide an earlier message */
     for (int k = 0; k < PD_SETUP_MONITORS; k++) {
         pd_monitor *m = &all->monitor[k];
-        pdi_csv_close(&quiet, &m->table);
+        pd_csv_close(&quiet, &m->table);
         PD_DELETE(ctx, m->capacity, m->output);
         PD_DELETE(ctx, (int64_t)m->rows * m->columns, m->profile);
         PD_DELETE(ctx, m->rows, m->flux);

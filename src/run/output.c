@@ -161,7 +161,7 @@ static pd_status pdi_output_begin_probe_table(pd_ctx *ctx, pd_output *out)
     int count = pdi_output_compute_probe_row(out, names, NULL, PD_CSV_MAX_COLUMNS);
     for (int k = 0; k < count; k++) list[k] = names[k];
     PD_TRY(pdi_output_folder_add_file(ctx, out->folder, "probes.csv", path));
-    return pdi_csv_create(ctx, path, list, count, &out->probes);
+    return pd_csv_create(ctx, path, list, count, &out->probes);
 }
 
 /* Create diagnostics.csv and probes.csv. */
@@ -169,8 +169,7 @@ static pd_status pdi_output_begin_tables(pd_ctx *ctx, pd_output *out)
 {
     char path[PD_PATH_SIZE];
     PD_TRY(pdi_output_folder_add_file(ctx, out->folder, "diagnostics.csv", path));
-    PD_TRY(
-        pdi_csv_create(ctx, path, pdi_output_diagnostics_columns, PDI_OUTPUT_DIAGNOSTICS_COLUMNS, &out->diagnostics));
+    PD_TRY(pd_csv_create(ctx, path, pdi_output_diagnostics_columns, PDI_OUTPUT_DIAGNOSTICS_COLUMNS, &out->diagnostics));
     return pdi_output_begin_probe_table(ctx, out);
 }
 
@@ -216,7 +215,7 @@ PDI_FN pd_status pdi_output_write_rows(pd_ctx *ctx, pd_output *out, const pd_ste
     row[k++] = effort.continuity;
     row[k++] = o->corrosion_depth;
     PD_ASSERT(k == PDI_OUTPUT_DIAGNOSTICS_COLUMNS);
-    PD_TRY(pdi_csv_write_row(ctx, &out->diagnostics, row));
+    PD_TRY(pd_csv_write_row(ctx, &out->diagnostics, row));
     PD_TRY(pdi_output_append_loss(ctx, out, c->time, o->volume_loss));
     const pd_setup *u = out->model->setup;
     if (u->probes == 0) return PD_OK;
@@ -224,7 +223,7 @@ PDI_FN pd_status pdi_output_write_rows(pd_ctx *ctx, pd_output *out, const pd_ste
     for (int n = 0; n < u->probes; n++) fields |= u->probe[n].fields;
     pd_sample_prepare(ctx, out->model, fields);
     pdi_output_compute_probe_row(out, NULL, probe, PD_CSV_MAX_COLUMNS);
-    return pdi_csv_write_row(ctx, &out->probes, probe);
+    return pd_csv_write_row(ctx, &out->probes, probe);
 }
 
 /* ---- life ---- */
@@ -381,16 +380,16 @@ PDI_FN pd_status pdi_output_close(pd_ctx *ctx, pd_output *out, int over)
 {
     if (over) PD_TRY(pdi_pictures_finish(ctx, &out->images));
     PD_TRY(pdi_output_draw_loss_curve(ctx, out));
-    PD_TRY(pdi_csv_close(ctx, &out->diagnostics));
-    return pdi_csv_close(ctx, &out->probes);
+    PD_TRY(pd_csv_close(ctx, &out->diagnostics));
+    return pd_csv_close(ctx, &out->probes);
 }
 
 PDI_FN void pdi_output_free(pd_ctx *ctx, pd_output *out)
 {
     pd_ctx quiet = *ctx; /* a failure to close must not hide an earlier message */
     int32_t total = out->model ? out->model->grid.total : 0;
-    pdi_csv_close(&quiet, &out->diagnostics);
-    pdi_csv_close(&quiet, &out->probes);
+    pd_csv_close(&quiet, &out->diagnostics);
+    pd_csv_close(&quiet, &out->probes);
     pdi_pictures_free(ctx, &out->images);
     pdi_pvd_free(ctx, &out->pvd);
     for (int k = 0; k < PD_FIELD_COUNT; k++) PD_DELETE(ctx, total, out->scalar[k]);

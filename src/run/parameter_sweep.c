@@ -453,17 +453,17 @@ static pd_status pdi_parameter_sweep_add_curve(pd_ctx *ctx, const pd_parameter_s
     PD_TRY(pdi_parameter_sweep_format_paths(ctx, s, index, folder, path));
     PD_TRY(pd_file_join(ctx, folder, "diagnostics.csv", path));
     quiet = *ctx;
-    pd_status status = pdi_table_read(&quiet, path, &table);
+    pd_status status = pd_table_read(&quiet, path, &table);
     ctx->in_use = quiet.in_use;
     if (status < 0 || table.rows < 2) {
-        pdi_table_free(ctx, &table);
+        pd_table_free(ctx, &table);
         return PD_OK;
     }
     c->rows[k] = table.rows;
     status = PD_NEW(ctx, "sweep", 2 * table.rows, c->data[k]);
-    if (status == PD_OK) status = pdi_table_parse_column(ctx, &table, "time", c->data[k]);
-    if (status == PD_OK) status = pdi_table_parse_column(ctx, &table, "volume_loss", c->data[k] + table.rows);
-    pdi_table_free(ctx, &table);
+    if (status == PD_OK) status = pd_table_parse_column(ctx, &table, "time", c->data[k]);
+    if (status == PD_OK) status = pd_table_parse_column(ctx, &table, "volume_loss", c->data[k] + table.rows);
+    pd_table_free(ctx, &table);
     PD_TRY(status);
     for (int row = 0; row < c->rows[k]; row++) {
         c->data[k][row] /= 3600.0;

@@ -468,13 +468,13 @@ static pd_status pdi_pictures_draw_frame(pd_ctx *ctx, pd_output_pictures *im, pd
     if (PD_DIM > 1) {
         pdi_pictures_build_picture(im, field, time, &text, &picture);
         if (!pdi_pictures_is_deformed(im, field))
-            return image ? pdi_field_plot_draw_image(ctx, &picture, image) : pd_field_plot_write(ctx, path, &picture);
+            return image ? pd_field_plot_draw_image(ctx, &picture, image) : pd_field_plot_write(ctx, path, &picture);
         pdi_pictures_build_deformed(im, field, &picture, &warp);
         return image ? pdi_deformed_plot_draw_image(ctx, &warp, image) : pdi_deformed_plot_write(ctx, path, &warp);
     }
     PD_TRY(PD_NEW(ctx, "images", im->cells, x));
     pdi_pictures_build_plot(im, field, time, &text, x, &plot);
-    pd_status status = image ? pdi_plot_draw_image(ctx, &plot, image) : pd_plot_write(ctx, path, &plot);
+    pd_status status = image ? pd_plot_draw_image(ctx, &plot, image) : pd_plot_write(ctx, path, &plot);
     PD_DELETE(ctx, im->cells, x);
     return status;
 }
@@ -512,8 +512,8 @@ static pd_status pdi_pictures_write_files(pd_ctx *ctx, pd_output_pictures *im, p
         PD_TRY(pdi_file_format_frame_name(ctx, pdi_pictures_get_field_name(im, field), frame, time, ends[k], name));
         PD_TRY(fresh ? pdi_output_folder_add_file(ctx, im->folder, name, path)
                       : pd_file_join(ctx, im->folder->path, name, path));
-        PD_TRY(image && k == 0 ? pdi_png_write(ctx, path, image)
-                                : pdi_pictures_draw_frame(ctx, im, field, time, path, NULL));
+        PD_TRY(image && k == 0 ? pd_png_write(ctx, path, image)
+                               : pdi_pictures_draw_frame(ctx, im, field, time, path, NULL));
         if (im->updates_latest && frame == im->last) PD_TRY(pdi_pictures_copy_latest(ctx, im, field, ends[k], path));
     }
     if (im->updates_latest) im->latest |= pd_fields_bit(field);
@@ -658,7 +658,7 @@ static pd_status pdi_pictures_redraw_frames(pd_ctx *ctx, pd_output_pictures *im,
         if (status == PD_OK && !pdi_pictures_is_same_view(&head.view, &im->view[field]))
             status = pdi_pictures_write_files(ctx, im, field, (int)head.frame, head.time, 0, film ? &image : NULL);
         if (status == PD_OK && film) status = pdi_apng_add_frame(ctx, film, &image);
-        pdi_image_free(ctx, &image);
+        pd_image_free(ctx, &image);
         PD_TRY(status);
     }
 }

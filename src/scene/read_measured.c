@@ -13,8 +13,7 @@
 static const char *pdi_read_measured_find_spread(const pdi_read_tables_state *s)
 {
     for (int k = 0; k < s->table.columns; k++)
-        if (strncmp(pdi_table_get_text(&s->table, -1, k), "spread", 6) == 0)
-            return pdi_table_get_text(&s->table, -1, k);
+        if (strncmp(pd_table_get_text(&s->table, -1, k), "spread", 6) == 0) return pd_table_get_text(&s->table, -1, k);
     return NULL;
 }
 
@@ -133,7 +132,7 @@ static pd_status pdi_read_measured_section(pdi_read_tables_state *s, pd_setup *u
     memcpy(r->name, label, strlen(label) + 1);
     r->line = s->text->section[s->section].line;
     PD_TRY(pdi_input_files_get_path(s->ctx, s->text, s->section, "file", s->folder, path));
-    if (pdi_table_read(s->ctx, path, &s->table) < 0) return pdi_input_files_fail(s->ctx, s->text, s->section, "file");
+    if (pd_table_read(s->ctx, path, &s->table) < 0) return pdi_input_files_fail(s->ctx, s->text, s->section, "file");
     if (s->table.columns < 2 || s->table.rows < 1)
         return pdi_text_fail_key(s->ctx, s->text, s->section, "file",
                                  "%.200s: found %d columns and %d rows, expected a"
@@ -158,7 +157,7 @@ PDI_FN pd_status pdi_read_measured_read(pd_ctx *ctx, pd_text *text, const char *
     for (s.section = pdi_text_next_section(ctx, text, "measured", -1); s.section >= 0;
          s.section = pdi_text_next_section(ctx, text, "measured", s.section)) {
         pd_status status = pdi_read_measured_section(&s, setup);
-        pdi_table_free(ctx, &s.table);
+        pd_table_free(ctx, &s.table);
         PD_TRY(status);
     }
     return PD_OK;

@@ -134,7 +134,7 @@ static pd_status pdi_read_shapes_png(pdi_read_shapes_state *s, pd_shape *shape)
                                  " size = %s",
                                  PD_DIM, PD_DIM == 3 ? "NX, NY, NZ" : "NX");
     PD_TRY(pdi_input_files_get_path(s->ctx, s->text, s->section, "mask", s->folder, path));
-    if (pdi_png_read(s->ctx, path, &image) < 0) return pdi_input_files_fail(s->ctx, s->text, s->section, "mask");
+    if (pd_png_read(s->ctx, path, &image) < 0) return pdi_input_files_fail(s->ctx, s->text, s->section, "mask");
     pd_status status = pd_setup_add_mask(s->ctx, s->setup, (size_t)image.width * (size_t)image.height, &mask);
     int least = 0, most = 255;
     if (status == PD_OK) pdi_read_shapes_threshold_pixels(&image, mask, &least, &most);
@@ -149,7 +149,7 @@ static pd_status pdi_read_shapes_png(pdi_read_shapes_state *s, pd_shape *shape)
     shape->mask_size[0] = image.width;
     shape->mask_size[PD_DIM - 1] = image.height;
     shape->mask = mask;
-    pdi_image_free(s->ctx, &image);
+    pd_image_free(s->ctx, &image);
     return status;
 }
 

@@ -30,11 +30,11 @@ static pd_status pdi_read_tables_find_column(const pdi_read_tables_state *s, con
 {
     double number;
     char list[240] = "";
-    *column = pdi_table_find_column(&s->table, heading);
+    *column = pd_table_find_column(&s->table, heading);
     if (*column >= 0) return PD_OK;
     for (int k = 0; k < s->table.columns; k++) {
         size_t used = strlen(list);
-        snprintf(list + used, sizeof list - used, "%s%s", k ? ", " : "", pdi_table_get_text(&s->table, -1, k));
+        snprintf(list + used, sizeof list - used, "%s%s", k ? ", " : "", pd_table_get_text(&s->table, -1, k));
         if (pdi_file_parse_number(heading, strlen(heading), &number) && number >= k + 1 && number <= k + 1) *column = k;
     }
     if (*column >= 0) return PD_OK;
@@ -87,14 +87,14 @@ PDI_FN pd_status pdi_read_tables_column(const pdi_read_tables_state *s, const ch
     PD_TRY(pdi_text_get_string(s->ctx, s->text, s->section, key, fallback, &given));
     PD_TRY(pdi_read_tables_split_heading(s, key, given, heading, unit));
     PD_TRY(pdi_read_tables_find_column(s, key, heading, &column));
-    name = pdi_table_get_text(&s->table, -1, column);
+    name = pd_table_get_text(&s->table, -1, column);
     if (bracket && !unit[0]) pdi_read_tables_get_bracket_unit(name, unit);
     if (pd_units_parse(s->ctx, unit, scale, dims) < 0)
         return pdi_text_fail_key(s->ctx, s->text, s->section, key,
                                  "found '%.60s', expected a unit such as mol/L behind"
                                  " 'in'",
                                  unit);
-    if (pdi_table_parse_column(s->ctx, &s->table, name, values) < 0)
+    if (pd_table_parse_column(s->ctx, &s->table, name, values) < 0)
         return pdi_input_files_fail(s->ctx, s->text, s->section, key);
     return PD_OK;
 }
@@ -132,7 +132,7 @@ static pd_status pdi_read_tables_section(pdi_read_tables_state *s, pd_setup_tabl
     double *x = NULL, *y = NULL;
     PD_TRY(pdi_read_tables_check_name(s, table->name));
     PD_TRY(pdi_input_files_get_path(s->ctx, s->text, s->section, "file", s->folder, path));
-    if (pdi_table_read(s->ctx, path, &s->table) < 0) return pdi_input_files_fail(s->ctx, s->text, s->section, "file");
+    if (pd_table_read(s->ctx, path, &s->table) < 0) return pdi_input_files_fail(s->ctx, s->text, s->section, "file");
     int rows = s->table.rows;
     function->name = table->name;
     function->curve = &table->curve;
@@ -141,7 +141,7 @@ static pd_status pdi_read_tables_section(pdi_read_tables_state *s, pd_setup_tabl
     if (status == PD_OK) status = pdi_read_tables_build_curve(s, x, y, function, &table->curve);
     PD_DELETE(s->ctx, rows, x);
     PD_DELETE(s->ctx, rows, y);
-    pdi_table_free(s->ctx, &s->table);
+    pd_table_free(s->ctx, &s->table);
     return status;
 }
 

@@ -154,7 +154,7 @@ static int ready(lab *l)
     dot.width = dot.height = 1;
     dot.channels = 3;
     dot.pixels = (uint8_t *)"abc";
-    CHECK_OK(&l->ctx, pdi_png_write(&l->ctx, path_of("dot.png"), &dot));
+    CHECK_OK(&l->ctx, pd_png_write(&l->ctx, path_of("dot.png"), &dot));
     return CHECK_OK(&l->ctx, pd_scene_read(&l->ctx, path_of("pin.scene"), NULL, 0, &l->of_pin)) &&
            CHECK_OK(&l->ctx, pd_scene_read(&l->ctx, path_of("pit.scene"), NULL, 0, &l->of_pit)) &&
            CHECK_OK(&l->ctx, pd_model_build(&l->ctx, &l->of_pin, &l->pin)) &&
@@ -550,7 +550,7 @@ BUILD(setup, pd_setup)
 static void pd_scene_free(pd_ctx *ctx, pd_setup *setup) { pd_setup_free(ctx, setup); }
 BUILD(scene, pd_setup) { return pd_scene_parse(ctx, "pin", l->wrong ? "no scene" : pin, NULL, 0, o); }
 
-INNER(table, pd_table) { return pdi_table_read(ctx, path_of(l->wrong ? "none.csv" : "pit.csv"), o); }
+INNER(table, pd_table) { return pd_table_read(ctx, path_of(l->wrong ? "none.csv" : "pit.csv"), o); }
 
 BUILD(facets, pd_facets)
 {
@@ -561,7 +561,7 @@ BUILD(facets, pd_facets)
 
 BUILD(points, pd_points) { return pd_points_read(ctx, path_of(l->wrong ? "pit.csv" : "points.csv"), 1.0, o); }
 
-INNER(image, pd_image) { return pdi_png_read(ctx, path_of(l->wrong ? "pit.csv" : "dot.png"), o); }
+INNER(image, pd_image) { return pd_png_read(ctx, path_of(l->wrong ? "pit.csv" : "dot.png"), o); }
 
 /* Takes no memory. */
 static void pd_speciation_free(pd_ctx *ctx, pd_speciation *s)

@@ -53,10 +53,10 @@ static void tables_whole(const char *path)
     double values[4096];
     pd_ctx_init(&ctx);
     memset(&table, 0, sizeof table);
-    if (CHECK_OK(&ctx, pdi_table_read(&ctx, path, &table)) && CHECK(table.rows <= 4096))
+    if (CHECK_OK(&ctx, pd_table_read(&ctx, path, &table)) && CHECK(table.rows <= 4096))
         for (int k = 0; k < table.columns; k++)
-            CHECK_OK(&ctx, pdi_table_parse_column(&ctx, &table, pdi_table_get_text(&table, -1, k), values));
-    pdi_table_free(&ctx, &table);
+            CHECK_OK(&ctx, pd_table_parse_column(&ctx, &table, pd_table_get_text(&table, -1, k), values));
+    pd_table_free(&ctx, &table);
 }
 
 /* Its last bytes, behind whatever makes them the end. */
@@ -251,7 +251,7 @@ TEST(masks)
     image.height = 1;
     image.channels = 3;
     image.pixels = pixels;
-    CHECK_OK(&ctx, pdi_png_write(&ctx, path_of("a.png"), &image));
+    CHECK_OK(&ctx, pd_png_write(&ctx, path_of("a.png"), &image));
     const char *named = "mask = a.png";
 #else
     const char *named = "raw = a.raw  size = " VALUES("2", "1");
@@ -353,14 +353,14 @@ static pd_status run_files(pd_ctx *ctx, void *user)
     plot.series[0].y = values + 2;
     plot.series[0].count = 2;
     pd_status status = pd_plot_write(ctx, path_of("out/a.png"), &plot);
-    if (status == PD_OK) status = pdi_png_read(ctx, path_of("out/a.png"), &image);
+    if (status == PD_OK) status = pd_png_read(ctx, path_of("out/a.png"), &image);
     if (status == PD_OK) status = pdi_csv_write_table(ctx, path_of("out/a.csv"), names, 2, values, 2);
-    if (status == PD_OK) status = pdi_table_read(ctx, path_of("out/a.csv"), &table);
+    if (status == PD_OK) status = pd_table_read(ctx, path_of("out/a.csv"), &table);
     if (status == PD_OK) status = pdi_pvd_init(ctx, path_of("out/a.pvd"), &pvd);
     for (int k = 0; k < 30 && status == PD_OK; k++) status = pdi_pvd_add_file(ctx, &pvd, k, path_of("out/a.vti"));
     for (int twice = 0; twice < 2; twice++) {
-        pdi_image_free(ctx, &image);
-        pdi_table_free(ctx, &table);
+        pd_image_free(ctx, &image);
+        pd_table_free(ctx, &table);
         pdi_pvd_free(ctx, &pvd);
     }
     empty_folder(path_of("out"));

@@ -25,18 +25,17 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     const char *path = fuzz_file(".png", copy, size);
     free(copy);
     memset(&again, 0, sizeof again);
-    pd_status status = pdi_png_read(&ctx, path, &image);
+    pd_status status = pd_png_read(&ctx, path, &image);
     if (status == PD_OK) {
         int sum = 0;
         for (int r = 0; r < image.height; r++)
             for (int c = 0; c < image.width; c++) sum += pdi_image_get_luminance(&image, c, r);
         FUZZ_EXPECT(sum >= 0);
-        if (image.channels % 2 && pdi_png_write(&ctx, path, &image) == PD_OK &&
-            pdi_png_read(&ctx, path, &again) == PD_OK)
+        if (image.channels % 2 && pd_png_write(&ctx, path, &image) == PD_OK && pd_png_read(&ctx, path, &again) == PD_OK)
             FUZZ_EXPECT(memcmp(image.pixels, again.pixels, (size_t)(image.width * image.height * image.channels)) == 0);
     }
-    pdi_image_free(&ctx, &again);
-    pdi_image_free(&ctx, &image);
+    pd_image_free(&ctx, &again);
+    pd_image_free(&ctx, &image);
     fuzz_settled(&ctx, status);
     return 0;
 }

@@ -105,7 +105,7 @@ TEST(at_rest)
     int64_t all = count(&image, of);
     CHECK_REL((double)all, (NX - 4) * (NY - 4) * 1000.0 * 1000.0 / (NX * NX), 0.01);
     CHECK_INT(gaps(&image), 0);
-    pdi_image_free(&l->ctx, &image);
+    pd_image_free(&l->ctx, &image);
     CHECK_INT(l->ctx.in_use, 0);
 }
 
@@ -135,7 +135,7 @@ TEST(no_gap)
             most = of[k] > most ? of[k] : most;
         }
         CHECK(least > 0 && (double)most < 1.05 * (double)least);
-        pdi_image_free(&l->ctx, &image);
+        pd_image_free(&l->ctx, &image);
     }
 }
 
@@ -155,7 +155,7 @@ TEST(crack)
         /* 14 wide on 1000 pixels; the gap is 2 wide and 8 high */
         double wanted = apart ? 2.0 * NY * (1000.0 / (NX + 2)) * (1000.0 / (NX + 2)) : 0.0;
         CHECK_NEAR((double)gaps(&image), wanted, 0.02 * wanted);
-        pdi_image_free(&l->ctx, &image);
+        pd_image_free(&l->ctx, &image);
     }
 }
 
@@ -174,7 +174,7 @@ TEST(walls_stay)
         for (int x = 0; x < image.width; x++) wall += pixel(&image, x, y) == 0x3C4043;
     CHECK_REL((double)all * size * size, (NX - 4.0) * (NY - 4.0), 0.02);
     CHECK_REL((double)wall * size * size, NX * NY - (NX - 4.0) * (NY - 4.0), 5e-3);
-    pdi_image_free(&l->ctx, &image);
+    pd_image_free(&l->ctx, &image);
 }
 
 /* Cells of one axis that do not fit are merged, and those of the other one as well. */
@@ -195,12 +195,12 @@ TEST(merged_cells_stay_square)
         picture.cell_paint = paint;
         picture.hi[0] = picture.nx * 1e-4;
         picture.hi[1] = picture.ny * 1e-4;
-        if (!CHECK_OK(&ctx, pdi_field_plot_draw_image(&ctx, &picture, &image))) return;
+        if (!CHECK_OK(&ctx, pd_field_plot_draw_image(&ctx, &picture, &image))) return;
         int64_t found = 0;
         for (int y = 0; y < image.height; y++)
             for (int x = 0; x < image.width; x++) found += pixel(&image, x, y) == 0x3C4043;
         CHECK(found >= 800 * 320 && found < 800 * 320 + 400); /* with the sample of the key */
-        pdi_image_free(&ctx, &image);
+        pd_image_free(&ctx, &image);
     }
 }
 
@@ -222,7 +222,7 @@ TEST(what_goes_wrong)
         status = pdi_deformed_plot_draw_image(&l->ctx, &l->warp, &image);
         if (status != PD_OK) CHECK_INT(status, PD_ERR_MEMORY);
         failures += status != PD_OK;
-        if (status == PD_OK) pdi_image_free(&l->ctx, &image);
+        if (status == PD_OK) pd_image_free(&l->ctx, &image);
         CHECK_INT(l->ctx.in_use, 0);
     }
     CHECK_OK(&l->ctx, status);

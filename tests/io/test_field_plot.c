@@ -165,7 +165,7 @@ TEST(a_picture_shows_every_cell_in_its_place)
     picture.hi[1] = 15e-6;
     picture.magnification = EACH;
     picture.range_hi = 299;
-    if (!CHECK_OK(&ctx, pdi_field_plot_draw_image(&ctx, &picture, &image))) return;
+    if (!CHECK_OK(&ctx, pd_field_plot_draw_image(&ctx, &picture, &image))) return;
     CHECK_INT(count_colour(&image, 0x9A9DA1, solid), EACH * EACH);
     CHECK_INT(count_colour(&image, 0x3C4043, wall), EACH * EACH);
     CHECK_INT(wall[2] - solid[0] + 1, NX * EACH);
@@ -180,7 +180,7 @@ TEST(a_picture_shows_every_cell_in_its_place)
         if (k != NX + 3) wrong += pixel(&image, x, y) != table[(int)(k / 299.0 * 255 + 0.5)];
     }
     CHECK_INT(wrong, 0);
-    pdi_image_free(&ctx, &image);
+    pd_image_free(&ctx, &image);
     CHECK_INT(ctx.in_use, 0);
 }
 
@@ -208,13 +208,13 @@ TEST(pictures_of_any_shape_have_a_sensible_size)
             picture.title = "a title";
             picture.stamp = "t = 1 s";
             picture.label = "C [mol/m3]";
-            if (!CHECK_OK(&ctx, pdi_field_plot_draw_image(&ctx, &picture, &image))) return;
+            if (!CHECK_OK(&ctx, pd_field_plot_draw_image(&ctx, &picture, &image))) return;
             CHECK(image.width >= 300 && image.width <= 1700 && image.height >= 220 && image.height <= 1400);
             for (int x = 0; x < image.width; x++) /* nothing runs into the edge */
                 CHECK(pixel(&image, x, 8) == 0xFFFFFF && pixel(&image, x, image.height - 6) == 0xFFFFFF);
             for (int y = 0; y < image.height; y++)
                 CHECK(pixel(&image, 8, y) == 0xFFFFFF && pixel(&image, image.width - 8, y) == 0xFFFFFF);
-            pdi_image_free(&ctx, &image);
+            pd_image_free(&ctx, &image);
         }
     CHECK_INT(ctx.in_use, 0);
 }
@@ -244,7 +244,7 @@ TEST(logarithmic_colours)
     for (int smooth = 0; smooth < 2; smooth++) {
         static const int place[6] = {-1, -1, 0, 0, 128, 255};
         picture.smooth = smooth;
-        if (!CHECK_OK(&ctx, pdi_field_plot_draw_image(&ctx, &picture, &image))) return;
+        if (!CHECK_OK(&ctx, pd_field_plot_draw_image(&ctx, &picture, &image))) return;
         int left = image.width, box[4];
         CHECK(count_colour(&image, table[0], box) > 0);
         left = box[0] - 2 * 150; /* the third cell is the darkest */
@@ -252,7 +252,7 @@ TEST(logarithmic_colours)
             uint32_t want = place[k] < 0 ? 0xFFFFFF : table[place[k]];
             CHECK_INT(pixel(&image, left + k * 150 + 75, (box[1] + box[3]) / 2), want);
         }
-        pdi_image_free(&ctx, &image);
+        pd_image_free(&ctx, &image);
     }
     CHECK_INT(ctx.in_use, 0);
 }
@@ -279,7 +279,7 @@ TEST(smooth_cells)
     picture.map = PD_COLOUR_MAP_GREY;
     picture.width = 801; /* any number of pixels */
     picture.range_hi = 255;
-    if (!CHECK_OK(&ctx, pdi_field_plot_draw_image(&ctx, &picture, &image))) return;
+    if (!CHECK_OK(&ctx, pd_field_plot_draw_image(&ctx, &picture, &image))) return;
     pdi_colour_fill_table(PD_COLOUR_MAP_GREY, table);
     count_colour(&image, 0x9A9DA1, box);
     int right = box[2], y = (box[1] + box[3]) / 2; /* the solid is the last cell */
@@ -292,7 +292,7 @@ TEST(smooth_cells)
         if (!CHECK(near_to)) NOTE("pixel %d: %06x, expected %06x", x, found, table[want]);
     }
     CHECK_INT(pixel(&image, left + 640, y), 0x9A9DA1);
-    pdi_image_free(&ctx, &image);
+    pd_image_free(&ctx, &image);
     CHECK_INT(ctx.in_use, 0);
 }
 
@@ -314,16 +314,16 @@ TEST(legends_of_labels)
     picture.names = names;
     picture.name_count = 4;
     picture.width = 200;
-    if (!CHECK_OK(&ctx, pdi_field_plot_draw_image(&ctx, &picture, &image))) return;
+    if (!CHECK_OK(&ctx, pd_field_plot_draw_image(&ctx, &picture, &image))) return;
     CHECK_INT(count_colour(&image, pdi_colour_get_label_colour(2), box), 90 * 90 + 16 * 16);
     CHECK_INT(count_colour(&image, pdi_colour_get_label_colour(1), box), 3 * 90 * 90 + 16 * 16);
     CHECK_INT(count_colour(&image, pdi_colour_get_label_colour(3), box), 0);
     values[0] = 3;
-    if (!CHECK_OK(&ctx, pdi_field_plot_draw_image(&ctx, &picture, &other))) return;
+    if (!CHECK_OK(&ctx, pd_field_plot_draw_image(&ctx, &picture, &other))) return;
     CHECK(image.width == other.width && image.height == other.height);
     CHECK_INT(count_colour(&other, pdi_colour_get_label_colour(3), box), 90 * 90 + 16 * 16);
-    pdi_image_free(&ctx, &image);
-    pdi_image_free(&ctx, &other);
+    pd_image_free(&ctx, &image);
+    pd_image_free(&ctx, &other);
     CHECK_INT(ctx.in_use, 0);
 }
 
@@ -349,10 +349,10 @@ TEST(extreme_values_have_a_picture)
                 picture.smooth = way >> 1;
                 picture.width = 130;
                 picture.label = "C [mol/m3]";
-                if (!CHECK_OK(&ctx, pdi_field_plot_draw_image(&ctx, &picture, &image)))
+                if (!CHECK_OK(&ctx, pd_field_plot_draw_image(&ctx, &picture, &image)))
                     NOTE("set %d, map %d", (int)k, map);
                 else CHECK(image.width > 130 && image.width < 700);
-                pdi_image_free(&ctx, &image);
+                pd_image_free(&ctx, &image);
             }
     CHECK_INT(ctx.in_use, 0);
 }
@@ -372,7 +372,7 @@ TEST(a_picture_with_wrong_arguments_is_refused)
 #define REFUSED(member, wrong, text) \
     bad = good; \
     bad.member = wrong; \
-    CHECK_INT(pdi_field_plot_draw_image(&ctx, &bad, &image), PD_ERR_ARGUMENT); \
+    CHECK_INT(pd_field_plot_draw_image(&ctx, &bad, &image), PD_ERR_ARGUMENT); \
     CHECK(strstr(ctx.message, text) != NULL);
     REFUSED(nx, 0, "0 x 1 cells")
     REFUSED(values, NULL, "cells cannot be drawn")
@@ -412,7 +412,7 @@ TEST(a_curve_passes_through_its_points)
     plot.x_log = plot.y_log = 1;
     plot.x_lo = plot.y_lo = 1e-7;
     plot.x_hi = plot.y_hi = 1e5;
-    if (!CHECK_OK(&ctx, pdi_plot_draw_image(&ctx, &plot, &image))) return;
+    if (!CHECK_OK(&ctx, pd_plot_draw_image(&ctx, &plot, &image))) return;
     CHECK(image.width == 1100 && image.height == 760);
     CHECK(count_colour(&image, 0x0072B2, box) > 200);
     /* The frame is found by its ink: its left edge is the longest dark column. */
@@ -437,7 +437,7 @@ TEST(a_curve_passes_through_its_points)
         for (int d = -1; d <= 1; d++) hit = hit || pixel(&image, xp, yp + d) == 0x0072B2;
         CHECK(hit);
     }
-    pdi_image_free(&ctx, &image);
+    pd_image_free(&ctx, &image);
 }
 
 /* Rows around column x that have the colour of the first curve, or much of it. */
@@ -473,7 +473,7 @@ TEST(points_have_their_spread)
     plot.series[0].count = 3;
     plot.series[0].stroke = PD_SERIES_STYLE_MARKERS;
     plot.x_hi = plot.y_hi = 10;
-    if (!CHECK_OK(&ctx, pdi_plot_draw_image(&ctx, &plot, &image))) return;
+    if (!CHECK_OK(&ctx, pd_plot_draw_image(&ctx, &plot, &image))) return;
     int left = 0, right = 0, high = 0, low = 0; /* the frame, by its ink */
     for (int k = 0; k < image.width; k++) {
         if (pixel(&image, k, image.height / 3) != 0x202124) continue;
@@ -493,16 +493,16 @@ TEST(points_have_their_spread)
         CHECK_NEAR(top, low - y[k] * unit - half, 3.0);
         CHECK_NEAR(bottom, low - y[k] * unit + half, 3.0);
     }
-    pdi_image_free(&ctx, &image);
+    pd_image_free(&ctx, &image);
     plot.y_hi = 0.0; /* the range of the data: 2 .. 9 with bars */
-    if (!CHECK_OK(&ctx, pdi_plot_draw_image(&ctx, &plot, &image))) return;
+    if (!CHECK_OK(&ctx, pd_plot_draw_image(&ctx, &plot, &image))) return;
     coloured(&image, (int)(left + 9 * (right - left) / 10.0), &edge, &bottom);
     CHECK(edge > high && edge < high + 40);
-    pdi_image_free(&ctx, &image);
+    pd_image_free(&ctx, &image);
     plot.series[0].error_bar = wide; /* below 0, which a logarithmic axis does not have */
     plot.y_log = 1;
-    CHECK_OK(&ctx, pdi_plot_draw_image(&ctx, &plot, &image));
-    pdi_image_free(&ctx, &image);
+    CHECK_OK(&ctx, pd_plot_draw_image(&ctx, &plot, &image));
+    pd_image_free(&ctx, &image);
     CHECK_INT(ctx.in_use, 0);
 }
 
@@ -514,33 +514,33 @@ TEST(a_plot_copes_with_what_cannot_be_shown)
     pd_image image;
     pd_ctx_init(&ctx);
     memset(&plot, 0, sizeof plot);
-    CHECK_INT(pdi_plot_draw_image(&ctx, &plot, &image), PD_ERR_ARGUMENT);
+    CHECK_INT(pd_plot_draw_image(&ctx, &plot, &image), PD_ERR_ARGUMENT);
     plot.count = 1;
     plot.series[0].name = "everything";
     plot.series[0].x = x;
     plot.series[0].y = y;
     plot.series[0].count = 2;
     plot.y_log = 1;
-    if (CHECK_OK(&ctx, pdi_plot_draw_image(&ctx, &plot, &image))) CHECK_INT(image.width, 1100); /* an empty frame */
-    pdi_image_free(&ctx, &image);
+    if (CHECK_OK(&ctx, pd_plot_draw_image(&ctx, &plot, &image))) CHECK_INT(image.width, 1100); /* an empty frame */
+    pd_image_free(&ctx, &image);
     plot.series[0].count = 0;
-    if (CHECK_OK(&ctx, pdi_plot_draw_image(&ctx, &plot, &image))) CHECK_INT(image.height, 760);
-    pdi_image_free(&ctx, &image);
+    if (CHECK_OK(&ctx, pd_plot_draw_image(&ctx, &plot, &image))) CHECK_INT(image.height, 760);
+    pd_image_free(&ctx, &image);
     plot.y_lo = 2;
     plot.y_hi = 1;
     plot.series[0].count = 6;
-    CHECK_INT(pdi_plot_draw_image(&ctx, &plot, &image), PD_ERR_ARGUMENT);
+    CHECK_INT(pd_plot_draw_image(&ctx, &plot, &image), PD_ERR_ARGUMENT);
     for (int stroke = 0; stroke <= PD_SERIES_STYLE_BOTH; stroke++)
         for (int k = 0; k < 4; k++) {
             plot.series[0].stroke = (pd_series_style)stroke;
             plot.y_log = k % 2;
             plot.y_lo = k / 2 ? 0.5 : 0;
             plot.y_hi = k / 2 ? 4 : 0;
-            if (!CHECK_OK(&ctx, pdi_plot_draw_image(&ctx, &plot, &image))) return;
-            pdi_image_free(&ctx, &image);
+            if (!CHECK_OK(&ctx, pd_plot_draw_image(&ctx, &plot, &image))) return;
+            pd_image_free(&ctx, &image);
         }
     plot.width = 100;
-    CHECK_INT(pdi_plot_draw_image(&ctx, &plot, &image), PD_ERR_ARGUMENT);
+    CHECK_INT(pd_plot_draw_image(&ctx, &plot, &image), PD_ERR_ARGUMENT);
     CHECK_INT(ctx.in_use, 0);
 }
 
@@ -562,19 +562,19 @@ TEST(a_legend_names_what_is_drawn)
         plot.series[k].stroke = PD_SERIES_STYLE_BOTH;
     }
     plot.y_log = 1;
-    if (!CHECK_OK(&ctx, pdi_plot_draw_image(&ctx, &plot, &without))) return;
+    if (!CHECK_OK(&ctx, pd_plot_draw_image(&ctx, &plot, &without))) return;
     plot.series[1].name = "a name that makes a legend wider"; /* below 0 on a logarithmic axis */
     plot.series[2].name = "no points";
-    if (CHECK_OK(&ctx, pdi_plot_draw_image(&ctx, &plot, &with))) {
+    if (CHECK_OK(&ctx, pd_plot_draw_image(&ctx, &plot, &with))) {
         CHECK(memcmp(with.pixels, without.pixels, (size_t)(3 * with.width * with.height)) == 0);
-        pdi_image_free(&ctx, &with);
+        pd_image_free(&ctx, &with);
     }
     plot.y_log = 0; /* it is seen there */
-    if (CHECK_OK(&ctx, pdi_plot_draw_image(&ctx, &plot, &with))) {
+    if (CHECK_OK(&ctx, pd_plot_draw_image(&ctx, &plot, &with))) {
         CHECK(memcmp(with.pixels, without.pixels, (size_t)(3 * with.width * with.height)) != 0);
-        pdi_image_free(&ctx, &with);
+        pd_image_free(&ctx, &with);
     }
-    pdi_image_free(&ctx, &without);
+    pd_image_free(&ctx, &without);
     CHECK_INT(ctx.in_use, 0);
 }
 
@@ -600,9 +600,9 @@ TEST(films_of_one_size)
         pdi_apng_abandon(&film);
     }
     pd_image back; /* the first one, by a reader of PNG */
-    CHECK_OK(&ctx, pdi_png_read(&ctx, DIRECTORY "/film.png", &back));
+    CHECK_OK(&ctx, pd_png_read(&ctx, DIRECTORY "/film.png", &back));
     CHECK(back.width == 2 && back.height == 2);
-    pdi_image_free(&ctx, &back);
+    pd_image_free(&ctx, &back);
     remove(DIRECTORY "/film.png");
     CHECK_INT(ctx.in_use, 0);
 }
@@ -630,13 +630,13 @@ TEST(contours_stand_at_their_place)
     picture.hi[1] = NY;
     picture.range_hi = NX;
     picture.magnification = EACH;
-    if (!CHECK_OK(&ctx, pdi_field_plot_draw_image(&ctx, &picture, &plain))) return;
+    if (!CHECK_OK(&ctx, pd_field_plot_draw_image(&ctx, &picture, &plain))) return;
     uint32_t table[PDI_COLOUR_TABLE_SIZE];
     pdi_colour_fill_table(PD_COLOUR_MAP_SEQUENTIAL, table);
     count_colour(&plain, table[(int)(0.5 / NX * 255 + 0.5)], corner); /* the first column */
     picture.contour_count = 1;
     picture.contours = at;
-    if (!CHECK_OK(&ctx, pdi_field_plot_draw_image(&ctx, &picture, &image))) return;
+    if (!CHECK_OK(&ctx, pd_field_plot_draw_image(&ctx, &picture, &image))) return;
     /* what is dark stands around x = 10.25 cells from the left edge, over the whole height */
     for (int y = corner[1]; y < corner[1] + NY * EACH; y++) {
         double ink = 0, moment = 0;
@@ -649,7 +649,7 @@ TEST(contours_stand_at_their_place)
         CHECK(ink >= 3 && ink <= 5);
     }
     CHECK_INT(pixel(&image, corner[0] + 205, corner[1] + 50), line);
-    pdi_image_free(&ctx, &image);
+    pd_image_free(&ctx, &image);
     /* the same as vectors */
     CHECK_OK(&ctx, pd_field_plot_write(&ctx, DIRECTORY "/line.svg", &picture));
     char *text = NULL, want[64];
@@ -672,7 +672,7 @@ TEST(contours_stand_at_their_place)
     /* evenly: two lines part the range in three */
     picture.contours = NULL;
     picture.contour_count = 2;
-    if (!CHECK_OK(&ctx, pdi_field_plot_draw_image(&ctx, &picture, &image))) return;
+    if (!CHECK_OK(&ctx, pd_field_plot_draw_image(&ctx, &picture, &image))) return;
     for (int x = 0; x < NX * EACH; x++) {
         int there = fabs(x + 0.5 - 10 * EACH) < 1 || fabs(x + 0.5 - 20 * EACH) < 1;
         int far_off = fabs(x + 0.5 - 10 * EACH) > 3 && fabs(x + 0.5 - 20 * EACH) > 3;
@@ -680,10 +680,10 @@ TEST(contours_stand_at_their_place)
         if (there) CHECK_INT(shown, line);
         if (far_off) CHECK_INT(shown, pixel(&plain, corner[0] + x, corner[1] + 50));
     }
-    pdi_image_free(&ctx, &image);
-    pdi_image_free(&ctx, &plain);
+    pd_image_free(&ctx, &image);
+    pd_image_free(&ctx, &plain);
     picture.map = PD_COLOUR_MAP_LABELS;
-    CHECK_INT(pdi_field_plot_draw_image(&ctx, &picture, &image), PD_ERR_ARGUMENT);
+    CHECK_INT(pd_field_plot_draw_image(&ctx, &picture, &image), PD_ERR_ARGUMENT);
     CHECK(strstr(ctx.message, "2 contours, expected 0 to 32, and none of labels") != NULL);
     CHECK_INT(ctx.in_use, 0);
 }
@@ -711,11 +711,11 @@ TEST(every_failing_allocation_is_reported)
             fault f;
             pd_image image = {0, 0, 0, NULL};
             fault_context(&f, tries + 1, 1, &ctx);
-            status = phase == 1 ? pdi_png_read(&ctx, DIRECTORY "/memory.png", &image)
+            status = phase == 1 ? pd_png_read(&ctx, DIRECTORY "/memory.png", &image)
                                 : pd_field_plot_write(&ctx, path[phase], &picture);
             failures += status == PD_ERR_MEMORY;
             if (status != PD_OK) CHECK_INT(status, PD_ERR_MEMORY);
-            pdi_image_free(&ctx, &image);
+            pd_image_free(&ctx, &image);
             CHECK_INT(ctx.in_use, 0);
         }
         CHECK_OK(&ctx, status);

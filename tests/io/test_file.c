@@ -320,18 +320,18 @@ TEST(rows_are_in_the_file_as_soon_as_they_are_written)
     pd_csv csv;
     start(&ctx);
     puts_to("run.csv", "rows of an older run\n");
-    if (!CHECK_OK(&ctx, pdi_csv_create(&ctx, at("run.csv"), names, 3, &csv))) return;
+    if (!CHECK_OK(&ctx, pd_csv_create(&ctx, at("run.csv"), names, 3, &csv))) return;
     CHECK_STR(content("run.csv"), "time [s],volume loss [-],\"a,b \"\"c\"\"\"\n");
     CHECK(!exists("run.csv.part"));
     double row[3] = {0.1, 1.0 / 3, -1e-30};
-    CHECK_OK(&ctx, pdi_csv_write_row(&ctx, &csv, row));
+    CHECK_OK(&ctx, pd_csv_write_row(&ctx, &csv, row));
     CHECK(strstr(content("run.csv"), "\n0.1,0.3333333333333333,-1e-30\n") != NULL);
     row[0] = NAN;
-    CHECK_OK(&ctx, pdi_csv_write_row(&ctx, &csv, row));
+    CHECK_OK(&ctx, pd_csv_write_row(&ctx, &csv, row));
     CHECK(strstr(content("run.csv"), "\nnan,0.3333333333333333,-1e-30\n") != NULL);
-    CHECK_OK(&ctx, pdi_csv_close(&ctx, &csv));
-    CHECK_OK(&ctx, pdi_csv_close(&ctx, &csv));
-    CHECK_INT(pdi_csv_write_row(&ctx, &csv, row), PD_ERR_ARGUMENT);
+    CHECK_OK(&ctx, pd_csv_close(&ctx, &csv));
+    CHECK_OK(&ctx, pd_csv_close(&ctx, &csv));
+    CHECK_INT(pd_csv_write_row(&ctx, &csv, row), PD_ERR_ARGUMENT);
     CHECK_INT(ctx.in_use, 0);
     remove(at("run.csv"));
 }
@@ -342,11 +342,11 @@ TEST(a_table_needs_proper_names)
     pd_ctx ctx;
     pd_csv csv;
     start(&ctx);
-    CHECK_INT(pdi_csv_create(&ctx, at("bad.csv"), twice, 2, &csv), PD_ERR_ARGUMENT);
-    CHECK_INT(pdi_csv_create(&ctx, at("bad.csv"), empty, 2, &csv), PD_ERR_ARGUMENT);
-    CHECK_INT(pdi_csv_create(&ctx, at("bad.csv"), broken, 1, &csv), PD_ERR_ARGUMENT);
-    CHECK_INT(pdi_csv_create(&ctx, at("bad.csv"), twice, 0, &csv), PD_ERR_ARGUMENT);
-    CHECK_INT(pdi_csv_create(&ctx, at("none/bad.csv"), twice, 1, &csv), PD_ERR_FILE);
+    CHECK_INT(pd_csv_create(&ctx, at("bad.csv"), twice, 2, &csv), PD_ERR_ARGUMENT);
+    CHECK_INT(pd_csv_create(&ctx, at("bad.csv"), empty, 2, &csv), PD_ERR_ARGUMENT);
+    CHECK_INT(pd_csv_create(&ctx, at("bad.csv"), broken, 1, &csv), PD_ERR_ARGUMENT);
+    CHECK_INT(pd_csv_create(&ctx, at("bad.csv"), twice, 0, &csv), PD_ERR_ARGUMENT);
+    CHECK_INT(pd_csv_create(&ctx, at("none/bad.csv"), twice, 1, &csv), PD_ERR_FILE);
     CHECK(!exists("bad.csv") && !exists("bad.csv.part"));
 }
 
@@ -358,26 +358,26 @@ TEST(a_written_table_is_read_back)
     pd_table table;
     double row[3], column[500];
     start(&ctx);
-    if (!CHECK_OK(&ctx, pdi_csv_create(&ctx, at("back.csv"), names, 3, &csv))) return;
+    if (!CHECK_OK(&ctx, pd_csv_create(&ctx, at("back.csv"), names, 3, &csv))) return;
     for (int k = 0; k < 500; k++) {
         row[0] = k / 7.0;
         row[1] = exp(k);
         row[2] = -sqrt((double)k);
-        CHECK_OK(&ctx, pdi_csv_write_row(&ctx, &csv, row));
+        CHECK_OK(&ctx, pd_csv_write_row(&ctx, &csv, row));
     }
-    CHECK_OK(&ctx, pdi_csv_close(&ctx, &csv));
-    if (!CHECK_OK(&ctx, pdi_table_read(&ctx, at("back.csv"), &table))) return;
+    CHECK_OK(&ctx, pd_csv_close(&ctx, &csv));
+    if (!CHECK_OK(&ctx, pd_table_read(&ctx, at("back.csv"), &table))) return;
     CHECK_INT(table.rows, 500);
     CHECK_INT(table.columns, 3);
     for (int c = 0; c < 3; c++) {
-        CHECK_INT(pdi_table_find_column(&table, names[c]), c);
-        CHECK_OK(&ctx, pdi_table_parse_column(&ctx, &table, names[c], column));
+        CHECK_INT(pd_table_find_column(&table, names[c]), c);
+        CHECK_OK(&ctx, pd_table_parse_column(&ctx, &table, names[c], column));
         int wrong = 0;
         for (int k = 0; k < 500; k++) wrong += column[k] != (c == 0 ? k / 7.0 : c == 1 ? exp(k) : -sqrt((double)k));
         CHECK_INT(wrong, 0);
     }
-    pdi_table_free(&ctx, &table);
-    pdi_table_free(&ctx, &table);
+    pd_table_free(&ctx, &table);
+    pd_table_free(&ctx, &table);
     CHECK_INT(ctx.in_use, 0);
     remove(at("back.csv"));
 }
@@ -390,25 +390,25 @@ TEST(tables_of_others_are_read)
     start(&ctx);
     puts_to("others.csv", "\xEF\xBB\xBF# source, with a comma\r\n\r\n x , \"name, \"\"quoted\"\"\",units\r\n"
                           "1e3, plate  ,mm\r\n   # between\n-2,\"E, Young\" , \n\n3,,GPa");
-    if (!CHECK_OK(&ctx, pdi_table_read(&ctx, at("others.csv"), &table))) return;
+    if (!CHECK_OK(&ctx, pd_table_read(&ctx, at("others.csv"), &table))) return;
     CHECK_INT(table.columns, 3);
     CHECK_INT(table.rows, 3);
-    CHECK_STR(pdi_table_get_text(&table, -1, 0), "x");
-    CHECK_STR(pdi_table_get_text(&table, -1, 1), "name, \"quoted\"");
-    CHECK_STR(pdi_table_get_text(&table, 0, 1), "plate");
-    CHECK_STR(pdi_table_get_text(&table, 1, 1), "E, Young");
-    CHECK_STR(pdi_table_get_text(&table, 1, 2), "");
-    CHECK_STR(pdi_table_get_text(&table, 2, 1), "");
-    CHECK_STR(pdi_table_get_text(&table, 2, 2), "GPa");
-    CHECK_OK(&ctx, pdi_table_parse_column(&ctx, &table, "x", values));
+    CHECK_STR(pd_table_get_text(&table, -1, 0), "x");
+    CHECK_STR(pd_table_get_text(&table, -1, 1), "name, \"quoted\"");
+    CHECK_STR(pd_table_get_text(&table, 0, 1), "plate");
+    CHECK_STR(pd_table_get_text(&table, 1, 1), "E, Young");
+    CHECK_STR(pd_table_get_text(&table, 1, 2), "");
+    CHECK_STR(pd_table_get_text(&table, 2, 1), "");
+    CHECK_STR(pd_table_get_text(&table, 2, 2), "GPa");
+    CHECK_OK(&ctx, pd_table_parse_column(&ctx, &table, "x", values));
     CHECK(values[0] == 1000 && values[1] == -2 && values[2] == 3);
-    CHECK_INT(pdi_table_parse_column(&ctx, &table, "units", values), PD_ERR_PARSE);
+    CHECK_INT(pd_table_parse_column(&ctx, &table, "units", values), PD_ERR_PARSE);
     CHECK(strstr(ctx.message, "others.csv:4: column 'units': 'mm'") != NULL);
-    CHECK_INT(pdi_table_parse_column(&ctx, &table, "y", values), PD_ERR_PARSE);
+    CHECK_INT(pd_table_parse_column(&ctx, &table, "y", values), PD_ERR_PARSE);
     CHECK(strstr(ctx.message, "'y'") && strstr(ctx.message, "'x'"));
-    pdi_table_free(&ctx, &table);
+    pd_table_free(&ctx, &table);
     puts_to("others.csv", ",b\n"); /* an empty first field must not run into the second */
-    CHECK_INT(pdi_table_read(&ctx, at("others.csv"), &table), PD_ERR_PARSE);
+    CHECK_INT(pd_table_read(&ctx, at("others.csv"), &table), PD_ERR_PARSE);
     CHECK(strstr(ctx.message, ":1: a column has no name") != NULL);
     CHECK_INT(ctx.in_use, 0);
     remove(at("others.csv"));
@@ -427,13 +427,13 @@ TEST(a_broken_table_names_its_line)
     start(&ctx);
     for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
         puts_to("broken.csv", cases[k].text);
-        CHECK_INT(pdi_table_read(&ctx, at("broken.csv"), &table), PD_ERR_PARSE);
+        CHECK_INT(pd_table_read(&ctx, at("broken.csv"), &table), PD_ERR_PARSE);
         if (!CHECK(strstr(ctx.message, cases[k].message) != NULL)) NOTE("%s", ctx.message);
     }
     put("broken.csv", "a,b\n1,\0\n", 8);
-    CHECK_INT(pdi_table_read(&ctx, at("broken.csv"), &table), PD_ERR_PARSE);
+    CHECK_INT(pd_table_read(&ctx, at("broken.csv"), &table), PD_ERR_PARSE);
     CHECK(strstr(ctx.message, "not a text file") != NULL);
-    CHECK_INT(pdi_table_read(&ctx, at("none.csv"), &table), PD_ERR_FILE);
+    CHECK_INT(pd_table_read(&ctx, at("none.csv"), &table), PD_ERR_FILE);
     CHECK_INT(ctx.in_use, 0);
     remove(at("broken.csv"));
 }
@@ -454,13 +454,13 @@ TEST(every_failing_allocation_is_reported)
     int tries = 0;
     for (; status != PD_OK && tries < 100; tries++) {
         fault_context(&f, tries + 1, 1, &ctx);
-        status = pdi_table_read(&ctx, at("many.csv"), &table);
+        status = pd_table_read(&ctx, at("many.csv"), &table);
         if (status != PD_OK) CHECK_INT(status, PD_ERR_MEMORY);
         if (status != PD_OK) CHECK_INT(ctx.in_use, 0);
     }
     CHECK_OK(&ctx, status);
     CHECK(tries > 5);
-    pdi_table_free(&ctx, &table);
+    pd_table_free(&ctx, &table);
     remove(at("many.csv"));
 }
 
@@ -478,13 +478,13 @@ TEST(damaged_tables_do_no_harm)
             memcpy(text, sample, sizeof sample);
             if (flip && cut < sizeof sample - 1) text[cut] = (char)(text[cut] ^ 1 << (flip - 1));
             put("hurt.csv", text, flip ? sizeof sample - 1 : cut);
-            pd_status status = pdi_table_read(&ctx, at("hurt.csv"), &table);
+            pd_status status = pd_table_read(&ctx, at("hurt.csv"), &table);
             if (status == PD_OK) {
                 read++;
                 for (int r = -1; r < table.rows; r++)
                     for (int c = 0; c < table.columns; c++)
-                        wrong += strchr(pdi_table_get_text(&table, r, c), '\n') != NULL;
-                pdi_table_free(&ctx, &table);
+                        wrong += strchr(pd_table_get_text(&table, r, c), '\n') != NULL;
+                pd_table_free(&ctx, &table);
             } else refused++;
             wrong += status != PD_OK && status != PD_ERR_PARSE;
             wrong += ctx.in_use != 0;

@@ -51,7 +51,7 @@ TEST(merged_cells)
         picture.width = 200;
         picture.map = labels ? PD_COLOUR_MAP_LABELS : PD_COLOUR_MAP_GREY;
         picture.range_hi = 255;
-        if (!CHECK_OK(&ctx, pdi_field_plot_draw_image(&ctx, &picture, &image))) return;
+        if (!CHECK_OK(&ctx, pd_field_plot_draw_image(&ctx, &picture, &image))) return;
         bottom = image.height;
         while (left < 200 && !metal(&image, ++left, 0)) continue;
         while (bottom > 1 && !metal(&image, 0, --bottom)) continue;
@@ -76,7 +76,7 @@ TEST(merged_cells)
             }
         CHECK_INT(wrong, 0);
         CHECK(seen[0] > 5000 && seen[1] > 5000 && seen[2] > 5000 && seen[3] > 5000);
-        pdi_image_free(&ctx, &image);
+        pd_image_free(&ctx, &image);
     }
     CHECK_INT(ctx.in_use, 0);
 }

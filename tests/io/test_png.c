@@ -209,13 +209,13 @@ TEST(images_come_back)
     for (size_t k = 0; k < sizeof sizes / sizeof sizes[0]; k++)
         for (int channels = 1; channels <= 3; channels += 2) {
             pd_image image = pattern(&ctx, sizes[k][0], sizes[k][1], channels), back;
-            CHECK_OK(&ctx, pdi_png_write(&ctx, DIRECTORY "/back.png", &image));
-            if (!CHECK_OK(&ctx, pdi_png_read(&ctx, DIRECTORY "/back.png", &back))) return;
+            CHECK_OK(&ctx, pd_png_write(&ctx, DIRECTORY "/back.png", &image));
+            if (!CHECK_OK(&ctx, pd_png_read(&ctx, DIRECTORY "/back.png", &back))) return;
             CHECK(back.width == image.width && back.height == image.height && back.channels == channels);
             CHECK(memcmp(image.pixels, back.pixels,
                          (size_t)image.width * (size_t)image.height * (size_t)channels) == 0);
-            pdi_image_free(&ctx, &image);
-            pdi_image_free(&ctx, &back);
+            pd_image_free(&ctx, &image);
+            pd_image_free(&ctx, &back);
         }
     CHECK_INT(ctx.in_use, 0);
     remove(DIRECTORY "/back.png");
@@ -226,16 +226,16 @@ TEST(an_image_that_cannot_be_written_is_refused)
     pd_ctx ctx;
     start(&ctx);
     pd_image image = pattern(&ctx, 4, 4, 3);
-    CHECK_INT(pdi_png_write(&ctx, DIRECTORY "/none/x.png", &image), PD_ERR_FILE);
+    CHECK_INT(pd_png_write(&ctx, DIRECTORY "/none/x.png", &image), PD_ERR_FILE);
     image.channels = 2;
-    CHECK_INT(pdi_png_write(&ctx, DIRECTORY "/x.png", &image), PD_ERR_ARGUMENT);
+    CHECK_INT(pd_png_write(&ctx, DIRECTORY "/x.png", &image), PD_ERR_ARGUMENT);
     image.channels = 3;
     image.height = 0;
-    CHECK_INT(pdi_png_write(&ctx, DIRECTORY "/x.png", &image), PD_ERR_ARGUMENT);
+    CHECK_INT(pd_png_write(&ctx, DIRECTORY "/x.png", &image), PD_ERR_ARGUMENT);
     image.width = image.height = 100000;
-    CHECK_INT(pdi_png_write(&ctx, DIRECTORY "/x.png", &image), PD_ERR_SIZE);
+    CHECK_INT(pd_png_write(&ctx, DIRECTORY "/x.png", &image), PD_ERR_SIZE);
     image.width = image.height = 4;
-    pdi_image_free(&ctx, &image);
+    pd_image_free(&ctx, &image);
     CHECK_INT(ctx.in_use, 0);
 }
 
@@ -262,7 +262,7 @@ static void put(const uint8_t *data, size_t size)
 static void refused(pd_ctx *ctx, const char *text)
 {
     pd_image image;
-    CHECK_INT(pdi_png_read(ctx, DIRECTORY "/hurt.png", &image), PD_ERR_PARSE);
+    CHECK_INT(pd_png_read(ctx, DIRECTORY "/hurt.png", &image), PD_ERR_PARSE);
     if (!CHECK(strstr(ctx->message, text) && strstr(ctx->message, "hurt.png"))) NOTE("%s", ctx->message);
     CHECK(image.pixels == NULL);
     CHECK_INT(ctx->in_use, 0);
@@ -383,12 +383,12 @@ TEST(colours_with_opacity)
     pd_image image;
     start(&ctx);
     compose(&ctx, 2, 1, 8, 6, 0, 0, rgba, sizeof rgba);
-    if (!CHECK_OK(&ctx, pdi_png_read(&ctx, DIRECTORY "/hurt.png", &image))) return;
+    if (!CHECK_OK(&ctx, pd_png_read(&ctx, DIRECTORY "/hurt.png", &image))) return;
     CHECK_INT(image.channels, 4);
     CHECK(memcmp(image.pixels, rgba + 1, 8) == 0);
-    pdi_image_free(&ctx, &image);
+    pd_image_free(&ctx, &image);
     compose_with(&ctx, 2, 2, 8, 2, 0, 0, "\0\x0A\0\x14\0\x1E", 6, rgb, sizeof rgb); /* the second row: left added */
-    if (!CHECK_OK(&ctx, pdi_png_read(&ctx, DIRECTORY "/hurt.png", &image))) return;
+    if (!CHECK_OK(&ctx, pd_png_read(&ctx, DIRECTORY "/hurt.png", &image))) return;
     CHECK_INT(image.channels, 4);
     CHECK(image.width == 2 && image.height == 2);
     for (int k = 0; k < 8; k++) CHECK_INT(image.pixels[k], keyed[k]);
@@ -396,7 +396,7 @@ TEST(colours_with_opacity)
     CHECK_INT(image.pixels[12], 20);
     CHECK_INT(image.pixels[14], 61);
     CHECK_INT(image.pixels[15], 255);
-    pdi_image_free(&ctx, &image);
+    pd_image_free(&ctx, &image);
     CHECK_INT(ctx.in_use, 0);
 }
 
@@ -409,18 +409,18 @@ TEST(few_bits_and_palettes_are_expanded)
     pd_image image;
     start(&ctx);
     compose(&ctx, 10, 2, 1, 0, 0, 0, rows, sizeof rows);
-    if (!CHECK_OK(&ctx, pdi_png_read(&ctx, DIRECTORY "/hurt.png", &image))) return;
+    if (!CHECK_OK(&ctx, pd_png_read(&ctx, DIRECTORY "/hurt.png", &image))) return;
     CHECK(image.width == 10 && image.height == 2 && image.channels == 1);
     for (int c = 0; c < 10; c++) {
         CHECK_INT(pdi_image_get_luminance(&image, c, 0), expected[0][c] == '1' ? 255 : 0);
         CHECK_INT(pdi_image_get_luminance(&image, c, 1), expected[1][c] == '1' ? 255 : 0);
     }
-    pdi_image_free(&ctx, &image);
+    pd_image_free(&ctx, &image);
     compose(&ctx, 10, 2, 1, 3, 0, 1, rows, sizeof rows);
-    if (!CHECK_OK(&ctx, pdi_png_read(&ctx, DIRECTORY "/hurt.png", &image))) return;
+    if (!CHECK_OK(&ctx, pd_png_read(&ctx, DIRECTORY "/hurt.png", &image))) return;
     CHECK_INT(image.channels, 3);
     CHECK(memcmp(image.pixels, "\xC8\xD2\xDC\x0A\x14\x1E\xC8\xD2\xDC", 9) == 0);
-    pdi_image_free(&ctx, &image);
+    pd_image_free(&ctx, &image);
     CHECK_INT(ctx.in_use, 0);
 }
 
@@ -460,7 +460,7 @@ TEST(what_is_not_supported_is_said)
     put((const uint8_t *)"GIF89a", 6);
     refused(&ctx, "not a PNG file");
     pd_image image;
-    CHECK_INT(pdi_png_read(&ctx, DIRECTORY "/none.png", &image), PD_ERR_FILE);
+    CHECK_INT(pd_png_read(&ctx, DIRECTORY "/none.png", &image), PD_ERR_FILE);
 }
 
 TEST(cut_and_damaged_files_are_refused)
@@ -470,8 +470,8 @@ TEST(cut_and_damaged_files_are_refused)
     size_t size;
     start(&ctx);
     pd_image image = pattern(&ctx, 9, 6, 3);
-    CHECK_OK(&ctx, pdi_png_write(&ctx, DIRECTORY "/good.png", &image));
-    pdi_image_free(&ctx, &image);
+    CHECK_OK(&ctx, pd_png_write(&ctx, DIRECTORY "/good.png", &image));
+    pd_image_free(&ctx, &image);
     if (!CHECK_OK(&ctx, pdi_file_read_all(&ctx, DIRECTORY "/good.png", 100000, &data, &size))) return;
     size_t held = ctx.in_use;
     int accepted = 0, other = 0, leaks = 0;
@@ -479,11 +479,11 @@ TEST(cut_and_damaged_files_are_refused)
         for (int bit = -1; bit < 8; bit++) {
             if (bit >= 0) data[k] = (char)(data[k] ^ 1 << bit);
             put((const uint8_t *)data, bit < 0 ? k : size);
-            pd_status status = pdi_png_read(&ctx, DIRECTORY "/hurt.png", &image);
+            pd_status status = pd_png_read(&ctx, DIRECTORY "/hurt.png", &image);
             if (bit >= 0) data[k] = (char)(data[k] ^ 1 << bit);
             accepted += status == PD_OK;
             other += status != PD_OK && status != PD_ERR_PARSE;
-            if (status == PD_OK) pdi_image_free(&ctx, &image);
+            if (status == PD_OK) pd_image_free(&ctx, &image);
             leaks += ctx.in_use != held;
         }
     CHECK_INT(accepted, 0);

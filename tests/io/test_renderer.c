@@ -429,7 +429,7 @@ TEST(a_relief_has_its_colours)
             if (q[0] < 80 && x >= 24 && x == 24 + run) run++;
         }
         CHECK_NEAR(run * shade.pixel_size, 20, shade.pixel_size);
-        pdi_image_free(&ctx, &image);
+        pd_image_free(&ctx, &image);
     }
     pdi_renderer_free(&ctx, &shade);
     CHECK_INT(ctx.in_use, 0);
@@ -493,9 +493,9 @@ TEST(axes_have_their_letters)
                 }
             CHECK(ink >= 8);
             CHECK_INT(unlike, 0);
-            pdi_image_free(&ctx, &alone.image);
+            pd_image_free(&ctx, &alone.image);
         }
-        pdi_image_free(&ctx, &image);
+        pd_image_free(&ctx, &image);
         pdi_renderer_free(&ctx, &shade);
     }
     CHECK_INT(ctx.in_use, 0);
@@ -529,7 +529,7 @@ TEST(labels_of_a_relief_have_rows)
             CHECK_INT(marked(&image, 24 + shade.width + 16, pdi_colour_get_label_colour(k), &top[k]),
                       k == 1 || k == 4 ? 256 : 0);
         CHECK(top[1] > 0 && top[4] >= top[1] + 16);
-        pdi_image_free(&ctx, &image);
+        pd_image_free(&ctx, &image);
     }
     pdi_renderer_free(&ctx, &shade);
     CHECK_INT(ctx.in_use, 0);

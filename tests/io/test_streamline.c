@@ -365,7 +365,7 @@ TEST(arrows_are_as_long_as_the_flow_is_fast)
     }
     for (int times = 0; times < 2; times++) {
         pd_image image;
-        if (!CHECK_OK(&ctx, pdi_field_plot_draw_image(&ctx, &picture, &image))) return;
+        if (!CHECK_OK(&ctx, pd_field_plot_draw_image(&ctx, &picture, &image))) return;
         for (int half = 0; half < 2; half++) {
             longest[half] = 0;
             for (int y = half ? 60 : 240; y < (half ? 180 : 360); y++)
@@ -376,7 +376,7 @@ TEST(arrows_are_as_long_as_the_flow_is_fast)
         }
         CHECK_NEAR(longest[0], times ? 25 : 50, 2);
         CHECK_NEAR(longest[1], times ? 13 : 25, 2);
-        pdi_image_free(&ctx, &image);
+        pd_image_free(&ctx, &image);
         picture.max_speed *= 2.0;
     }
     picture.velocity = NULL;

@@ -125,7 +125,7 @@ TEST(bold_text)
     CHECK_INT(first[1], 10);
     CHECK_INT(last[1], last[0] + 1);
     CHECK(ink[0] > 60 && ink[1] > ink[0] && ink[1] < 2 * ink[0]);
-    for (int bold = 0; bold < 2; bold++) pdi_image_free(&ctx, &canvas[bold].image);
+    for (int bold = 0; bold < 2; bold++) pd_image_free(&ctx, &canvas[bold].image);
     CHECK_INT(ctx.in_use, 0);
 }
 

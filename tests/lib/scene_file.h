@@ -70,10 +70,10 @@ static inline double last_of(pd_ctx *ctx, const char *file, const char *name)
     pd_table table;
     double values[2000], value = 0.0;
     memset(&table, 0, sizeof table);
-    if (CHECK_OK(ctx, pdi_table_read(ctx, path_of(file), &table)) && CHECK(table.rows > 0 && table.rows < 2000) &&
-        CHECK_OK(ctx, pdi_table_parse_column(ctx, &table, name, values)))
+    if (CHECK_OK(ctx, pd_table_read(ctx, path_of(file), &table)) && CHECK(table.rows > 0 && table.rows < 2000) &&
+        CHECK_OK(ctx, pd_table_parse_column(ctx, &table, name, values)))
         value = values[table.rows - 1];
-    pdi_table_free(ctx, &table);
+    pd_table_free(ctx, &table);
     return value;
 }
 

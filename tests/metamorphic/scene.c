@@ -363,7 +363,7 @@ static void write_image(const voxels *v, const char *path)
     for (int row = 0; row < v->n[1]; row++) /* the first one on top */
         for (int k = 0; k < v->n[0]; k++)
             pixel[row * v->n[0] + k] = v->inside[(v->n[1] - 1 - row) * v->n[0] + k] ? 255 : 0;
-    if (pdi_png_write(&ctx, path, &image) < 0) fprintf(stderr, "metamorphic: %s\n", ctx.message);
+    if (pd_png_write(&ctx, path, &image) < 0) fprintf(stderr, "metamorphic: %s\n", ctx.message);
 }
 
 /* The file, its name by what is in it, and the keys that name it; what it holds stands in a comment. */

@@ -299,7 +299,7 @@ static void leave_files(void)
     image.width = image.height = 2;
     image.channels = 1;
     image.pixels = white;
-    CHECK_OK(&ctx, pdi_png_write(&ctx, path_of("m.png"), &image));
+    CHECK_OK(&ctx, pd_png_write(&ctx, path_of("m.png"), &image));
 }
 
 /* Every key stands in a scene that is read without an error, which an unknown key or one without effect would be. */

@@ -144,7 +144,7 @@ TEST(masks)
     image.pixels = (uint8_t *)gray;
     need_folder();
     pd_ctx_init(&ctx);
-    CHECK_OK(&ctx, pdi_png_write(&ctx, path_of("mask.png"), &image));
+    CHECK_OK(&ctx, pd_png_write(&ctx, path_of("mask.png"), &image));
     put("mask.raw", raw, sizeof raw);
     static const char *const scenes[] = {
         STILL "[shape a] mask = mask.png  corner = 20 um, 30 um  cell = 10 um  kind = solid\n",
@@ -424,24 +424,24 @@ TEST(files_of_a_run)
         snprintf(name, sizeof name, "made/here/%s", files[k]);
         if (!CHECK(access(path_of(name), R_OK) == 0)) NOTE("no %s", name);
         memset(&image, 0, sizeof image);
-        if (strstr(name, ".png")) CHECK_OK(&ctx, pdi_png_read(&ctx, path_of(name), &image));
+        if (strstr(name, ".png")) CHECK_OK(&ctx, pd_png_read(&ctx, path_of(name), &image));
         if (strstr(name, ".png")) CHECK(image.width > 200 && image.height > 100);
-        pdi_image_free(&ctx, &image);
+        pd_image_free(&ctx, &image);
     }
     memset(&table, 0, sizeof table);
-    if (CHECK_OK(&ctx, pdi_table_read(&ctx, path_of("made/here/diagnostics.csv"), &table)) && table.rows < 1000) {
+    if (CHECK_OK(&ctx, pd_table_read(&ctx, path_of("made/here/diagnostics.csv"), &table)) && table.rows < 1000) {
         CHECK_INT(table.rows, r.steps + 1);
-        CHECK_OK(&ctx, pdi_table_parse_column(&ctx, &table, "volume_loss", loss));
-        CHECK_OK(&ctx, pdi_table_parse_column(&ctx, &table, "time", time));
+        CHECK_OK(&ctx, pd_table_parse_column(&ctx, &table, "volume_loss", loss));
+        CHECK_OK(&ctx, pd_table_parse_column(&ctx, &table, "time", time));
         CHECK_NEAR(loss[table.rows - 1], r.volume_loss, 0.0);
         CHECK_NEAR(loss[0], 0.0, 0.0);
         for (int k = 1; k < table.rows; k++) CHECK(time[k] > time[k - 1] && loss[k] > loss[k - 1]);
     }
-    pdi_table_free(&ctx, &table);
+    pd_table_free(&ctx, &table);
     memset(&table, 0, sizeof table);
-    if (CHECK_OK(&ctx, pdi_table_read(&ctx, path_of("made/here/probes.csv"), &table)))
-        CHECK_INT(pdi_table_find_column(&table, "a_C"), 1);
-    pdi_table_free(&ctx, &table);
+    if (CHECK_OK(&ctx, pd_table_read(&ctx, path_of("made/here/probes.csv"), &table)))
+        CHECK_INT(pd_table_find_column(&table, "a_C"), 1);
+    pd_table_free(&ctx, &table);
     leave(&ctx, &u);
 }
 
@@ -789,16 +789,16 @@ TEST(diffusion_in_one_dimension)
     desc.folder = path_of("line");
     CHECK_OK(&ctx, pd_run(&ctx, &u, &desc, &r));
     CHECK_LE(r.mass_balance_error, 1e-11);
-    CHECK_OK(&ctx, pdi_png_read(&ctx, path_of("line/C_000001_t3600.0s.png"), &image));
+    CHECK_OK(&ctx, pd_png_read(&ctx, path_of("line/C_000001_t3600.0s.png"), &image));
     CHECK(image.width > 200);
-    pdi_image_free(&ctx, &image);
-    if (CHECK_OK(&ctx, pdi_table_read(&ctx, path_of("line/probes.csv"), &table)) && table.rows < 100) {
+    pd_image_free(&ctx, &image);
+    if (CHECK_OK(&ctx, pd_table_read(&ctx, path_of("line/probes.csv"), &table)) && table.rows < 100) {
         CHECK_INT(table.rows, 61);
-        CHECK_OK(&ctx, pdi_table_parse_column(&ctx, &table, "end_C", c));
+        CHECK_OK(&ctx, pd_table_parse_column(&ctx, &table, "end_C", c));
         CHECK_NEAR(c[0], 0.0, 0.0);
         CHECK_REL(c[60], 2.0, 1e-6);
     }
-    pdi_table_free(&ctx, &table);
+    pd_table_free(&ctx, &table);
     leave(&ctx, &u);
 }
 

@@ -34,7 +34,7 @@ static int save(pd_ctx *ctx, const char *name, pd_image *image)
 {
     char path[64];
     snprintf(path, sizeof path, "%s.png", name);
-    if (pdi_png_write(ctx, path, image) != PD_OK) return fail(ctx);
+    if (pd_png_write(ctx, path, image) != PD_OK) return fail(ctx);
     snprintf(path, sizeof path, "%s.raw", name);
     return dump(path, image);
 }
@@ -61,9 +61,9 @@ static int write_all(pd_ctx *ctx)
     picture.map = PD_COLOUR_MAP_DIVERGING;
     picture.title = "title";
     picture.label = "v_x [m/s]";
-    if (pdi_field_plot_draw_image(ctx, &picture, &drawn) != PD_OK) return fail(ctx);
+    if (pd_field_plot_draw_image(ctx, &picture, &drawn) != PD_OK) return fail(ctx);
     if (save(ctx, "picture", &drawn)) return 1;
-    pdi_image_free(ctx, &drawn);
+    pd_image_free(ctx, &drawn);
     pd_plot plot;
     memset(&plot, 0, sizeof plot);
     for (int k = 0; k < 50; k++) y[k] = sqrt(x[k] = k);
@@ -72,9 +72,9 @@ static int write_all(pd_ctx *ctx)
     plot.series[0].x = x;
     plot.series[0].y = y;
     plot.series[0].count = 50;
-    if (pdi_plot_draw_image(ctx, &plot, &drawn) != PD_OK) return fail(ctx);
+    if (pd_plot_draw_image(ctx, &plot, &drawn) != PD_OK) return fail(ctx);
     if (save(ctx, "plot", &drawn)) return 1;
-    pdi_image_free(ctx, &drawn);
+    pd_image_free(ctx, &drawn);
     return ctx->in_use != 0;
 }
 
@@ -85,9 +85,9 @@ int main(int argc, char **argv)
     pd_ctx_init(&ctx);
     if (argc == 2) return write_all(&ctx);
     if (argc != 4) return 2;
-    if (pdi_png_read(&ctx, argv[2], &image) != PD_OK) return fail(&ctx);
+    if (pd_png_read(&ctx, argv[2], &image) != PD_OK) return fail(&ctx);
     int status = dump(argv[3], &image);
-    pdi_image_free(&ctx, &image);
+    pd_image_free(&ctx, &image);
     return status;
 }
 END

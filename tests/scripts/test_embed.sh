@@ -102,7 +102,7 @@ else
 fi
 
 # The public functions: each has a user outside of its header, and all are declared where users see them.
-most=342
+most=356
 count() { cat pdcorr.h pdcorr_app.h | grep -c '^PD_API .*('; }
 check "at most $most public functions" [ "$(count)" -le "$most" ]
 check "what all see stands first, in less than 8000 lines" \
