@@ -74,7 +74,7 @@ static const scene_run scene_runs[] = {
     "Why bytes a node are missed: a limited step of transport borrows 372 bytes a node, 164 of them for 41 Krylov " \
     "bases in single precision; a steady solve borrows the same memory, 80 to 165 for its bases. Coarse levels " \
     "of three multigrids take 116, and fields and tables that steps carry on the rest. At rest, steps borrow 150 " \
-    "to 180, and fields, tables and what rows of cut families hold take 170 to 230 (docs/decisions.md)."
+    "to 180, and fields, tables and what rows of cut families hold take 170 to 230."
 #else
 #define SCENES_SERIAL \
     "Why speed-ups are missed: one thread sets up the coarse levels, and sweeps those of fewer than 4096 cells."

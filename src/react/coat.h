@@ -31,7 +31,7 @@ typedef struct pd_coat_desc {
     const char *name[PD_COAT_MOST];                /* for messages */
     double rtol;                                   /* [-] error of a step over the largest that each state has been */
     double tolerance;                              /* [-] error of the equations of a place in each of their own steps;
-                                                    * 0: 1e-8 */
+                                                    * 0: 1e-10 */
     uint32_t reads;                                /* bit n: rates depend on solute n, */
     int reads_ph;                                  /* 1: on pH */
     uint32_t reads_around;                         /* with `surface`, bit n: on value n around */
