@@ -1686,7 +1686,7 @@ PDI_FN void pdi_svg_add_text(pdi_svg *svg, double x, double y, const char *ancho
 PDI_FN void pdi_svg_add_image(pdi_svg *svg, int left, int top, const pd_image *image);
 /* Clip what follows to the rectangle, until the next call; width 0: no clipping. */
 PDI_FN void pdi_svg_set_clip(pdi_svg *svg, int left, int top, int width, int height);
-/* End the drawing and write it to a file. Returns the first failure. */
+/* End the drawing and write it to a file; the drawing stays until pdi_svg_free. Returns the first failure. */
 PDI_FN pd_status pdi_svg_write(pdi_svg *svg, const char *path);
 /* Free the drawing. */
 PDI_FN void pdi_svg_free(pdi_svg *svg);
@@ -2974,7 +2974,8 @@ PDI_FN pd_status pdi_pictures_store(pd_ctx *ctx, pd_output_pictures *images, pd_
 PDI_FN pd_status pdi_pictures_draw_frames(pd_ctx *ctx, pd_output_pictures *images, int frame);
 /* After the last frame: redraw those whose colour range has grown since, and make films. PD_CANCELLED. */
 PDI_FN pd_status pdi_pictures_finish(pd_ctx *ctx, pd_output_pictures *images);
-/* Remove the file of frames, once the run is complete. */
+/* Remove the file of frames, once the run is complete. A file that cannot be removed stays. PD_ERR_SIZE: its path is
+ * too long. */
 PDI_FN pd_status pdi_pictures_remove_frame_file(pd_ctx *ctx, pd_output_pictures *images);
 PDI_FN void pdi_pictures_free(pd_ctx *ctx, pd_output_pictures *images);
 
@@ -3917,6 +3918,7 @@ typedef struct pdi_zlib_coded_value {
     uint32_t extra;
 } pdi_zlib_coded_value;
 
+/* Largest k with 2^k <= x; x > 0. */
 static int pdi_zlib_log2(uint32_t x)
 {
     int n = 0;
@@ -3955,6 +3957,7 @@ static pdi_zlib_coded_value pdi_zlib_distance_code(uint32_t distance)
     return s;
 }
 
+/* Write the lowest `count` bits of a value, lowest first. */
 static void pdi_zlib_write_bits(pdi_zlib_writer *s, uint32_t value, int count)
 {
     s->bits |= (uint64_t)value << s->bit_count;
@@ -4032,6 +4035,7 @@ static void pdi_zlib_set_codes(const uint8_t *lengths, int n, uint16_t *codes)
     }
 }
 
+/* The fixed codes of RFC 1951, 3.2.6. */
 static void pdi_zlib_set_fixed_codes(pdi_zlib_codes *codes)
 {
     for (int i = 0; i < 288; i++) codes->literal_len[i] = (uint8_t)(i < 144 ? 8 : i < 256 ? 9 : i < 280 ? 7 : 8);
@@ -4103,6 +4107,7 @@ static void pdi_zlib_plan_header(const pdi_zlib_codes *codes, pdi_zlib_header *h
         header->bits += (uint64_t)(header->length[header->token[i]] + pdi_zlib_token_bits(header->token[i]));
 }
 
+/* Write the header of a block with codes of its own (RFC 1951, 3.2.7). */
 static void pdi_zlib_write_header(pdi_zlib_writer *s, const pdi_zlib_header *header)
 {
     pdi_zlib_write_bits(s, (uint32_t)(header->literals - 257), 5);
@@ -4116,6 +4121,7 @@ static void pdi_zlib_write_header(pdi_zlib_writer *s, const pdi_zlib_header *hea
     }
 }
 
+/* Write the symbols of the block that are collected, and the end code. */
 static void pdi_zlib_write_symbols(pdi_zlib_writer *s, const pdi_zlib_codes *codes)
 {
     for (int i = 0; i < s->symbol_count; i++) {
@@ -4133,6 +4139,7 @@ static void pdi_zlib_write_symbols(pdi_zlib_writer *s, const pdi_zlib_codes *cod
     pdi_zlib_write_bits(s, codes->literal[256], codes->literal_len[256]);
 }
 
+/* Write the next `length` bytes of the input as a stored block, behind its type. */
 static void pdi_zlib_write_stored(pdi_zlib_writer *s, size_t length)
 {
     if (s->bit_count) pdi_zlib_write_bits(s, 0, 8 - s->bit_count);
@@ -4185,6 +4192,7 @@ static void pdi_zlib_write_block(pdi_zlib_writer *s, size_t end, int last)
     PD_ASSERT(s->used + 8 <= PDI_ZLIB_OUTPUT_SIZE);
 }
 
+/* Enter the position of the input into the chain of its hash. */
 static void pdi_zlib_insert_position(pdi_zlib_writer *s, size_t pos)
 {
     if (pos + 3 > s->size) return;
@@ -4235,6 +4243,7 @@ static uint32_t pdi_zlib_find_match(const pdi_zlib_writer *s, size_t position, u
     return best < 3 || (best == 3 && *distance > 4096) ? 0 : best;
 }
 
+/* Collect a copy, or a literal (distance 0: the byte `length`). Writes the block up to `end` where it is full. */
 static void pdi_zlib_add_symbol(pdi_zlib_writer *s, uint32_t length, uint32_t distance, size_t end)
 {
     s->symbols[s->symbol_count++] = distance << 16 | length;
@@ -4369,6 +4378,7 @@ static int pdi_zlib_set_error(pdi_zlib_reader *s, const char *text)
     return 0;
 }
 
+/* Read `count` bits, lowest first; 0 and an error beyond the end of the input. */
 static uint32_t pdi_zlib_read_bits(pdi_zlib_reader *s, int count)
 {
     while (s->bit_count < count) {
@@ -4422,6 +4432,7 @@ static int pdi_zlib_read_symbol(pdi_zlib_reader *s, const pdi_zlib_decoder *code
     return -1;
 }
 
+/* Copy `length` bytes from `distance` behind the end of the output. 0: an error is set. */
 static int pdi_zlib_read_copy(pdi_zlib_reader *s, uint32_t length, uint32_t distance)
 {
     if (distance > s->out_position) return pdi_zlib_set_error(s, "a reference to before the start of the data");
@@ -4431,6 +4442,7 @@ static int pdi_zlib_read_copy(pdi_zlib_reader *s, uint32_t length, uint32_t dist
     return 1;
 }
 
+/* Read the symbols of a block up to its end code. 0: an error is set. */
 static int pdi_zlib_read_coded(pdi_zlib_reader *s, const pdi_zlib_decoder *literals,
                                const pdi_zlib_decoder *distances)
 {
@@ -4457,6 +4469,7 @@ static int pdi_zlib_read_coded(pdi_zlib_reader *s, const pdi_zlib_decoder *liter
     }
 }
 
+/* Read a stored block. 0: an error is set. */
 static int pdi_zlib_read_stored(pdi_zlib_reader *s)
 {
     s->bits = 0; /* to the next whole byte; fewer than 8 bits are ever held */
@@ -4472,6 +4485,7 @@ static int pdi_zlib_read_stored(pdi_zlib_reader *s)
     return 1;
 }
 
+/* Read a block with the fixed codes. 0: an error is set. */
 static int pdi_zlib_read_fixed(pdi_zlib_reader *s)
 {
     pdi_zlib_decoder literals, distances;
@@ -4503,6 +4517,7 @@ static int pdi_zlib_read_lengths(pdi_zlib_reader *s, const pdi_zlib_decoder *cod
     return 1;
 }
 
+/* Read a block with codes of its own. 0: an error is set. */
 static int pdi_zlib_read_dynamic(pdi_zlib_reader *s)
 {
     pdi_zlib_decoder literals, distances;
@@ -4524,6 +4539,7 @@ static int pdi_zlib_read_dynamic(pdi_zlib_reader *s)
     return pdi_zlib_read_coded(s, &literals, &distances);
 }
 
+/* Read all blocks of a stream; s->error tells what is wrong with it. */
 static void pdi_zlib_inflate_stream(pdi_zlib_reader *s)
 {
     uint32_t head = pdi_zlib_read_bits(s, 8) << 8;
@@ -6424,7 +6440,8 @@ static int pdi_canvas_get_bitmap_dot(uint8_t dots[PDI_CANVAS_BITMAP_SIZE][PDI_CA
     return x < 0 || x >= width || y < 0 || y >= height ? 0 : dots[y][x];
 }
 
-/* Enlarge a bitmap of width x height dots twice in place by the Scale2x rule. square 1: keep its corners square. */
+/* Enlarge a bitmap of width x height dots in place to 2 width x 2 height by the Scale2x rule. square 1: keep its
+ * corners square. */
 static void pdi_canvas_scale2x(uint8_t dots[PDI_CANVAS_BITMAP_SIZE][PDI_CANVAS_BITMAP_SIZE], int width, int height,
                                int square)
 {
@@ -10964,7 +10981,7 @@ static pd_status pdi_gmsh_read_node_blocks(pdi_gmsh_reader *m, int64_t blocks)
                               (double)m->node_count);
 }
 
-/* Read the section $Nodes, and sort the nodes by id. */
+/* Read the section $Nodes, sort the nodes by id, and measure their extent. PD_ERR_PARSE: a number twice. */
 static pd_status pdi_gmsh_read_nodes(pdi_gmsh_reader *m)
 {
     int64_t blocks = 0, bound;
@@ -11844,7 +11861,7 @@ static pd_status pdi_vtu_find_appended(pdi_vtu_reader *v)
     return PD_OK;
 }
 
-/* Section that a tag of this name opens or closes; 0: none. */
+/* Section that a tag of this name opens or closes: 'P' Points, 'C' Cells, 'c' CellData, 'p' PointData; 0: none. */
 static int pdi_vtu_find_section(pdi_vtu_text name)
 {
     return pdi_vtu_is_text(name, "Points")      ? 'P'
@@ -18394,7 +18411,8 @@ static pd_status pdi_read_potential_expression_curve(pdi_reader *s, int section,
     return status;
 }
 
-/* Read the polarisation curve of an electrode: its kind, parameters and film resistance. */
+/* Read the polarisation curve of an electrode: Butler-Volmer, Tafel, linear, an expression, or primary (no kinetics),
+ * with its parameters and film resistance. With ions that migrate it may be absent. */
 static pd_status pdi_read_potential_kinetics(pdi_reader *s, int section, pd_setup_electrode *e)
 {
     int curve = 0;
@@ -18919,7 +18937,7 @@ static double pdi_read_param_file_speed_by_rate(const pdi_read_param_file_values
 }
 
 /* Recession speed [m/s] without k_corr: diffusion bonds across the surface lower the content as exp(-rate t), down to
- * C_thresh. */
+ * C_thresh. Sets the factor of grain boundaries in the setup, and adds notes of both. */
 static double pdi_read_param_file_speed_by_diffusion(const pdi_read_param_file_values *f, pd_setup *setup)
 {
     double exposure, bonds, grain = pdi_read_param_file_harmonic_mean(f->D_liquid, f->D_grain);
@@ -21733,7 +21751,8 @@ static int pdi_output_is_solid_field(const pd_setup *setup, pd_field field)
     return pd_fields_get_place(setup, field) == PD_FIELD_IN_METAL;
 }
 
-/* Compute the output fields now. */
+/* Samples all fields of the output at the nodes: fields of the solid are NaN where there is no metal, displacements,
+ * too; grain and phase count the metal alone. */
 static void pdi_output_compute_fields(pd_ctx *ctx, pd_output *out)
 {
     pd_model *m = out->model;
@@ -23584,8 +23603,8 @@ static void pdi_run_print_stall(pdi_run *r, const char *doing, int64_t count, do
     r->desc->print(r->desc->print_user, PD_PRINT_NOTE, line);
 }
 
-/* Poll function within steps: progress, notes on long waits, and the caller's poll. Returns 1 to stop the computation.
- */
+/* Poll function within steps: notes on long waits, progress and the caller's poll, these two at intervals. Returns 1 to
+ * stop the computation: once asked to stop it stays so, but while files are written. */
 static int pdi_run_poll(void *user, const char *doing, int64_t count)
 {
     pdi_run *r = (pdi_run *)user;
@@ -25033,7 +25052,8 @@ static void pdi_fit_find_points(pdi_fit *f, const pd_setup *setup)
     memcpy(f->fit->name, setup->name, sizeof f->fit->name);
 }
 
-/* Check the measured points and allocate work. */
+/* Check the standard deviations, allocate work, and find the points that count and h. PD_ERR_ARGUMENT: fewer points
+ * than parameters. */
 static pd_status pdi_fit_allocate_work(pdi_fit *f, const pd_setup *setup)
 {
     PD_TRY(pdi_fit_check_std_devs(f->ctx, setup, &f->fit->has_spread));
@@ -25770,6 +25790,7 @@ typedef struct pdi_speciation_report_context {
 
 /* Print a formatted line. */
 PD_PRINTF_LIKE(3, 4)
+/* Prints a line, printf style, through the print callback of the caller. */
 static void pdi_speciation_report_print(const pdi_speciation_report_context *w, pd_print_kind kind, const char *format,
                                         ...)
 {

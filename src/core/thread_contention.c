@@ -79,7 +79,8 @@ static void pdi_thread_contention_end_trial(pd_thread_contention *pace, double n
     pdi_thread_contention_begin_window(pace, one, 0, now);
 }
 
-/* End a window without a trial: start a trial of the other choice where it is due, else a new window. */
+/* End a window without a trial: start a trial of the other choice (one thread, or all of them) where it is due, by the
+ * time lost or since the last trial; else a new window. */
 static void pdi_thread_contention_end_window(pd_thread_contention *pace, double now)
 {
     int late = pace->lost_time > PDI_THREAD_CONTENTION_MAX_LOSS * pace->loop_time ||

@@ -26,7 +26,7 @@ typedef struct pd_point_cells {
 } pd_point_cells;
 
 #ifdef PDI_INTERNAL
-/* Describes the arrays of mirror images. */
+/* Describes the arrays: cells of mirror images, first point of each cell, links from a point to its images. */
 PDI_FN void pdi_point_cells_list(pdi_array_visitor *owner, void *sites);
 /* Counts the mirror images by grid, horizon and planes of symmetry, and sizes the extended box. */
 PDI_FN void pdi_point_cells_count_images(pd_point_cells *sites);

@@ -686,7 +686,9 @@ static pd_status pdi_flow_update_body_force(pd_ctx *ctx, pd_flow *flow, double *
     return PD_OK;
 }
 
-/* Sets all boundary data and the body force to time t (pdi_flow_set_time). *walls: largest wall speed [m/s]. */
+/* Sets all boundary data and the body force to time t (pdi_flow_set_time). half_step [s]: half of the interval over
+ * which the speeds of walls are means; 0: at t. *change [-]: largest change over the scales of the flow; NULL: not
+ * wanted. *walls: largest wall speed [m/s]. */
 static pd_status pdi_flow_update_boundary_data(pd_ctx *ctx, pd_flow *flow, double t, double half_step, double *change,
                                                double *walls)
 {

@@ -212,7 +212,8 @@ PDI_FN void pdi_flow_add_fourth_order(const pd_ctx *ctx, const pd_flow *flow, co
                                       const double *grad, double *ru);
 /* Writes the state to a checkpoint, or reads it and then updates all derived fields. */
 PDI_FN pd_status pdi_flow_store(pd_ctx *ctx, pd_flow *flow, pd_archive *archive);
-/* Raises the velocity scale U to the largest velocity component present: the start of a flow in time. Updates tau. */
+/* Raises the velocity scale U to the largest velocity component present: the start of a flow in time. Updates tau of
+ * the pressure stabilisation (eq. 4.5). */
 PDI_FN void pdi_flow_update_speed_scale(pd_flow *flow);
 /* Scale of the momentum residual, U^2/L + nu U/L^2 [m/s2] (eq. 4.7). That of continuity is U/L. */
 static inline double pdi_flow_get_momentum_scale(const pd_flow *flow, double speed, double length)

@@ -130,7 +130,8 @@ PDI_FN void pdi_fourth_order_compute_second_differences(const pd_ctx *ctx, const
 
 /* ---- advecting velocity ---- */
 
-/* Sum of the differences of f from `node` to its neighbours along axis b: open ones, or those of the kind `only`. */
+/* Sum of the differences of f from `node` to its neighbours along axis b: open ones, or with
+ * `only` > 0 those of this kind of node. */
 static double pdi_fourth_order_compute_neighbour_difference(const pd_fourth_order *sharp, const double *f, int32_t node,
                                                             int b, int only)
 {

@@ -289,7 +289,8 @@ static int pdi_canvas_get_bitmap_dot(uint8_t dots[PDI_CANVAS_BITMAP_SIZE][PDI_CA
     return x < 0 || x >= width || y < 0 || y >= height ? 0 : dots[y][x];
 }
 
-/* Enlarge a bitmap of width x height dots twice in place by the Scale2x rule. square 1: keep its corners square. */
+/* Enlarge a bitmap of width x height dots in place to 2 width x 2 height by the Scale2x rule. square 1: keep its
+ * corners square. */
 static void pdi_canvas_scale2x(uint8_t dots[PDI_CANVAS_BITMAP_SIZE][PDI_CANVAS_BITMAP_SIZE], int width, int height,
                                int square)
 {

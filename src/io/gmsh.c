@@ -156,7 +156,7 @@ static pd_status pdi_gmsh_read_node_blocks(pdi_gmsh_reader *m, int64_t blocks)
                               (double)m->node_count);
 }
 
-/* Read the section $Nodes, and sort the nodes by id. */
+/* Read the section $Nodes, sort the nodes by id, and measure their extent. PD_ERR_PARSE: a number twice. */
 static pd_status pdi_gmsh_read_nodes(pdi_gmsh_reader *m)
 {
     int64_t blocks = 0, bound;

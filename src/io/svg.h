@@ -37,7 +37,7 @@ PDI_FN void pdi_svg_add_text(pdi_svg *svg, double x, double y, const char *ancho
 PDI_FN void pdi_svg_add_image(pdi_svg *svg, int left, int top, const pd_image *image);
 /* Clip what follows to the rectangle, until the next call; width 0: no clipping. */
 PDI_FN void pdi_svg_set_clip(pdi_svg *svg, int left, int top, int width, int height);
-/* End the drawing and write it to a file. Returns the first failure. */
+/* End the drawing and write it to a file; the drawing stays until pdi_svg_free. Returns the first failure. */
 PDI_FN pd_status pdi_svg_write(pdi_svg *svg, const char *path);
 /* Free the drawing. */
 PDI_FN void pdi_svg_free(pdi_svg *svg);

@@ -620,7 +620,7 @@ static pd_status pdi_vtu_find_appended(pdi_vtu_reader *v)
     return PD_OK;
 }
 
-/* Section that a tag of this name opens or closes; 0: none. */
+/* Section that a tag of this name opens or closes: 'P' Points, 'C' Cells, 'c' CellData, 'p' PointData; 0: none. */
 static int pdi_vtu_find_section(pdi_vtu_text name)
 {
     return pdi_vtu_is_text(name, "Points")      ? 'P'

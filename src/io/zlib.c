@@ -147,6 +147,7 @@ typedef struct pdi_zlib_coded_value {
     uint32_t extra;
 } pdi_zlib_coded_value;
 
+/* Largest k with 2^k <= x; x > 0. */
 static int pdi_zlib_log2(uint32_t x)
 {
     int n = 0;
@@ -185,6 +186,7 @@ static pdi_zlib_coded_value pdi_zlib_distance_code(uint32_t distance)
     return s;
 }
 
+/* Write the lowest `count` bits of a value, lowest first. */
 static void pdi_zlib_write_bits(pdi_zlib_writer *s, uint32_t value, int count)
 {
     s->bits |= (uint64_t)value << s->bit_count;
@@ -262,6 +264,7 @@ static void pdi_zlib_set_codes(const uint8_t *lengths, int n, uint16_t *codes)
     }
 }
 
+/* The fixed codes of RFC 1951, 3.2.6. */
 static void pdi_zlib_set_fixed_codes(pdi_zlib_codes *codes)
 {
     for (int i = 0; i < 288; i++) codes->literal_len[i] = (uint8_t)(i < 144 ? 8 : i < 256 ? 9 : i < 280 ? 7 : 8);
@@ -333,6 +336,7 @@ static void pdi_zlib_plan_header(const pdi_zlib_codes *codes, pdi_zlib_header *h
         header->bits += (uint64_t)(header->length[header->token[i]] + pdi_zlib_token_bits(header->token[i]));
 }
 
+/* Write the header of a block with codes of its own (RFC 1951, 3.2.7). */
 static void pdi_zlib_write_header(pdi_zlib_writer *s, const pdi_zlib_header *header)
 {
     pdi_zlib_write_bits(s, (uint32_t)(header->literals - 257), 5);
@@ -346,6 +350,7 @@ static void pdi_zlib_write_header(pdi_zlib_writer *s, const pdi_zlib_header *hea
     }
 }
 
+/* Write the symbols of the block that are collected, and the end code. */
 static void pdi_zlib_write_symbols(pdi_zlib_writer *s, const pdi_zlib_codes *codes)
 {
     for (int i = 0; i < s->symbol_count; i++) {
@@ -363,6 +368,7 @@ static void pdi_zlib_write_symbols(pdi_zlib_writer *s, const pdi_zlib_codes *cod
     pdi_zlib_write_bits(s, codes->literal[256], codes->literal_len[256]);
 }
 
+/* Write the next `length` bytes of the input as a stored block, behind its type. */
 static void pdi_zlib_write_stored(pdi_zlib_writer *s, size_t length)
 {
     if (s->bit_count) pdi_zlib_write_bits(s, 0, 8 - s->bit_count);
@@ -415,6 +421,7 @@ static void pdi_zlib_write_block(pdi_zlib_writer *s, size_t end, int last)
     PD_ASSERT(s->used + 8 <= PDI_ZLIB_OUTPUT_SIZE);
 }
 
+/* Enter the position of the input into the chain of its hash. */
 static void pdi_zlib_insert_position(pdi_zlib_writer *s, size_t pos)
 {
     if (pos + 3 > s->size) return;
@@ -465,6 +472,7 @@ static uint32_t pdi_zlib_find_match(const pdi_zlib_writer *s, size_t position, u
     return best < 3 || (best == 3 && *distance > 4096) ? 0 : best;
 }
 
+/* Collect a copy, or a literal (distance 0: the byte `length`). Writes the block up to `end` where it is full. */
 static void pdi_zlib_add_symbol(pdi_zlib_writer *s, uint32_t length, uint32_t distance, size_t end)
 {
     s->symbols[s->symbol_count++] = distance << 16 | length;
@@ -599,6 +607,7 @@ static int pdi_zlib_set_error(pdi_zlib_reader *s, const char *text)
     return 0;
 }
 
+/* Read `count` bits, lowest first; 0 and an error beyond the end of the input. */
 static uint32_t pdi_zlib_read_bits(pdi_zlib_reader *s, int count)
 {
     while (s->bit_count < count) {
@@ -652,6 +661,7 @@ static int pdi_zlib_read_symbol(pdi_zlib_reader *s, const pdi_zlib_decoder *code
     return -1;
 }
 
+/* Copy `length` bytes from `distance` behind the end of the output. 0: an error is set. */
 static int pdi_zlib_read_copy(pdi_zlib_reader *s, uint32_t length, uint32_t distance)
 {
     if (distance > s->out_position) return pdi_zlib_set_error(s, "a reference to before the start of the data");
@@ -661,6 +671,7 @@ static int pdi_zlib_read_copy(pdi_zlib_reader *s, uint32_t length, uint32_t dist
     return 1;
 }
 
+/* Read the symbols of a block up to its end code. 0: an error is set. */
 static int pdi_zlib_read_coded(pdi_zlib_reader *s, const pdi_zlib_decoder *literals,
                                const pdi_zlib_decoder *distances)
 {
@@ -687,6 +698,7 @@ static int pdi_zlib_read_coded(pdi_zlib_reader *s, const pdi_zlib_decoder *liter
     }
 }
 
+/* Read a stored block. 0: an error is set. */
 static int pdi_zlib_read_stored(pdi_zlib_reader *s)
 {
     s->bits = 0; /* to the next whole byte; fewer than 8 bits are ever held */
@@ -702,6 +714,7 @@ static int pdi_zlib_read_stored(pdi_zlib_reader *s)
     return 1;
 }
 
+/* Read a block with the fixed codes. 0: an error is set. */
 static int pdi_zlib_read_fixed(pdi_zlib_reader *s)
 {
     pdi_zlib_decoder literals, distances;
@@ -733,6 +746,7 @@ static int pdi_zlib_read_lengths(pdi_zlib_reader *s, const pdi_zlib_decoder *cod
     return 1;
 }
 
+/* Read a block with codes of its own. 0: an error is set. */
 static int pdi_zlib_read_dynamic(pdi_zlib_reader *s)
 {
     pdi_zlib_decoder literals, distances;
@@ -754,6 +768,7 @@ static int pdi_zlib_read_dynamic(pdi_zlib_reader *s)
     return pdi_zlib_read_coded(s, &literals, &distances);
 }
 
+/* Read all blocks of a stream; s->error tells what is wrong with it. */
 static void pdi_zlib_inflate_stream(pdi_zlib_reader *s)
 {
     uint32_t head = pdi_zlib_read_bits(s, 8) << 8;

@@ -10,7 +10,8 @@ static int pdi_active_range_is_active(const pd_grid *grid, int32_t node)
     return grid->kind[node] == PD_FLUID || grid->kind[node] == PD_SOLID;
 }
 
-/* Counts the ranges and their nodes; with `list` also stores them. */
+/* Counts the ranges and their nodes; with `list` also stores them. Each line of the lattice along axis 0 has one range,
+ * from its first active node to its last one; inactive nodes between them count. */
 static void pdi_active_range_find(const pd_grid *grid, pd_active_ranges *s, int list)
 {
     int32_t line = grid->padded[0];

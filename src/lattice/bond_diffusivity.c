@@ -39,7 +39,8 @@ static double pdi_bond_diffusivity_distance(const pdi_bond_diffusivity_segment *
     return pdi_bond_diffusivity_evaluate(w, w->media->surface_distance, fraction);
 }
 
-/* Side of the surface at a fraction of the segment, where its signed distance is `level` [m]: -1, 1, or 0 on it. */
+/* Side of the surface of the point at a fraction of the segment, by its signed distance `level` [m]: -1, 1, or 0 within
+ * the tolerance of the surface there. */
 static int pdi_bond_diffusivity_find_side(const pdi_bond_diffusivity_segment *w, double fraction, double level)
 {
     double x[PD_DIM], tolerance;

@@ -336,7 +336,8 @@ static void pdi_reconstruct_apply_scalar_fit(const pd_quadratic_reconstruction *
     }
 }
 
-/* hessian: second derivatives (xx, yx, yy, ..) of f at a node: of parabolas along the axes (four nodes where they are
+/* hessian: second derivatives of f at a node, packed as a triangle (xx, yx, yy, zx, zy, zz), 0 where neighbours are
+ * missing: of parabolas along the axes (four nodes where they are
  * one-sided), and mixed ones as the mean over the squares of nodes next to it. */
 static void pdi_reconstruct_compute_hessian(const pd_grid *grid, int32_t node, const double *f, double *hessian)
 {

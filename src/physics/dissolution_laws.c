@@ -353,8 +353,9 @@ static void pdi_dissolution_laws_update_weights(pd_dissolution_laws *a)
     }
 }
 
-/* Add a surface site at a node: contact n of the potential solver (-1: none) with its electrode, and the law of metal m
- * (-1: none). PD_ERR_SIZE: no room. */
+/* Add a surface site at a node: contact n of the potential solver with its electrode (-1: the nearest electrode of the
+ * metal, without an area), and the law of metal m with its weight and the thickness of its film (-1: no law).
+ * PD_ERR_SIZE: no room. */
 static pd_status pdi_dissolution_laws_add_site(pd_ctx *ctx, pd_dissolution_laws *a, int32_t node, int32_t n, int m,
                                                const pdi_beside *beside)
 {
@@ -383,8 +384,8 @@ static pd_status pdi_dissolution_laws_add_other_metals(pd_ctx *ctx, pd_dissoluti
     return PD_OK;
 }
 
-/* Build the list of sites with electrodes: one for each electrode beside a node. The law of a metal goes to its
- * electrode with the largest area there. */
+/* Build the list of sites with electrodes: one for each electrode beside a node, then one for each metal there that has
+ * no electrode, also at nodes without any. The law of a metal goes to its electrode with the largest area there. */
 static pd_status pdi_dissolution_laws_add_electrode_sites(pd_ctx *ctx, pd_dissolution_laws *a)
 {
     const pd_dissolve *d = a->dissolve;

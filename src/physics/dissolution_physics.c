@@ -6,7 +6,9 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Set the variables vars [PD_EXPR_VARS] of a rate-law expression at a node. */
+/* Set the variables vars [PD_EXPR_VARS] of a rate-law expression at a node: C, t, place, grain, the fields of
+ * registered physics, and current density and potential of the electrode beside it where the law reads them; the others
+ * are 0. */
 static void pdi_dissolution_physics_set_law_variables(const pd_model_law *law, const pd_rate_at *at, double *vars)
 {
     memset(vars, 0, PD_EXPR_VARS * sizeof *vars);
@@ -70,7 +72,7 @@ static pd_metal pdi_dissolution_physics_set_metal_desc(const pd_model_law *law)
     return is;
 }
 
-/* Additional descriptor fields of bond-based corrosion. */
+/* Options of bond-based corrosion, from the setup into desc; marks the nodes under a passive film in the model. */
 static pd_status pdi_dissolution_physics_set_corrosion_desc(pd_ctx *ctx, pd_model *m, pd_dissolve_desc *desc)
 {
     const pd_setup *u = m->setup;
@@ -110,6 +112,7 @@ static pd_status pdi_dissolution_physics_update_currents(pd_ctx *ctx, void *user
     return PD_OK;
 }
 
+/* Builds the dissolving metal: options, laws, grains, electrodes. */
 static pd_status pdi_dissolution_physics_build(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
@@ -224,6 +227,7 @@ static void pdi_dissolution_physics_format_rate(const pd_setup *setup, int m, ch
              v * metal->solid_c * z * PD_FARADAY, z, metal->solid_c);
 }
 
+/* Prints the laws of [dissolve], a line for each metal. */
 static void pdi_dissolution_physics_print_surface_laws(const pdi_summary_text *s)
 {
     const pd_setup *u = s->model->setup;
@@ -237,6 +241,7 @@ static void pdi_dissolution_physics_print_surface_laws(const pdi_summary_text *s
     if (u->saturation > 0.0) pdi_summary_text_print_line(s, "  %-12sCsat = %.6g mol/m3", "", u->saturation);
 }
 
+/* Prints the laws of [corrode], and the variant of the bond-based model. */
 static void pdi_dissolution_physics_print_bond_laws(const pdi_summary_text *s)
 {
     static const char *const kernels[] = {"area", "inverse square", "inverse"};
@@ -261,6 +266,7 @@ static pd_status pdi_dissolution_physics_add_processes(pd_ctx *ctx, pd_model *m)
     return pd_time_loop_add_process(ctx, &m->time_loop, pd_dissolve_process(&m->dissolve));
 }
 
+/* Frees what pdi_dissolution_physics_build made. */
 static void pdi_dissolution_physics_free(pd_ctx *ctx, pd_model *m)
 {
     pd_dissolve_free(ctx, &m->dissolve);
@@ -273,6 +279,7 @@ static int pdi_dissolution_physics_reads_bonds(const pd_setup *setup)
     return !setup->has_corrode || !setup->activation;
 }
 
+/* Adds steps and solves of the metal to the statistics of the run. */
 static void pdi_dissolution_physics_add_statistics(const pd_model *m, pd_model_statistics *e)
 {
     const pd_transport_result *r = &m->dissolve.result;

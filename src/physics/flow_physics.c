@@ -36,6 +36,7 @@ static pd_status pdi_flow_physics_build_unsteady(pd_ctx *ctx, pd_model *m)
     return pd_weakly_compressible_build(ctx, &m->flow, &explicit_, &m->unsteady);
 }
 
+/* Builds inlets, flow and its solver, in time or at rest. */
 static pd_status pdi_flow_physics_build(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
@@ -130,6 +131,7 @@ static void pdi_flow_physics_estimate(const pd_setup *u, pdi_memory_plan *plan, 
         *bytes += pdi_memory_plan_count_array_bytes(plan, pdi_weakly_compressible_list, &unsteady);
 }
 
+/* Prints fluid, inlets, scales and Reynolds number. */
 static void pdi_flow_physics_print_summary(const pdi_summary_text *s)
 {
     const pd_model *m = s->model;
@@ -159,6 +161,7 @@ static const char *pdi_flow_physics_absent(const pd_setup *setup)
     return setup->has_gas ? "flow" : "flow, inertia of the flow in time";
 }
 
+/* Adds the process of the flow to the time loop. */
 static pd_status pdi_flow_physics_add_processes(pd_ctx *ctx, pd_model *m)
 {
     pd_time_loop *loop = &m->time_loop;
@@ -172,6 +175,7 @@ static pd_status pdi_flow_physics_add_processes(pd_ctx *ctx, pd_model *m)
     return PD_OK;
 }
 
+/* Frees what pdi_flow_physics_build made. */
 static void pdi_flow_physics_free(pd_ctx *ctx, pd_model *m)
 {
     pd_implicit_free(ctx, &m->implicit);
@@ -182,6 +186,7 @@ static void pdi_flow_physics_free(pd_ctx *ctx, pd_model *m)
 
 static const double *pdi_flow_physics_velocity(const pd_model *m) { return m->flow.u; }
 
+/* Adds evaluations, solves and residuals of the flow to the statistics of the run. */
 static void pdi_flow_physics_add_statistics(const pd_model *m, pd_model_statistics *e)
 {
     int moves = m->setup->flow_time == PD_FLOW_IMPLICIT || m->setup->flow_time == PD_FLOW_EXPLICIT;

@@ -13,6 +13,7 @@ static void pdi_gas_physics_get_initial_state(void *user, const double *x, doubl
     for (int d = 0; d < PD_DIM; d++) v[d] = pdi_setup_eval_expr(&u->initial_velocity[d], x, 0.0);
 }
 
+/* Builds the gas from the state at the start and the sides. */
 static pd_status pdi_gas_physics_build(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
@@ -40,6 +41,7 @@ static void pdi_gas_physics_estimate(const pd_setup *setup, pdi_memory_plan *pla
     b->bytes[PD_PART_GAS] = pdi_memory_plan_count_array_bytes(plan, pdi_gas_list, &gas);
 }
 
+/* Prints gamma, order and end of the gas. */
 static void pdi_gas_physics_print_summary(const pdi_summary_text *s)
 {
     const pd_setup *u = s->model->setup;

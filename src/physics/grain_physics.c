@@ -16,6 +16,7 @@ static pd_status pdi_grain_physics_build_boundary_factor(pd_ctx *ctx, pd_model *
     return PD_OK;
 }
 
+/* Grows the grains of all solids, and the share of grain boundary of each node. */
 static pd_status pdi_grain_physics_build(pd_ctx *ctx, pd_model *m)
 {
     float *fraction = NULL;
@@ -26,6 +27,7 @@ static pd_status pdi_grain_physics_build(pd_ctx *ctx, pd_model *m)
     return status;
 }
 
+/* Prints number, size and boundaries of the grains. */
 static void pdi_grain_physics_print_summary(const pdi_summary_text *s)
 {
     const pd_model *m = s->model;

@@ -213,8 +213,8 @@ static double pdi_input_step_limit_compute_start_tolerance(double t, double end)
     return t + PDI_INPUT_STEP_LIMIT_START_FRACTION * (end - t) + 8.0 * DBL_EPSILON * fabs(t);
 }
 
-/* 1: the value has no jump between from and to [s]: no quarter of the interval holds nearly all of its change, `width`.
- */
+/* 1: the value has no jump between from and to [s]: in no quarter of the interval do its bounds (interval arithmetic)
+ * hold nearly all of its change, `width`. */
 static int pdi_input_step_limit_is_continuous(const pd_input_value *value, double from, double to, double width)
 {
     double quarter = 0.25 * (to - from);

@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
+/* Builds the electrodes and the potential of the fluid. */
 static pd_status pdi_potential_physics_build(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
@@ -68,6 +69,7 @@ static void pdi_potential_physics_estimate(const pd_setup *setup, pdi_memory_pla
     b->runtime_bytes += pdi_memory_plan_count_level_bytes(plan, &p->inverse.mg);
 }
 
+/* Prints conductivity and electrodes. */
 static void pdi_potential_physics_print_summary(const pdi_summary_text *s)
 {
     const pd_setup *u = s->model->setup;

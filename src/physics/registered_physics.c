@@ -23,6 +23,7 @@ static int pdi_registered_physics_get_prescribed(const pd_physics_view *view, in
     return 1;
 }
 
+/* Builds the physics of programs that the scene has. */
 static pd_status pdi_registered_physics_build(pd_ctx *ctx, pd_model *m)
 {
     for (int k = 0; k < m->setup->registered_count; k++) {
@@ -42,6 +43,7 @@ static pd_status pdi_registered_physics_build(pd_ctx *ctx, pd_model *m)
     return PD_OK;
 }
 
+/* Adds their processes to the time loop. */
 static pd_status pdi_registered_physics_add_processes(pd_ctx *ctx, pd_model *m)
 {
     for (int k = 0; k < m->setup->registered_count; k++) {
@@ -53,6 +55,7 @@ static pd_status pdi_registered_physics_add_processes(pd_ctx *ctx, pd_model *m)
     return PD_OK;
 }
 
+/* Frees them. */
 static void pdi_registered_physics_free(pd_ctx *ctx, pd_model *m)
 {
     for (int k = m->setup->registered_count; k-- > 0;) {
@@ -87,6 +90,7 @@ static void pdi_registered_physics_estimate(const pd_setup *setup, pdi_memory_pl
         b->bytes[PD_PART_GRID] += setup->registered[k].type->bytes_per_node * b->nodes;
 }
 
+/* Prints their sections and fields. */
 static void pdi_registered_physics_print_summary(const pdi_summary_text *s)
 {
     const pd_setup *u = s->model->setup;

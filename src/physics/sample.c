@@ -113,7 +113,7 @@ static int pdi_sample_is_concentration(const pd_model *m, pd_field field)
     return field == PD_FIELD_C || pd_fields_species_index(m->setup, field) >= 0;
 }
 
-/* Signed distance [m] of x from the surface of the medium; 0: there is none, or x lies on it. */
+/* Signed distance [m] of x from the surface of the medium, negative inside; 0: there is none, or x lies on it. */
 static double pdi_sample_compute_medium_distance(const pd_model *m, const double *x)
 {
     if (m->setup->medium < 0) return 0.0;

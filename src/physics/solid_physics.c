@@ -31,6 +31,7 @@ static int pdi_solid_physics_get_min_cells_across(const pd_setup_mechanics *b)
     return (int)ceil((b->material == PD_SOLID_COUPLING_ORDINARY_STATE ? 4.0 : 6.0) * b->m);
 }
 
+/* Builds the body of the metal with material, cracks, supports and loads. */
 static pd_status pdi_solid_physics_build(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup_mechanics *b = &m->setup->metal_body;
@@ -238,6 +239,7 @@ static void pdi_solid_physics_print_fracture(const pdi_summary_text *s)
     if (b->toughness > 0.0) pdi_summary_text_print_line(s, "  %-12scracks take %g J/m2", "", b->toughness);
 }
 
+/* Prints material, failure criterion, supports and loads. */
 static void pdi_solid_physics_print_summary(const pdi_summary_text *s)
 {
     static const char *const materials[] = {"small strains", "springs", "ordinary", "neo-Hookean", "Hencky"};

@@ -37,7 +37,8 @@ static pd_status pdi_species_physics_build_surface_states(pd_ctx *ctx, pd_model 
                                     m->surface_states);
 }
 
-/* Reactive transport: initial and inlet compositions in chemical equilibrium, without mineral reactions. */
+/* Builds reactive transport: initial and inlet compositions in chemical equilibrium without mineral reactions, the
+ * solution inside shapes, states of surfaces, and the number of unknowns. */
 static pd_status pdi_species_physics_build(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
@@ -238,6 +239,7 @@ static void pdi_species_physics_print_released(const pdi_summary_text *s, int m)
     pdi_summary_text_print_line(s, "  %-12s%s", "", text);
 }
 
+/* Prints electrolyte, pH and minerals. */
 static void pdi_species_physics_print_summary(const pdi_summary_text *s)
 {
     const pd_setup *u = s->model->setup;
@@ -281,6 +283,7 @@ static pd_status pdi_species_physics_add_processes(pd_ctx *ctx, pd_model *m)
     return pd_time_loop_add_process(ctx, &m->time_loop, pdi_species_physics_get_process(m));
 }
 
+/* Frees what pdi_species_physics_build made. */
 static void pdi_species_physics_free(pd_ctx *ctx, pd_model *m)
 {
     pd_course_free(ctx, &m->species_integrator);
@@ -295,6 +298,7 @@ static void pdi_species_physics_add_statistics(const pd_model *m, pd_model_stati
     e->transport_krylov += m->species_integrator.krylov;
 }
 
+/* Fills the ghosts of all concentrations before nodes are sampled. */
 static void pdi_species_physics_prepare_samples(pd_ctx *ctx, pd_model *m, pd_fields fields)
 {
     (void)ctx;

@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <string.h>
 
+/* Prints spacing, horizon, box, sides and counts of nodes. */
 static void pdi_summary_print_grid(const pdi_summary_text *s)
 {
     const pd_model *m = s->model;

@@ -43,6 +43,7 @@ static double pdi_transport_physics_get_diffusivity(void *user, const double *x)
                : u->diffusivity;
 }
 
+/* Builds the transport of the dissolved substance, with media and boundary values. */
 static pd_status pdi_transport_physics_build(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
@@ -124,6 +125,7 @@ static void pdi_transport_physics_estimate(const pd_setup *setup, pdi_memory_pla
     pdi_memory_plan_add_shared_levels(plan, pdi_memory_plan_count_level_bytes(plan, &t.inverse.mg), b);
 }
 
+/* Prints diffusivity, scheme and boundary values. */
 static void pdi_transport_physics_print_summary(const pdi_summary_text *s)
 {
     const pd_setup *u = s->model->setup;
@@ -155,6 +157,7 @@ static void pdi_transport_physics_free(pd_ctx *ctx, pd_model *m)
     pd_transport_free(ctx, &m->transport);
 }
 
+/* Adds iterations and steps of the transport to the statistics of the run. */
 static void pdi_transport_physics_add_statistics(const pd_model *m, pd_model_statistics *e)
 {
     const pd_transport_result *r = &m->transport_integrator.result;
@@ -175,6 +178,7 @@ static void pdi_transport_physics_prepare_samples(pd_ctx *ctx, pd_model *m, pd_f
     for (int32_t k = 0; k < g->outlets_end; k++) c[g->node[k]] = c[g->source[k]];
 }
 
+/* Value of a field of the transport at node i: C [mol/m3] or D [m2/s]. */
 static double pdi_transport_physics_sample(const pd_model *m, pd_field field, int32_t i)
 {
     const double *diffusivity = m->transport.diffusion.field;

@@ -245,7 +245,8 @@ static void pdi_fit_find_points(pdi_fit *f, const pd_setup *setup)
     memcpy(f->fit->name, setup->name, sizeof f->fit->name);
 }
 
-/* Check the measured points and allocate work. */
+/* Check the standard deviations, allocate work, and find the points that count and h. PD_ERR_ARGUMENT: fewer points
+ * than parameters. */
 static pd_status pdi_fit_allocate_work(pdi_fit *f, const pd_setup *setup)
 {
     PD_TRY(pdi_fit_check_std_devs(f->ctx, setup, &f->fit->has_spread));

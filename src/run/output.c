@@ -41,7 +41,8 @@ static int pdi_output_is_solid_field(const pd_setup *setup, pd_field field)
     return pd_fields_get_place(setup, field) == PD_FIELD_IN_METAL;
 }
 
-/* Compute the output fields now. */
+/* Samples all fields of the output at the nodes: fields of the solid are NaN where there is no metal, displacements,
+ * too; grain and phase count the metal alone. */
 static void pdi_output_compute_fields(pd_ctx *ctx, pd_output *out)
 {
     pd_model *m = out->model;

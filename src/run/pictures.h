@@ -60,7 +60,8 @@ PDI_FN pd_status pdi_pictures_store(pd_ctx *ctx, pd_output_pictures *images, pd_
 PDI_FN pd_status pdi_pictures_draw_frames(pd_ctx *ctx, pd_output_pictures *images, int frame);
 /* After the last frame: redraw those whose colour range has grown since, and make films. PD_CANCELLED. */
 PDI_FN pd_status pdi_pictures_finish(pd_ctx *ctx, pd_output_pictures *images);
-/* Remove the file of frames, once the run is complete. */
+/* Remove the file of frames, once the run is complete. A file that cannot be removed stays. PD_ERR_SIZE: its path is
+ * too long. */
 PDI_FN pd_status pdi_pictures_remove_frame_file(pd_ctx *ctx, pd_output_pictures *images);
 PDI_FN void pdi_pictures_free(pd_ctx *ctx, pd_output_pictures *images);
 #endif

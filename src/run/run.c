@@ -93,8 +93,8 @@ static void pdi_run_print_stall(pdi_run *r, const char *doing, int64_t count, do
     r->desc->print(r->desc->print_user, PD_PRINT_NOTE, line);
 }
 
-/* Poll function within steps: progress, notes on long waits, and the caller's poll. Returns 1 to stop the computation.
- */
+/* Poll function within steps: notes on long waits, progress and the caller's poll, these two at intervals. Returns 1 to
+ * stop the computation: once asked to stop it stays so, but while files are written. */
 static int pdi_run_poll(void *user, const char *doing, int64_t count)
 {
     pdi_run *r = (pdi_run *)user;

@@ -22,6 +22,7 @@ typedef struct pdi_speciation_report_context {
 
 /* Print a formatted line. */
 PD_PRINTF_LIKE(3, 4)
+/* Prints a line, printf style, through the print callback of the caller. */
 static void pdi_speciation_report_print(const pdi_speciation_report_context *w, pd_print_kind kind, const char *format,
                                         ...)
 {

@@ -269,7 +269,7 @@ static double pdi_read_param_file_speed_by_rate(const pdi_read_param_file_values
 }
 
 /* Recession speed [m/s] without k_corr: diffusion bonds across the surface lower the content as exp(-rate t), down to
- * C_thresh. */
+ * C_thresh. Sets the factor of grain boundaries in the setup, and adds notes of both. */
 static double pdi_read_param_file_speed_by_diffusion(const pdi_read_param_file_values *f, pd_setup *setup)
 {
     double exposure, bonds, grain = pdi_read_param_file_harmonic_mean(f->D_liquid, f->D_grain);

@@ -216,7 +216,8 @@ static pd_status pdi_read_potential_expression_curve(pdi_reader *s, int section,
     return status;
 }
 
-/* Read the polarisation curve of an electrode: its kind, parameters and film resistance. */
+/* Read the polarisation curve of an electrode: Butler-Volmer, Tafel, linear, an expression, or primary (no kinetics),
+ * with its parameters and film resistance. With ions that migrate it may be absent. */
 static pd_status pdi_read_potential_kinetics(pdi_reader *s, int section, pd_setup_electrode *e)
 {
     int curve = 0;

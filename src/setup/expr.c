@@ -81,6 +81,7 @@ void pd_expr_quote_token(const char *found, char *text)
 
 static pd_status pdi_expr_fail(pdi_expr_parser *p, size_t at, const char *format, ...) PD_PRINTF_LIKE(3, 4);
 
+/* PD_ERR_PARSE with the column of text[at], printf style. */
 static pd_status pdi_expr_fail(pdi_expr_parser *p, size_t at, const char *format, ...)
 {
     char message[PD_MESSAGE_SIZE];

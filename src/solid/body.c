@@ -326,7 +326,8 @@ static int pdi_body_init_lattice_box(pd_body *body, pdi_body_lattice_axes *a)
     return 1;
 }
 
-/* Common coordinates along the axes. Returns 0: a point is off the lattice, or two differ along an axis. */
+/* Finds the coordinates that all points share along each axis, and the range of distances between points `s` steps
+ * apart. 0: a point is off the lattice, or two differ along an axis. */
 static int pdi_body_try_coordinates(const pd_body *body, const pdi_body_lattice_axes *a)
 {
     for (int32_t k = 0; k < a->begin[PD_DIM]; k++) a->x[k] = HUGE_VAL;

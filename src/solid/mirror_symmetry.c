@@ -66,7 +66,8 @@ static void pdi_mirror_symmetry_ops_moduli(const pd_ctx *ctx, void *self, double
     m->material.moduli(ctx, m->material.self, lambda, mu);
 }
 
-/* pd_material_interface.density at u of the real points. */
+/* pd_material_interface.density: elastic energy density [J/m3] of the real points and their images, at displacements u
+ * of the real points. */
 static void pdi_mirror_symmetry_ops_density(const pd_ctx *ctx, void *self, const double *u, double *density)
 {
     pd_mirror_symmetry *m = (pd_mirror_symmetry *)self;

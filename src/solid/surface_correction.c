@@ -31,7 +31,8 @@ enum { PDI_SURFACE_CORRECTION_PACKED = PD_SURFACE_CORRECTION_MOMENTS * (PD_SURFA
 /* Rounds x to the grid of one of the constants above. */
 static inline double pdi_surface_correction_round_to_grid(double x, double grid) { return x + grid - grid; }
 
-/* f [PD_SURFACE_CORRECTION_MOMENTS]: the moment functions of the bond xi. Returns r [m]. */
+/* f [PD_SURFACE_CORRECTION_MOMENTS]: the functions of the bond xi whose moments are corrected: fourth powers of its
+ * direction, products of two components, harmonics of third order times length/r (eq. 8.8a). Returns r [m]. */
 static inline double pdi_surface_correction_compute_moments(const pdi_surface_correction *o, const double *xi,
                                                             double *f)
 {

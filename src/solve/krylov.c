@@ -161,6 +161,7 @@ static size_t pdi_krylov_entry_bytes(const pd_krylov *krylov)
     return krylov->desc.basis_precision ? sizeof *krylov->compressed_basis : sizeof *krylov->basis;
 }
 
+/* Make room for `columns` columns of the Hessenberg matrix; what it holds is kept. */
 static pd_status pdi_krylov_resize_hessenberg(pd_ctx *ctx, pd_krylov *krylov, int columns)
 {
     PD_TRY(PD_GROW(ctx, "krylov", pdi_krylov_dense_size(&krylov->desc, krylov->columns),
@@ -308,6 +309,7 @@ static double *pdi_krylov_get_double(const pd_krylov *k, int i)
     return chunk < 0 ? k->basis + at : (double *)k->chunk[chunk] + at;
 }
 
+/* Basis vector i in compressed storage; NULL: the basis is in double precision. */
 static float *pdi_krylov_get_single(const pd_krylov *k, int i)
 {
     int chunk;
@@ -369,6 +371,7 @@ static void pdi_krylov_apply(const pdi_krylov_state *run, const double *u, doubl
     run->result->applies++;
 }
 
+/* v = M^-1 u by the callback, which is counted; without one v = u. */
 static void pdi_krylov_precond(const pdi_krylov_state *run, const double *u, double *v)
 {
     if (run->precond) {
@@ -393,6 +396,7 @@ static const char *pdi_krylov_name(const pdi_krylov_state *run)
     return run->k->desc.equations ? run->k->desc.equations : "krylov";
 }
 
+/* PD_ERR_DIVERGED: what a callback returned is not finite. */
 static pd_status pdi_krylov_fail_nan(const pdi_krylov_state *run, const char *what)
 {
     return pd_fail(run->ctx, PD_ERR_DIVERGED, pdi_krylov_name(run),
@@ -401,6 +405,7 @@ static pd_status pdi_krylov_fail_nan(const pdi_krylov_state *run, const char *wh
                    what, run->result->iterations);
 }
 
+/* PD_NOT_CONVERGED: the iteration ends, and why. */
 static pd_status pdi_krylov_fail_stall(const pdi_krylov_state *run, const char *why)
 {
     return pd_fail(run->ctx, PD_NOT_CONVERGED, pdi_krylov_name(run),
@@ -473,6 +478,7 @@ typedef struct pdi_krylov_dense_views {
     double *cs, *sn, *g, *y, *hess;
 } pdi_krylov_dense_views;
 
+/* The parts of the dense work array: Hessenberg matrix, rotations, right-hand side, coefficients. */
 static pdi_krylov_dense_views pdi_krylov_get_dense(const pd_krylov *krylov)
 {
     int most = krylov->desc.max_vectors + 1;
@@ -485,6 +491,7 @@ static pdi_krylov_dense_views pdi_krylov_get_dense(const pd_krylov *krylov)
     return s;
 }
 
+/* Exchange the work vectors v and w. */
 static void pdi_krylov_swap_work(pdi_krylov_state *run)
 {
     double *v = run->v;
@@ -492,7 +499,8 @@ static void pdi_krylov_swap_work(pdi_krylov_state *run)
     run->w = v;
 }
 
-/* Returns A M^-1 v, packed, for column j; all vectors of this share v and w. Flexible: stores M^-1 v times *unit. */
+/* Returns A M^-1 v, packed, for column j; all vectors of this share v and w. Flexible: stores M^-1 v times *unit, a
+ * power of two that column 0 sets and all columns use. */
 static double *pdi_krylov_expand(pdi_krylov_state *run, int j, int flexible, double *unit)
 {
     if (!run->precond) {
@@ -648,6 +656,7 @@ typedef struct pdi_krylov_best {
     int saved;            /* x differs from the present iterate */
 } pdi_krylov_best;
 
+/* Before x moves to an iterate of the residual norm `next`: keeps x where that is above the least norm so far. */
 static void pdi_krylov_best_update(const pdi_krylov_state *run, pdi_krylov_best *best, double next)
 {
     if (next > best->norm) {

@@ -332,6 +332,7 @@ static pd_status pdi_least_squares_iterate(pdi_least_squares *s)
     return s->result->converged ? PD_OK : PD_NOT_CONVERGED;
 }
 
+/* PD_ERR_ARGUMENT: counts, bounds or tolerances of the desc are inadmissible. */
 static pd_status pdi_least_squares_check(pd_ctx *ctx, const pd_least_squares_desc *d)
 {
     if (d->parameters < 1 || d->parameters > PDI_LEAST_SQUARES_N)
@@ -349,6 +350,7 @@ static pd_status pdi_least_squares_check(pd_ctx *ctx, const pd_least_squares_des
     return PD_OK;
 }
 
+/* Describes the arrays of a solve. */
 static void pdi_least_squares_list(pdi_array_visitor *owner, void *object)
 {
     pdi_least_squares *squares = (pdi_least_squares *)object;

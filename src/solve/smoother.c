@@ -64,6 +64,7 @@ static inline float pdi_smoother_fine_sum(const pd_smoother_level *fine, const i
     return sum;
 }
 
+/* Sum over the cells of level 1 that hold cell c, of what they add to it; 0: none. */
 static inline float pdi_smoother_coarse_sum(const pd_smoother_level *level, int32_t c)
 {
     float sum = 0.0f;
@@ -137,7 +138,8 @@ static void pdi_smoother_subtract_defect(const pd_smoother_level *level, const i
                                       end - c < PDI_SMOOTHER_VECTOR_CELLS ? end - c : PDI_SMOOTHER_VECTOR_CELLS);
 }
 
-/* Apply one operation to the cells first, first + step, ... before end. */
+/* Apply one operation to the cells first, first + step, ... before end; PDI_SMOOTHER_DEFECT takes all cells between
+ * them. stride: index differences to the neighbours. */
 static inline void pdi_smoother_apply_cells(const pd_smoother_level *level, const int32_t *stride, pdi_smoother_op op,
                                             int32_t first, int32_t end, int32_t step)
 {
