@@ -179,7 +179,6 @@ PD_API pd_status pd_archive_file_open(pd_ctx *ctx, const char *path, pd_archive_
  * on failure, too. */
 PD_API pd_status pd_archive_file_close(pd_ctx *ctx, pd_archive_file *store);
 
-
 #endif
 
 /* ======== >>io/output_folder.h ======== */
@@ -209,7 +208,6 @@ typedef struct pd_output_folder {
     int lock_descriptor;    /* descriptor of the lock file */
     int removed_count;      /* number of deleted files of the previous run */
 } pd_output_folder;
-
 
 #endif
 
@@ -243,7 +241,6 @@ PD_API pd_status pd_png_write(pd_ctx *ctx, const char *path, const pd_image *ima
  * not readable; PD_ERR_PARSE: damaged, interlaced, 16 bits a channel, too many pixels. */
 PD_API pd_status pd_png_read(pd_ctx *ctx, const char *path, pd_image *image);
 
-
 #endif
 
 /* ======== >>io/colour.h ======== */
@@ -259,7 +256,6 @@ typedef enum pd_colour_map {
     PD_COLOUR_MAP_GREY = 3,       /* dark to light grey */
     PD_COLOUR_MAP_VIRIDIS = 4     /* through the colours of the map of that name (van der Walt and Smith 2015) */
 } pd_colour_map;
-
 
 #endif
 
@@ -397,7 +393,6 @@ typedef struct pd_rendering {
     uint8_t *edge;              /* [width * height] number of samples on visible edges of the box */
 } pd_rendering;
 
-
 #endif
 
 /* ======== >>io/vti.h ======== */
@@ -446,7 +441,6 @@ typedef struct pd_pvd {
  * name, time not finite; PD_ERR_FILE. */
 PD_API pd_status pd_vti_write(pd_ctx *ctx, const char *path, const pd_grid *grid, double time,
                               const pd_vti_field *fields, int count);
-
 
 #endif
 
@@ -510,7 +504,6 @@ PD_API pd_status pd_table_parse_column(pd_ctx *ctx, const pd_table *table, const
 /* Free the table. A zeroed one is allowed. */
 PD_API void pd_table_free(pd_ctx *ctx, pd_table *table);
 
-
 #endif
 
 /* ======== >>io/points_file.h ======== */
@@ -565,7 +558,6 @@ PD_API pd_status pd_facets_read(pd_ctx *ctx, const char *path, double scale, con
 /* The table of all sections, in the order of the guide; *count: their number. */
 PD_API const pd_key_section *pd_key_sections(int *count);
 
-
 #endif
 
 /* ======== >>scene/renamed_keys.h ======== */
@@ -576,7 +568,6 @@ PD_API const pd_key_section *pd_key_sections(int *count);
 #define PD_RENAMED_KEYS_H
 
 #define PD_RENAMED_KEYS 48 /* most of them */
-
 
 #endif
 
@@ -684,7 +675,6 @@ typedef struct pd_word_list {
     int count;
     char word[PD_TEXT_WORDS][PD_TEXT_WORD];
 } pd_word_list;
-
 
 #endif
 
@@ -806,7 +796,6 @@ typedef struct pd_field_views {
     double *field[PD_FIELD_COUNT]; /* [components][cells] [unit of the field] */
 } pd_field_views;
 
-
 #endif
 
 /* ======== >>run/pictures.h ======== */
@@ -855,7 +844,6 @@ typedef struct pd_output_pictures {
     int64_t frame_file_bytes; /* [byte] of it when the checkpoint was made */
 } pd_output_pictures;
 
-
 #endif
 
 /* ======== >>run/output.h ======== */
@@ -889,7 +877,6 @@ typedef struct pd_output {
     int64_t rows, time_room, loss_room;
     int curve[2];             /* 1: volume_loss.png, .svg stands in the list of the folder */
 } pd_output;
-
 
 #endif
 
@@ -934,7 +921,6 @@ typedef struct pd_monitors {
     int error_line;                        /* line of the scene that an error is about */
     pd_monitor monitor[PD_SETUP_MONITORS]; /* setup->monitors of them */
 } pd_monitors;
-
 
 #endif
 
@@ -1056,7 +1042,6 @@ typedef struct pd_measured_error {
     double max_difference_time; /* [s] time of the largest difference */
 } pd_measured_error;
 
-
 #endif
 
 /* ======== >>run/run.h ======== */
@@ -1146,7 +1131,6 @@ PD_API pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *d
 /* "result case=... dim=2 h=5e-06 m=3 volume_loss=..." into text[size]; the caller appends its times. */
 PD_API void pd_run_format_result(const pd_run_result *result, char *text, size_t size);
 
-
 #endif
 
 /* ======== >>run/sim.h ======== */
@@ -1209,7 +1193,6 @@ typedef struct pd_coarsened_setup {
     pd_setup setup;                   /* borrows from the setup it was made of: never free it */
     double monitor_weight[PD_SETUP_MONITORS]; /* [-] weight of each monitor in the outputs of its section */
 } pd_coarsened_setup;
-
 
 #endif
 

@@ -336,7 +336,9 @@ static void part_header(module *m)
             continue;
         }
         if (behind_directive(line, "endif")) depth--;
-        append(within ? &hidden : &visible, line, size);
+        /* what stood apart from a part that is cut out needs one blank line, not two */
+        int again = !within && *line == '\n' && visible.size > 1 && strcmp(visible.data + visible.size - 2, "\n\n") == 0;
+        if (!again) append(within ? &hidden : &visible, line, size);
         if (within) continue;
         if (strncmp(line, "/*", 2) == 0) comment = 1;
         lines += !comment && !declares_nothing(m, line);

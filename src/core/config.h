@@ -152,17 +152,18 @@
 #define PDI_INLINE static inline
 #endif
 
+/* Maximum and minimum of two numbers; of a number and NaN the number, as fmax and fmin, whose calls cost ten times as
+ * much. */
+PDI_INLINE double pd_max(double a, double b) { return a >= b || b != b ? a : b; }
+PDI_INLINE double pd_min(double a, double b) { return a <= b || b != b ? a : b; }
+
+#ifdef PDI_INTERNAL
 /* PDI_INLINE_HOT: forced inlining, except where code is optimised for size: there all callers share one copy. */
 #ifdef PDI_OPTIMISE_SIZE
 #define PDI_INLINE_HOT static __attribute__((noinline))
 #else
 #define PDI_INLINE_HOT PDI_INLINE
 #endif
-
-/* Maximum and minimum of two numbers; of a number and NaN the number, as fmax and fmin, whose calls cost ten times as
- * much. */
-PDI_INLINE double pd_max(double a, double b) { return a >= b || b != b ? a : b; }
-PDI_INLINE double pd_min(double a, double b) { return a <= b || b != b ? a : b; }
 
 /* PDI_NO_VECTORISE: a function without vectorisation: the copy of an inner loop for trip counts below the vector
  * length. */
@@ -179,6 +180,7 @@ PDI_INLINE double pd_min(double a, double b) { return a <= b || b != b ? a : b; 
 #define PDI_NOINLINE __attribute__((noinline, noclone))
 #else
 #define PDI_NOINLINE
+#endif
 #endif
 
 #endif
