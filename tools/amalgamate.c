@@ -337,7 +337,8 @@ static void part_header(module *m)
         }
         if (behind_directive(line, "endif")) depth--;
         /* what stood apart from a part that is cut out needs one blank line, not two */
-        int again = !within && *line == '\n' && visible.size > 1 && strcmp(visible.data + visible.size - 2, "\n\n") == 0;
+        const char *end = visible.size > 1 ? visible.data + visible.size - 2 : "";
+        int again = !within && *line == '\n' && strcmp(end, "\n\n") == 0;
         if (!again) append(within ? &hidden : &visible, line, size);
         if (within) continue;
         if (strncmp(line, "/*", 2) == 0) comment = 1;

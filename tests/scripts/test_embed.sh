@@ -107,6 +107,8 @@ count() { cat pdcorr.h pdcorr_app.h | grep -c '^PD_API .*('; }
 check "at most $most public functions" [ "$(count)" -le "$most" ]
 check "what all see stands first, in less than 8000 lines" \
     awk 'FILENAME == "pdcorr.h" && />>internal =/ { exit !(FNR < 8000) }' pdcorr.h
+check "no two blank lines where a part is cut out" \
+    awk '/>>internal =/ { exit twice } $0 == "" && last == "" && FNR > 1 { twice = 1 } { last = $0 }' pdcorr.h
 printf '#include "pdcorr_app.h"\n' > seen.c
 check "what users see" sh -c "$CC -std=c99 -E -DPD_DIM=2 seen.c > seen.i"
 check "no internal function among it" sh -c '! grep -q "pdi_[a-z_]*(.*);" seen.i'
