@@ -8470,7 +8470,8 @@ PDI_FN pd_status pdi_deformed_plot_extend_range(pd_ctx *ctx, const pdi_deformed_
         for (int k = 0; k < 8; k++) {
             double x = at[k / 2][k % 2], size = p->hi[k % 2] - p->lo[k % 2];
             if (!(fabs(x - p->lo[k % 2]) <= PDI_DEFORMED_PLOT_MAX_DISPLACEMENT * size))
-                return pd_fail(ctx, PD_ERR_ARGUMENT, "warp", "displacements of %g m as they are drawn in a picture of "
+                return pd_fail(ctx, PD_ERR_ARGUMENT, "deformed_plot",
+                               "displacements of %g m as they are drawn in a picture of "
                                "%g m, expected at most ten times as much: choose a smaller factor",
                                x - p->lo[k % 2], size);
             lo[k % 2] = pd_min(lo[k % 2], x);
@@ -8560,8 +8561,8 @@ static pd_status pdi_deformed_plot_draw_raster(pd_ctx *ctx, const pdi_deformed_p
 {
     pd_field_plot picture = *w->undeformed;
     int64_t pixels = (int64_t)raster->n[0] * raster->n[1];
-    PD_TRY(PD_NEW(ctx, "warp", pixels, raster->value));
-    PD_TRY(PD_NEW(ctx, "warp", pixels, raster->paint));
+    PD_TRY(PD_NEW(ctx, "deformed_plot", pixels, raster->value));
+    PD_TRY(PD_NEW(ctx, "deformed_plot", pixels, raster->paint));
     pdi_deformed_plot_draw_undisplaced(w, raster);
     for (int cell = 0; cell < w->undeformed->nx * w->undeformed->ny; cell++)
         if (!isnan(w->displacement[cell])) pdi_deformed_plot_draw_cell(w, cell, raster);
@@ -9050,13 +9051,13 @@ static pd_status pdi_surface_nets_reserve_vertex(pdi_surface_nets_work *w)
     if (s->vertex_count == s->vertex_capacity) {
         int64_t room = 2 * s->vertex_capacity + 4096;
         if (w->bound_capacity < room)
-            PD_TRY(PD_GROW(w->ctx, "shell", 3 * w->bound_capacity, 3 * room, w->lower_bound));
+            PD_TRY(PD_GROW(w->ctx, "surface_nets", 3 * w->bound_capacity, 3 * room, w->lower_bound));
         w->bound_capacity = room;
-        PD_TRY(PD_GROW(w->ctx, "shell", 3 * s->vertex_capacity, 3 * room, s->x));
+        PD_TRY(PD_GROW(w->ctx, "surface_nets", 3 * s->vertex_capacity, 3 * room, s->x));
         s->vertex_capacity = room;
     }
     if (s->vertex_count < INT32_MAX - 1) return PD_OK;
-    return pd_fail(w->ctx, PD_ERR_SIZE, "shell", "a surface of more than %ld corners", (long)s->vertex_count);
+    return pd_fail(w->ctx, PD_ERR_SIZE, "surface_nets", "a surface of more than %ld corners", (long)s->vertex_count);
 }
 
 /* Volume fraction of cell (i, j) of a layer; 0: it is not in the set. */
@@ -9134,11 +9135,11 @@ static pd_status pdi_surface_nets_add_face(pdi_surface_nets_work *w, const int32
     pdi_surface_nets_mesh *s = w->mesh;
     int64_t room = 2 * s->face_count + 4096;
     if (s->face_count == s->face_capacity) {
-        PD_TRY(PD_GROW(w->ctx, "shell", 4 * s->face_capacity, 4 * room, s->face_vertex));
+        PD_TRY(PD_GROW(w->ctx, "surface_nets", 4 * s->face_capacity, 4 * room, s->face_vertex));
         s->face_capacity = room;
     }
     if (s->face_count == s->value_capacity) {
-        PD_TRY(PD_GROW(w->ctx, "shell", s->value_capacity, room, s->face_value));
+        PD_TRY(PD_GROW(w->ctx, "surface_nets", s->value_capacity, room, s->face_value));
         s->value_capacity = room;
     }
     for (int k = 0; k < 4; k++) s->face_vertex[4 * s->face_count + k] = corner[k];
@@ -9350,8 +9351,8 @@ static pd_status pdi_surface_nets_build_faces(pdi_surface_nets_work *w)
     for (int d = 0; d < 3; d++) w->m[d] = desc->n[d] + 1;
     int64_t layer = (int64_t)w->m[0] * w->m[1], shares = ((int64_t)desc->n[0] + 2) * (desc->n[1] + 2);
     for (int k = 0; k < 2 && status == PD_OK; k++) {
-        status = PD_NEW(w->ctx, "shell", shares, w->fraction[k]);
-        if (status == PD_OK) status = PD_NEW(w->ctx, "shell", layer, w->vertex_index[k]);
+        status = PD_NEW(w->ctx, "surface_nets", shares, w->fraction[k]);
+        if (status == PD_OK) status = PD_NEW(w->ctx, "surface_nets", layer, w->vertex_index[k]);
     }
     if (status == PD_OK) status = pdi_surface_nets_march_layers(w);
     for (int k = 0; k < 2; k++) {
@@ -9370,13 +9371,14 @@ PDI_FN pd_status pdi_surface_nets_build(pd_ctx *ctx, const pdi_surface_nets_desc
     w.desc = desc;
     w.mesh = s;
     pd_status status = pdi_surface_nets_build_faces(&w);
-    if (status == PD_OK) status = PD_NEW(ctx, "shell", 3 * s->vertex_count, w.sum);
-    if (status == PD_OK) status = PD_NEW(ctx, "shell", s->vertex_count, w.weight);
-    for (int k = 0; k < 2 && status == PD_OK; k++) status = PD_NEW(ctx, "shell", 3 * s->face_count, w.face_normal[k]);
-    if (status == PD_OK) status = PD_NEW(ctx, "shell", s->vertex_count + 1, w.first_face);
-    if (status == PD_OK) status = PD_NEW(ctx, "shell", 4 * s->face_count, w.vertex_face);
-    if (status == PD_OK) status = PD_NEW(ctx, "shell", 12 * s->face_capacity, s->corner_normal);
-    if (status == PD_OK) status = PD_NEW(ctx, "shell", s->vertex_capacity, s->vertex_value);
+    if (status == PD_OK) status = PD_NEW(ctx, "surface_nets", 3 * s->vertex_count, w.sum);
+    if (status == PD_OK) status = PD_NEW(ctx, "surface_nets", s->vertex_count, w.weight);
+    for (int k = 0; k < 2 && status == PD_OK; k++)
+        status = PD_NEW(ctx, "surface_nets", 3 * s->face_count, w.face_normal[k]);
+    if (status == PD_OK) status = PD_NEW(ctx, "surface_nets", s->vertex_count + 1, w.first_face);
+    if (status == PD_OK) status = PD_NEW(ctx, "surface_nets", 4 * s->face_count, w.vertex_face);
+    if (status == PD_OK) status = PD_NEW(ctx, "surface_nets", 12 * s->face_capacity, s->corner_normal);
+    if (status == PD_OK) status = PD_NEW(ctx, "surface_nets", s->vertex_capacity, s->vertex_value);
     if (status == PD_OK) pdi_surface_nets_finish(&w);
     PD_DELETE(ctx, 3 * s->vertex_count, w.sum);
     PD_DELETE(ctx, s->vertex_count, w.weight);

@@ -65,8 +65,8 @@ static pd_status pdi_solid_coupling_build_body(pd_ctx *ctx, pd_solid_coupling *s
     memset(&desc, 0, sizeof desc);
     for (int d = 0; d < PD_DIM; d++) cell *= grid->h[d];
     int32_t all = s->count + s->sites.images;
-    pd_status status = PD_NEW(ctx, "structure", (int64_t)all * PD_DIM, position);
-    if (status == PD_OK) status = PD_NEW(ctx, "structure", all, volume);
+    pd_status status = PD_NEW(ctx, "solid", (int64_t)all * PD_DIM, position);
+    if (status == PD_OK) status = PD_NEW(ctx, "solid", all, volume);
     for (int32_t i = 0, k = 0; i < grid->total && status == PD_OK; i++) {
         int at[PD_DIM];
         pd_grid_index(grid, i, at);
@@ -112,23 +112,25 @@ static pd_status pdi_solid_coupling_count_points(pd_ctx *ctx, pd_solid_coupling 
     const pd_grid *grid = s->grid;
     for (int d = 1; d < PD_DIM; d++)
         if (fabs(grid->h[d] - grid->h[0]) > 1e-9 * grid->h[0])
-            return pd_fail(ctx, PD_ERR_ARGUMENT, "structure", "spacings of %g and %g m, expected one spacing along all"
-                           " axes", grid->h[0], grid->h[d]);
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "solid",
+                           "spacings of %g and %g m, expected one spacing along all"
+                           " axes",
+                           grid->h[0], grid->h[d]);
     if (grid->circumference)
-        return pd_fail(ctx, PD_ERR_ARGUMENT, "structure", "an axisymmetric lattice, expected a planar one");
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "solid", "an axisymmetric lattice, expected a planar one");
     for (int32_t i = 0; i < grid->total; i++) {
         int at[PD_DIM];
         pd_grid_index(grid, i, at);
         s->count += grid->kind[i] == PD_SOLID && pd_grid_is_inside(grid, at);
     }
-    if (!s->count) return pd_fail(ctx, PD_ERR_GEOMETRY, "structure", "no metal, expected a solid that bears loads");
+    if (!s->count) return pd_fail(ctx, PD_ERR_GEOMETRY, "solid", "no metal, expected a solid that bears loads");
     s->sites.grid = grid;
     s->sites.horizon_ratio = s->desc.horizon_ratio;
     s->sites.mirrors = s->desc.mirrors;
     s->sites.count = s->count;
     pdi_point_cells_count_images(&s->sites);
     if ((double)s->count + (double)s->sites.images < 2e9) return PD_OK;
-    return pd_fail(ctx, PD_ERR_SIZE, "structure", "%g nodes of metal and as many as %g images of them: too many",
+    return pd_fail(ctx, PD_ERR_SIZE, "solid", "%g nodes of metal and as many as %g images of them: too many",
                    (double)s->count, (double)s->sites.images);
 }
 
@@ -145,11 +147,11 @@ static pd_status pdi_solid_coupling_apply_precrack(pd_ctx *ctx, pd_solid_couplin
         piece.corner = cut->corner + k * PD_DIM;
         pd_status status = pd_body_apply_precracks(ctx, &s->body, &piece, 1, &broken);
         memcpy(message, ctx->message, sizeof message);
-        if (status < 0) return pd_fail(ctx, status, "structure", "'%.60s': %.400s", cut->name, message);
+        if (status < 0) return pd_fail(ctx, status, "solid", "'%.60s': %.400s", cut->name, message);
         all += broken;
     }
     if (all) return PD_OK;
-    return pd_fail(ctx, PD_ERR_GEOMETRY, "structure", "the crack '%.60s' crosses no bond of the metal", cut->name);
+    return pd_fail(ctx, PD_ERR_GEOMETRY, "solid", "the crack '%.60s' crosses no bond of the metal", cut->name);
 }
 
 /* Sets up the interpenetration check with the initial components. */
@@ -315,22 +317,28 @@ static pd_status pdi_solid_coupling_check(pd_ctx *ctx, const pd_solid_coupling_d
     int springs = desc->material == PD_SOLID_COUPLING_BOND_BASED, flows = desc->elastic.yield > 0.0;
     if ((int)desc->material < 0 || desc->material > PD_SOLID_COUPLING_HENCKY || !(desc->density >= 0.0) ||
         !(desc->fracture >= 0.0))
-        return pd_fail(ctx, PD_ERR_ARGUMENT, "structure",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "solid",
                        "material %d, a density of %g kg/m3 and %g J/m2, expected 0 "
                        "to %d and numbers that are not negative",
                        (int)desc->material, desc->density, desc->fracture, (int)PD_SOLID_COUPLING_HENCKY);
     if (springs && (pdi_solid_coupling_has_failure(desc) || flows || desc->rate_factor))
-        return pd_fail(ctx, PD_ERR_ARGUMENT, "structure", "springs with a criterion, a yield stress or a pace, "
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "solid",
+                       "bond-based metal with a failure criterion, a yield stress or a factor of dissolution, "
                        "expected an energy of cracks alone");
     if (!springs && (desc->fracture > 0.0 || (desc->density > 0.0 && (pdi_solid_coupling_has_failure(desc) || flows))))
-        return pd_fail(ctx, PD_ERR_ARGUMENT, "structure", "metal other than springs with an energy of cracks, or that "
-                       "breaks or flows in motion, expected a balance with a criterion, or springs");
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "solid",
+                       "metal with a fracture energy that is not bond-based, or that "
+                       "breaks or flows in motion, expected a balance with a failure criterion, or bond-based metal");
     if (desc->bond_failure.fracture > 0.0 && desc->material != PD_SOLID_COUPLING_CORRESPONDENCE)
-        return pd_fail(ctx, PD_ERR_ARGUMENT, "structure", "an energy of cracks of material %d, expected small strains "
-                       "by correspondence, springs, or a critical value of bonds", (int)desc->material);
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "solid",
+                       "an energy of cracks of material %d, expected small strains "
+                       "by correspondence, bond-based metal, or a critical value of bonds",
+                       (int)desc->material);
     if (flows && desc->material != PD_SOLID_COUPLING_CORRESPONDENCE && desc->material != PD_SOLID_COUPLING_HENCKY)
-        return pd_fail(ctx, PD_ERR_ARGUMENT, "structure", "a yield stress of material %d, expected one of small "
-                       "strains or Hencky's", (int)desc->material);
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "solid",
+                       "a yield stress of material %d, expected one of small "
+                       "strains or Hencky's",
+                       (int)desc->material);
     return PD_OK;
 }
 
@@ -340,7 +348,8 @@ static pd_status pdi_solid_coupling_check_images(pd_ctx *ctx, const pd_solid_cou
 {
     if (!s->sites.images || !(desc->cut_count || pdi_solid_coupling_has_failure(desc) || desc->fracture > 0.0))
         return PD_OK;
-    return pd_fail(ctx, PD_ERR_ARGUMENT, "structure", "metal with a crack, or whose bonds break, meets a plane of "
+    return pd_fail(ctx, PD_ERR_ARGUMENT, "solid",
+                   "metal with a crack, or whose bonds break, meets a plane of "
                    "symmetry (flow = mirror): expected all of the body, or a side that holds it there (ux = 0)");
 }
 
@@ -371,7 +380,8 @@ static pd_status pdi_solid_coupling_build_inner(pd_ctx *ctx, const pd_grid *grid
         s->solid = pdi_mirror_symmetry_build_interface(&s->mirrored, &inner);
     }
     if (!pdi_solid_coupling_has_bonds(s))
-        return pd_fail(ctx, PD_ERR_GEOMETRY, "structure", "the metal is too thin to bear loads: no node has bonds "
+        return pd_fail(ctx, PD_ERR_GEOMETRY, "solid",
+                       "the metal is too thin to bear loads: no node has bonds "
                        "along all directions; choose a smaller h");
     if (pdi_solid_coupling_can_interpenetrate(s)) PD_TRY(pdi_interpenetration_prepare(ctx, &s->overlap));
     for (int32_t i = 0; i < s->total && desc->rate_factor; i++)
@@ -436,7 +446,7 @@ static pd_status pdi_solid_coupling_check_small_strains(pd_ctx *ctx, const pd_so
         double slip = s->solid.plastic_strain ? s->plastic_strain[i] : 0.0;
         if (strain < PDI_SOLID_COUPLING_MAX_STRAIN && slip < PDI_SOLID_COUPLING_MAX_PLASTIC_STRAIN) continue;
         pd_grid_position(s->grid, s->node[i], x);
-        return pd_fail(ctx, PD_ERR_STATE, "structure",
+        return pd_fail(ctx, PD_ERR_STATE, "solid",
                        "the metal at x = %g m has a stress of %g of E and a plastic "
                        "strain of %g at t = %g s: expected small strains",
                        x[0], strain, slip, s->static_solver.time);
@@ -452,7 +462,7 @@ static pd_status pdi_solid_coupling_check_interpenetration(pd_ctx *ctx, pd_solid
     if (!o->bins) return PD_OK;
     pdi_interpenetration_compute(o, pd_solid_coupling_displacements(s));
     if (!(o->component_overlap > 0.0)) return PD_OK;
-    return pd_fail(ctx, PD_ERR_STATE, "structure",
+    return pd_fail(ctx, PD_ERR_STATE, "solid",
                    "two parts of the metal that were apart at the start meet at t = "
                    "%g s: what was at %s m and what was at %s m overlap by %g m; they would pass through each other, "
                    "since contact is not computed",
@@ -475,8 +485,10 @@ static pd_status pdi_solid_coupling_update_rate_factors(pd_ctx *ctx, pd_solid_co
         at.plastic_strain = s->solid.plastic_strain ? s->plastic_strain[i] : 0.0;
         double pace = s->desc.rate_factor(s->desc.pace_user, &at);
         if (!(pace >= 0.0) || !(pace < 1e100))
-            return pd_fail(ctx, PD_ERR_STATE, "structure", "the factor of the speed is %g where the mean stress is %g "
-                           "Pa, at x = %g m: expected a finite one of at least 0", pace, at.pressure, at.x[0]);
+            return pd_fail(ctx, PD_ERR_STATE, "solid",
+                           "the factor of the speed is %g where the mean stress is %g "
+                           "Pa, at x = %g m: expected a finite one of at least 0",
+                           pace, at.pressure, at.x[0]);
         s->rate_factor[node] = pace * (s->desc.base_rate_factor ? s->desc.base_rate_factor[node] : 1.0);
     }
     if (s->desc.rate_factor && s->dissolve) s->dissolve->reached = 0; /* what it knows of factors */
@@ -490,10 +502,9 @@ static pd_status pdi_solid_coupling_check_no_dissolution(pd_ctx *ctx, const pd_s
 {
     if (!s->dissolve || (!pd_solid_coupling_is_dynamic(s) && s->desc.material != PD_SOLID_COUPLING_BOND_BASED))
         return PD_OK;
-    return pd_fail(ctx, PD_ERR_ARGUMENT, "structure",
-                   "a body %s is to dissolve, expected one in balance that is none "
-                   "of springs",
-                   pd_solid_coupling_is_dynamic(s) ? "in motion" : "of springs");
+    return pd_fail(ctx, PD_ERR_ARGUMENT, "solid",
+                   "a body %s is to dissolve, expected one in balance that is not bond-based",
+                   pd_solid_coupling_is_dynamic(s) ? "in motion" : "of bond-based metal");
 }
 
 /* Stiffness factors from the remaining metal; marks the equilibrium as stale where one has changed. */
@@ -650,7 +661,7 @@ static pd_status pdi_solid_coupling_dynamic_store(pd_ctx *ctx, void *self, pd_ar
 static pd_physics pdi_solid_coupling_dynamic_process(pd_solid_coupling *s)
 {
     pd_physics p = pd_verlet_process(&s->dynamic_solver);
-    p.name = "structure";
+    p.name = "solid";
     p.self = s;
     p.has_substeps = 1;
     p.start = pdi_solid_coupling_dynamic_start;
@@ -667,7 +678,7 @@ pd_physics pd_solid_coupling_process(pd_solid_coupling *s, pd_dissolve *dissolve
     pd_physics p = pd_quasi_static_process(&s->static_solver);
     s->dissolve = dissolve;
     if (pd_solid_coupling_is_dynamic(s)) return pdi_solid_coupling_dynamic_process(s);
-    p.name = "structure";
+    p.name = "solid";
     p.self = s;
     p.start = pdi_solid_coupling_process_solve_at;
     p.solve_at = pdi_solid_coupling_process_solve_at;

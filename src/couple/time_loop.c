@@ -13,7 +13,7 @@ pd_status pd_time_loop_build(pd_ctx *ctx, const pd_time_loop_desc *desc, pd_grid
     memset(c, 0, sizeof *c);
     if (!(desc->fraction >= 0.0) || desc->fraction > 1.0 || !(desc->rtol >= 0.0) || desc->rtol > 1.0 ||
         !(desc->max_step >= 0.0) || !(desc->ledger_tolerance >= 0.0))
-        return pd_fail(ctx, PD_ERR_ARGUMENT, "couple",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "time_loop",
                        "fraction %g and rtol %g must lie in [0, 1], max_step %g s be at least 0", desc->fraction,
                        desc->rtol, desc->max_step);
     c->desc = *desc;
@@ -37,11 +37,11 @@ static int pdi_time_loop_find_ledger(const pd_time_loop *c, const pd_element *el
 pd_status pd_time_loop_add_process(pd_ctx *ctx, pd_time_loop *c, pd_physics process)
 {
     if (c->count == PD_TIME_LOOP_MAX_PROCESSES)
-        return pd_fail(ctx, PD_ERR_SIZE, "couple", "more than %d processes", PD_TIME_LOOP_MAX_PROCESSES);
+        return pd_fail(ctx, PD_ERR_SIZE, "time_loop", "more than %d processes", PD_TIME_LOOP_MAX_PROCESSES);
     for (int k = 0; k < process.elements; k++) {
         int e = pdi_time_loop_find_ledger(c, &process.element[k]);
         if (e == PD_TIME_LOOP_MAX_ELEMENTS)
-            return pd_fail(ctx, PD_ERR_SIZE, "couple", "more than %d elements", PD_TIME_LOOP_MAX_ELEMENTS);
+            return pd_fail(ctx, PD_ERR_SIZE, "time_loop", "more than %d elements", PD_TIME_LOOP_MAX_ELEMENTS);
         c->element[e] = process.element[k];
         if (e == c->elements) c->elements++;
     }
@@ -84,7 +84,7 @@ static pd_status pdi_time_loop_check_own_balances(pd_ctx *ctx, pd_time_loop *c)
         const pd_physics *p = &c->process[n];
         if (p->imbalance) c->own_imbalance = pd_max(c->own_imbalance, p->imbalance(ctx, p->self));
         if (c->own_imbalance <= c->desc.ledger_tolerance) continue;
-        return pd_fail(ctx, PD_ERR_BALANCE, "couple",
+        return pd_fail(ctx, PD_ERR_BALANCE, "time_loop",
                        "at t = %g s the balances of %s miss by %.3g of what they have, "
                        "expected at most %g",
                        c->time, p->name, c->own_imbalance, c->desc.ledger_tolerance);
@@ -106,7 +106,7 @@ static pd_status pdi_time_loop_check_balance(pd_ctx *ctx, pd_time_loop *c)
         double rounding = DBL_EPSILON * (double)(c->steps + 8) * (fabs(l->in) + fabs(l->out) + fabs(l->dissolved)) +
                           DBL_MIN;
         if (!(fabs(l->imbalance) <= c->desc.ledger_tolerance * scale + rounding))
-            return pd_fail(ctx, PD_ERR_BALANCE, "couple",
+            return pd_fail(ctx, PD_ERR_BALANCE, "time_loop",
                            "at t = %g s solid %.9g + dissolved %.9g + out %.9g - in %.9g %s of %s misses the start "
                            "%.9g %s by %.3g",
                            c->time, l->solid, l->dissolved, l->out, l->in, c->element[e].unit, c->element[e].name,
@@ -198,7 +198,7 @@ static pd_status pdi_time_loop_choose_step(pd_ctx *ctx, const pd_time_loop *c, p
     if (!(s->dt < left)) return PD_OK;
     s->dt = pdi_physics_equal_steps(left, s->dt);
     if (pdi_is_step_underflow(s->time, left, s->dt))
-        return pd_fail(ctx, PD_ERR_STATE, "couple",
+        return pd_fail(ctx, PD_ERR_STATE, "time_loop",
                        "steps of %g s do not lead on from t = %g s to %g s: max_step (%g s) is too small", s->dt,
                        s->time, s->latest_end, c->desc.max_step);
     if (s->dt < left) s->latest_end = s->time + s->dt;
@@ -293,7 +293,7 @@ pd_status pd_time_loop_step(pd_ctx *ctx, pd_time_loop *c, double t_limit)
 {
     double end = t_limit, dt = t_limit - c->time;
     if (!(t_limit > c->time))
-        return pd_fail(ctx, PD_ERR_ARGUMENT, "couple", "a step from %g s cannot end at %g s", c->time, t_limit);
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "time_loop", "a step from %g s cannot end at %g s", c->time, t_limit);
     pd_status status = pdi_time_loop_advance_all(ctx, c, &end, &dt);
     memset(&c->current, 0, sizeof c->current);
     if (status < 0) return status;
@@ -312,7 +312,7 @@ pd_status pd_time_loop_run(pd_ctx *ctx, pd_time_loop *c, double t_end, double ev
                            void *user)
 {
     if (!(t_end >= c->time) || !(every >= 0.0))
-        return pd_fail(ctx, PD_ERR_ARGUMENT, "couple", "the run from %g s to %g s with output every %g s", c->time,
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "time_loop", "the run from %g s to %g s with output every %g s", c->time,
                        t_end, every);
     if (!c->started) {
         PD_TRY(pd_time_loop_start(ctx, c));
@@ -328,7 +328,7 @@ pd_status pd_time_loop_run(pd_ctx *ctx, pd_time_loop *c, double t_end, double ev
             if (limit > t_end * (1.0 - 1e-12)) limit = t_end;
         }
         PD_TRY(pd_time_loop_step(ctx, c, limit));
-        PD_TRY(pdi_physics_check_progress(ctx, c->count ? c->process[n].name : "couple", &pace, c->time, t_end));
+        PD_TRY(pdi_physics_check_progress(ctx, c->count ? c->process[n].name : "time loop", &pace, c->time, t_end));
         if (observer && observer(user, c)) break;
     }
     return c->unsolved ? PD_NOT_CONVERGED : PD_OK;
@@ -385,7 +385,7 @@ static pd_status pdi_time_loop_restore_fluid(pd_ctx *ctx, pd_time_loop *c, const
     for (int32_t n = 0; n < count; n++) pdi_grid_set_fluid(c->grid, turned[n]);
     for (int32_t i = 0; i < c->grid->total; i++)
         if (kind[i] != c->grid->kind[i])
-            return pd_fail(ctx, PD_ERR_GEOMETRY, "couple", "node %d is of kind %d in the file, expected %d", (int)i,
+            return pd_fail(ctx, PD_ERR_GEOMETRY, "time_loop", "node %d is of kind %d in the file, expected %d", (int)i,
                            kind[i], c->grid->kind[i]);
     return pdi_time_loop_update_geometry(ctx, c, turned, count);
 }
@@ -397,8 +397,8 @@ static pd_status pdi_time_loop_store_kinds(pd_ctx *ctx, pd_time_loop *c, pd_arch
     int32_t *turned = NULL, total = c->grid->total;
     int64_t most = c->solid_nodes_start;
     if (!archive->is_reading) return PD_ARCHIVE_ARRAY(ctx, archive, "grid.kind", c->grid->kind, total);
-    pd_status status = PD_NEW(ctx, "couple", total, kind);
-    if (status == PD_OK) status = PD_NEW(ctx, "couple", most, turned);
+    pd_status status = PD_NEW(ctx, "time_loop", total, kind);
+    if (status == PD_OK) status = PD_NEW(ctx, "time_loop", most, turned);
     if (status == PD_OK) status = PD_ARCHIVE_ARRAY(ctx, archive, "grid.kind", kind, total);
     if (status == PD_OK) status = pdi_time_loop_restore_fluid(ctx, c, kind, turned);
     PD_DELETE(ctx, total, kind);

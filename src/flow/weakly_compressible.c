@@ -50,11 +50,12 @@ static pd_status pdi_weakly_compressible_try_build(pd_ctx *ctx, pd_flow *flow, c
     if (!(desc->sound_speed > 0.0) || !(desc->sound_speed < 1e100) || un->desc.gamma < 1.0 || !(desc->gamma >= 0.0) ||
         !(desc->density_diffusion >= 0.0) || !(desc->cfl >= 0.0))
         return pd_fail(
-            ctx, PD_ERR_ARGUMENT, "unsteady",
+            ctx, PD_ERR_ARGUMENT, "weakly_compressible",
             "sound = %g m/s must be positive, gamma = %g at least 1, diffusion = %g and cfl = %g not negative",
             desc->sound_speed, desc->gamma, desc->density_diffusion, desc->cfl);
     if (flow->order == 4)
-        return pd_fail(ctx, PD_ERR_ARGUMENT, "unsteady", "order 4 is one of steady and implicit flow, expected 2");
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "weakly_compressible",
+                       "order 4 is one of steady and implicit flow, expected 2");
     un->flow = flow;
     /* the limit is that of the weights of the Laplacian */
     memset(&flow->isotropic_stencil, 0, sizeof flow->isotropic_stencil);
@@ -67,7 +68,7 @@ static pd_status pdi_weakly_compressible_try_build(pd_ctx *ctx, pd_flow *flow, c
         un->density[i] = 1.0;
         if (grid->kind[i] == PD_FLUID) un->density[i] = pdi_weakly_compressible_compute_density(&un->desc, flow->p[i]);
         if (!(un->density[i] > 0.0))
-            return pd_fail(ctx, PD_ERR_ARGUMENT, "unsteady", "the pressure %g Pa of node %d has no density",
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "weakly_compressible", "the pressure %g Pa of node %d has no density",
                            flow->p[i] * flow->rho, (int)i);
     }
     return pdi_stability_build(ctx, flow, &un->stability);
@@ -172,7 +173,8 @@ pd_status pd_weakly_compressible_step(pd_ctx *ctx, pd_weakly_compressible *un, d
     static const double old_share[3] = {0.0, 0.75, 1.0 / 3.0}, instant[3] = {0.0, 1.0, 0.5};
     pd_flow *flow = un->flow;
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
-    if (!(dt > 0.0)) return pd_fail(ctx, PD_ERR_ARGUMENT, "unsteady", "the step is %g s, expected a positive one", dt);
+    if (!(dt > 0.0))
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "weakly_compressible", "the step is %g s, expected a positive one", dt);
     pdi_par_copy(ctx, split, flow->u, un->start_state);
     pdi_par_copy(ctx, total, un->density, un->start_state + split);
     for (int stage = 0; stage < 3; stage++) {
@@ -181,8 +183,8 @@ pd_status pd_weakly_compressible_step(pd_ctx *ctx, pd_weakly_compressible *un, d
         pdi_par_copy(ctx, split, un->start_state, flow->u);
         pdi_par_copy(ctx, total, un->start_state + split, un->density);
         pdi_weakly_compressible_update_derived_fields(ctx, un);
-        return pd_fail(ctx, PD_RETRY, "unsteady", "a density or velocity left its range in a step of %g s at t = %g s",
-                       dt, un->time);
+        return pd_fail(ctx, PD_RETRY, "weakly_compressible",
+                       "a density or velocity left its range in a step of %g s at t = %g s", dt, un->time);
     }
     PD_TRY(pdi_flow_set_time(ctx, flow, un->time + dt, 0.5 * dt, NULL));
     pdi_weakly_compressible_update_derived_fields(ctx, un);
@@ -273,15 +275,15 @@ static pd_status pdi_weakly_compressible_reject_step(pd_ctx *ctx, void *self, pd
     (void)self;
     s->dt *= 0.5;
     if (s->rejected < PDI_WEAKLY_COMPRESSIBLE_MAX_HALVINGS) return PD_OK;
-    return pd_fail(ctx, PD_ERR_STATE, "unsteady", "steps down to %g s at t = %g s leave the admissible range", s->dt,
-                   s->time);
+    return pd_fail(ctx, PD_ERR_STATE, "weakly_compressible",
+                   "steps down to %g s at t = %g s leave the admissible range", s->dt, s->time);
 }
 
 /* Process callback: fails with a message, since steps have become too short for the time to advance. */
 static pd_status pdi_weakly_compressible_fail_step_underflow(pd_ctx *ctx, void *self, const pd_step *s)
 {
     const pd_weakly_compressible *un = (const pd_weakly_compressible *)self;
-    return pd_fail(ctx, PD_ERR_STATE, "unsteady",
+    return pd_fail(ctx, PD_ERR_STATE, "weakly_compressible",
                    "steps of %g s do not lead on from t = %g s to %g s: the speed of sound (%g m/s) or the viscosity "
                    "(%g m2/s) asks for them on this lattice",
                    s->dt, s->time, s->latest_end, un->desc.sound_speed, un->flow->nu);

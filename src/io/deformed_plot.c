@@ -64,7 +64,8 @@ PDI_FN pd_status pdi_deformed_plot_extend_range(pd_ctx *ctx, const pdi_deformed_
         for (int k = 0; k < 8; k++) {
             double x = at[k / 2][k % 2], size = p->hi[k % 2] - p->lo[k % 2];
             if (!(fabs(x - p->lo[k % 2]) <= PDI_DEFORMED_PLOT_MAX_DISPLACEMENT * size))
-                return pd_fail(ctx, PD_ERR_ARGUMENT, "warp", "displacements of %g m as they are drawn in a picture of "
+                return pd_fail(ctx, PD_ERR_ARGUMENT, "deformed_plot",
+                               "displacements of %g m as they are drawn in a picture of "
                                "%g m, expected at most ten times as much: choose a smaller factor",
                                x - p->lo[k % 2], size);
             lo[k % 2] = pd_min(lo[k % 2], x);
@@ -154,8 +155,8 @@ static pd_status pdi_deformed_plot_draw_raster(pd_ctx *ctx, const pdi_deformed_p
 {
     pd_field_plot picture = *w->undeformed;
     int64_t pixels = (int64_t)raster->n[0] * raster->n[1];
-    PD_TRY(PD_NEW(ctx, "warp", pixels, raster->value));
-    PD_TRY(PD_NEW(ctx, "warp", pixels, raster->paint));
+    PD_TRY(PD_NEW(ctx, "deformed_plot", pixels, raster->value));
+    PD_TRY(PD_NEW(ctx, "deformed_plot", pixels, raster->paint));
     pdi_deformed_plot_draw_undisplaced(w, raster);
     for (int cell = 0; cell < w->undeformed->nx * w->undeformed->ny; cell++)
         if (!isnan(w->displacement[cell])) pdi_deformed_plot_draw_cell(w, cell, raster);

@@ -37,13 +37,13 @@ static pd_status pdi_surface_nets_reserve_vertex(pdi_surface_nets_work *w)
     if (s->vertex_count == s->vertex_capacity) {
         int64_t room = 2 * s->vertex_capacity + 4096;
         if (w->bound_capacity < room)
-            PD_TRY(PD_GROW(w->ctx, "shell", 3 * w->bound_capacity, 3 * room, w->lower_bound));
+            PD_TRY(PD_GROW(w->ctx, "surface_nets", 3 * w->bound_capacity, 3 * room, w->lower_bound));
         w->bound_capacity = room;
-        PD_TRY(PD_GROW(w->ctx, "shell", 3 * s->vertex_capacity, 3 * room, s->x));
+        PD_TRY(PD_GROW(w->ctx, "surface_nets", 3 * s->vertex_capacity, 3 * room, s->x));
         s->vertex_capacity = room;
     }
     if (s->vertex_count < INT32_MAX - 1) return PD_OK;
-    return pd_fail(w->ctx, PD_ERR_SIZE, "shell", "a surface of more than %ld corners", (long)s->vertex_count);
+    return pd_fail(w->ctx, PD_ERR_SIZE, "surface_nets", "a surface of more than %ld corners", (long)s->vertex_count);
 }
 
 /* Volume fraction of cell (i, j) of a layer; 0: it is not in the set. */
@@ -121,11 +121,11 @@ static pd_status pdi_surface_nets_add_face(pdi_surface_nets_work *w, const int32
     pdi_surface_nets_mesh *s = w->mesh;
     int64_t room = 2 * s->face_count + 4096;
     if (s->face_count == s->face_capacity) {
-        PD_TRY(PD_GROW(w->ctx, "shell", 4 * s->face_capacity, 4 * room, s->face_vertex));
+        PD_TRY(PD_GROW(w->ctx, "surface_nets", 4 * s->face_capacity, 4 * room, s->face_vertex));
         s->face_capacity = room;
     }
     if (s->face_count == s->value_capacity) {
-        PD_TRY(PD_GROW(w->ctx, "shell", s->value_capacity, room, s->face_value));
+        PD_TRY(PD_GROW(w->ctx, "surface_nets", s->value_capacity, room, s->face_value));
         s->value_capacity = room;
     }
     for (int k = 0; k < 4; k++) s->face_vertex[4 * s->face_count + k] = corner[k];
@@ -337,8 +337,8 @@ static pd_status pdi_surface_nets_build_faces(pdi_surface_nets_work *w)
     for (int d = 0; d < 3; d++) w->m[d] = desc->n[d] + 1;
     int64_t layer = (int64_t)w->m[0] * w->m[1], shares = ((int64_t)desc->n[0] + 2) * (desc->n[1] + 2);
     for (int k = 0; k < 2 && status == PD_OK; k++) {
-        status = PD_NEW(w->ctx, "shell", shares, w->fraction[k]);
-        if (status == PD_OK) status = PD_NEW(w->ctx, "shell", layer, w->vertex_index[k]);
+        status = PD_NEW(w->ctx, "surface_nets", shares, w->fraction[k]);
+        if (status == PD_OK) status = PD_NEW(w->ctx, "surface_nets", layer, w->vertex_index[k]);
     }
     if (status == PD_OK) status = pdi_surface_nets_march_layers(w);
     for (int k = 0; k < 2; k++) {
@@ -357,13 +357,14 @@ PDI_FN pd_status pdi_surface_nets_build(pd_ctx *ctx, const pdi_surface_nets_desc
     w.desc = desc;
     w.mesh = s;
     pd_status status = pdi_surface_nets_build_faces(&w);
-    if (status == PD_OK) status = PD_NEW(ctx, "shell", 3 * s->vertex_count, w.sum);
-    if (status == PD_OK) status = PD_NEW(ctx, "shell", s->vertex_count, w.weight);
-    for (int k = 0; k < 2 && status == PD_OK; k++) status = PD_NEW(ctx, "shell", 3 * s->face_count, w.face_normal[k]);
-    if (status == PD_OK) status = PD_NEW(ctx, "shell", s->vertex_count + 1, w.first_face);
-    if (status == PD_OK) status = PD_NEW(ctx, "shell", 4 * s->face_count, w.vertex_face);
-    if (status == PD_OK) status = PD_NEW(ctx, "shell", 12 * s->face_capacity, s->corner_normal);
-    if (status == PD_OK) status = PD_NEW(ctx, "shell", s->vertex_capacity, s->vertex_value);
+    if (status == PD_OK) status = PD_NEW(ctx, "surface_nets", 3 * s->vertex_count, w.sum);
+    if (status == PD_OK) status = PD_NEW(ctx, "surface_nets", s->vertex_count, w.weight);
+    for (int k = 0; k < 2 && status == PD_OK; k++)
+        status = PD_NEW(ctx, "surface_nets", 3 * s->face_count, w.face_normal[k]);
+    if (status == PD_OK) status = PD_NEW(ctx, "surface_nets", s->vertex_count + 1, w.first_face);
+    if (status == PD_OK) status = PD_NEW(ctx, "surface_nets", 4 * s->face_count, w.vertex_face);
+    if (status == PD_OK) status = PD_NEW(ctx, "surface_nets", 12 * s->face_capacity, s->corner_normal);
+    if (status == PD_OK) status = PD_NEW(ctx, "surface_nets", s->vertex_capacity, s->vertex_value);
     if (status == PD_OK) pdi_surface_nets_finish(&w);
     PD_DELETE(ctx, 3 * s->vertex_count, w.sum);
     PD_DELETE(ctx, s->vertex_count, w.weight);

@@ -142,7 +142,7 @@ static pd_status pdi_axisym_solve_multipliers(pd_ctx *ctx, pdi_axisym_fit *fit)
             fit->mu[i] += fit->x[2 * i + 1];
         }
     }
-    return pd_fail(ctx, PD_ERR_GEOMETRY, "ring", "the weights at the axis miss their conditions by %g", best);
+    return pd_fail(ctx, PD_ERR_GEOMETRY, "axisym", "the weights at the axis miss their conditions by %g", best);
 }
 
 /* Number of rows to fit: all that lack bonds across the axis, and so many that kappa is at most half of R^2 on all

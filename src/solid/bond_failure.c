@@ -275,18 +275,20 @@ static pd_status pdi_bond_failure_check(pd_ctx *ctx, const pd_material_interface
 {
     int energy = desc->kind == PD_BOND_FAILURE_ENERGY;
     if ((int)desc->kind < 0 || desc->kind > PD_BOND_FAILURE_MISES)
-        return pd_fail(ctx, PD_ERR_ARGUMENT, "criterion", "kind %d, expected 0 to %d", (int)desc->kind,
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "bond_failure", "kind %d, expected 0 to %d", (int)desc->kind,
                        (int)PD_BOND_FAILURE_MISES);
     if (!(desc->critical >= 0.0) || !(desc->critical < 1e100) || !(desc->fracture >= 0.0) ||
         !(desc->fracture < 1e100) || (desc->fracture > 0.0 && (!energy || desc->critical > 0.0)))
-        return pd_fail(ctx, PD_ERR_ARGUMENT, "criterion", "a critical value of %g and %g J/m2 of a crack: expected "
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "bond_failure",
+                       "a critical value of %g and %g J/m2 of a crack: expected "
                        "one that is finite and positive, and the energy of a crack for that of bonds",
                        desc->critical, desc->fracture);
     if (desc->fracture > 0.0 && !(solid->body->spacing > 0.0))
-        return pd_fail(ctx, PD_ERR_ARGUMENT, "criterion", "the points are those of no lattice: expected a spacing, or "
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "bond_failure",
+                       "the points are those of no lattice: expected a spacing, or "
                        "a critical energy");
     if ((energy && !solid->bond_energy) || (desc->kind >= PD_BOND_FAILURE_PRINCIPAL && !solid->stress))
-        return pd_fail(ctx, PD_ERR_ARGUMENT, "criterion", "the %s material has no %s", solid->name,
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "bond_failure", "the %s material has no %s", solid->name,
                        energy ? "energies of bonds" : "stress");
     return PD_OK;
 }

@@ -36,22 +36,27 @@ PDI_FN pd_status pdi_constitutive_law_init(pd_ctx *ctx, const pd_constitutive_la
     m->law = *law;
     m->free = PD_DIM == 1 ? 2 : PD_DIM == 2 && law->plane == PD_PLANE_STRESS;
     if (!(law->young > 0.0) || !(law->young < 1e100) || !(nu > -1.0) || !(nu < 0.5))
-        return pd_fail(ctx, PD_ERR_ARGUMENT, "finite",
-                       "E = %g Pa and nu = %g, expected a finite positive E and nu between -1 and 0.5", law->young,
-                       nu);
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "finite_strain",
+                       "E = %g Pa and nu = %g, expected a finite positive E and nu between -1 and 0.5", law->young, nu);
     if (law->kind == PD_FINITE_STRAIN_NEO_HOOKEAN && m->free && nu < 0.0)
-        return pd_fail(ctx, PD_ERR_ARGUMENT, "finite", "nu = %g, expected one from 0 for a neo-Hookean material in "
-                       "plane stress or 1D", nu);
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "finite_strain",
+                       "nu = %g, expected one from 0 for a neo-Hookean material in "
+                       "plane stress or 1D",
+                       nu);
     m->mu = 0.5 * law->young / (1.0 + nu);
     m->lambda = law->young * nu / ((1.0 + nu) * (1.0 - 2.0 * nu));
     if (law->kind != PD_FINITE_STRAIN_J2) return PD_OK;
     if (!(law->yield > 0.0) || !(law->yield < 1e100) || !(law->hardening >= 0.0) || !(law->hardening < 1e100))
-        return pd_fail(ctx, PD_ERR_ARGUMENT, "finite", "yield stress %g Pa and hardening %g Pa, expected a positive "
-                       "stress and no softening", law->yield, law->hardening);
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "finite_strain",
+                       "yield stress %g Pa and hardening %g Pa, expected a positive "
+                       "stress and no softening",
+                       law->yield, law->hardening);
     int saturates = !(fabs(law->saturation) <= 0.0), rates = law->rate > 0.0 && law->rate < 1e100;
     if (saturates && (!rates || !(law->saturation >= law->yield) || !(law->saturation < 1e100)))
-        return pd_fail(ctx, PD_ERR_ARGUMENT, "finite", "saturation %g Pa at the rate %g, expected at least the yield "
-                       "stress of %g Pa and a positive rate", law->saturation, law->rate, law->yield);
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "finite_strain",
+                       "saturation %g Pa at the rate %g, expected at least the yield "
+                       "stress of %g Pa and a positive rate",
+                       law->saturation, law->rate, law->yield);
     return PD_OK;
 }
 

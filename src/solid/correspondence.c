@@ -218,7 +218,7 @@ pd_status pd_correspondence_update(pd_ctx *ctx, pd_correspondence *e)
         flat = pdi_correspondence_compute_families(ctx, e);
     }
     if (flat >= 0)
-        return pd_fail(ctx, PD_ERR_GEOMETRY, "elastic",
+        return pd_fail(ctx, PD_ERR_GEOMETRY, "correspondence",
                        "the %.0f bonds of point %d at x = %g m do not span all directions: the body is too thin there "
                        "for its horizon",
                        (double)pdi_body_count_intact(body, flat), (int)flat, body->position[(int64_t)flat * PD_DIM]);
@@ -234,13 +234,15 @@ static pd_status pdi_correspondence_build_inner(pd_ctx *ctx, pd_body *body, cons
     double nu = PD_DIM == 1 ? 0.0 : desc->poisson;
     memset(e, 0, sizeof *e);
     if (!(desc->young > 0.0) || !(desc->young < 1e100) || !(nu > -1.0) || !(nu < 0.5))
-        return pd_fail(ctx, PD_ERR_ARGUMENT, "elastic",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "correspondence",
                        "E = %g Pa and nu = %g, expected a finite positive E and nu between -1 and 0.5", desc->young,
                        desc->poisson);
     if (!(desc->yield >= 0.0) || !(desc->yield < 1e100) || !(desc->hardening >= 0.0) || !(desc->hardening < 1e100) ||
         (desc->yield > 0.0 && PD_DIM == 2 && desc->plane == PD_PLANE_STRESS))
-        return pd_fail(ctx, PD_ERR_ARGUMENT, "elastic", "a yield stress of %g Pa that hardens by %g Pa: expected "
-                       "finite and positive values, and in 2D plane strain", desc->yield, desc->hardening);
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "correspondence",
+                       "a yield stress of %g Pa that hardens by %g Pa: expected "
+                       "finite and positive values, and in 2D plane strain",
+                       desc->yield, desc->hardening);
     e->desc = *desc;
     e->body = body;
     e->mu = PD_DIM == 1 ? 0.0 : 0.5 * desc->young / (1.0 + nu);

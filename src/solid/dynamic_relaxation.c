@@ -104,7 +104,7 @@ static pd_status pdi_dynamic_relaxation_solve_inner(pdi_dynamic_relaxation *r, d
     pd_status status = pdi_dynamic_relaxation_iterate(r, u, target, norm, result);
     result->residual = r->problem.scale > 0.0 ? result->residual / r->problem.scale : 0.0;
     if (status != PD_ERR_DIVERGED) return status;
-    return pd_fail(r->problem.ctx, status, "relaxation",
+    return pd_fail(r->problem.ctx, status, "dynamic_relaxation",
                    "the body moves without end after %d steps: its loads turn it, "
                    "or it has no stiffness against them",
                    result->iterations);

@@ -184,7 +184,7 @@ static pd_status pdi_finite_strain_ops_update(pd_ctx *ctx, void *self)
     for (int32_t i = 0; i < body->count; i++)
         if (!(pdi_finite_strain_stiffness_factor(f, i) >= (f->desc.detach_singular ? 0.0 : 1e-100)) ||
             !(pdi_finite_strain_stiffness_factor(f, i) < 1e100))
-            return pd_fail(ctx, PD_ERR_ARGUMENT, "finite",
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "finite_strain",
                            "the stiffness of point %d has the factor %g, expected a "
                            "finite positive one%s",
                            (int)i, pdi_finite_strain_stiffness_factor(f, i), f->desc.detach_singular ? ", or 0" : "");
@@ -195,7 +195,7 @@ static pd_status pdi_finite_strain_ops_update(pd_ctx *ctx, void *self)
         flat = pdi_finite_strain_compute_families(ctx, f);
     }
     if (flat >= 0)
-        return pd_fail(ctx, PD_ERR_GEOMETRY, "finite",
+        return pd_fail(ctx, PD_ERR_GEOMETRY, "finite_strain",
                        "the %.0f bonds of point %d at x = %g m do not span all directions: the body is too thin there "
                        "for its horizon",
                        (double)pdi_body_count_intact(body, flat), (int)flat, body->position[(int64_t)flat * PD_DIM]);
@@ -220,10 +220,11 @@ static pd_status pdi_finite_strain_build_inner(pd_ctx *ctx, pd_body *body, const
     memset(f, 0, sizeof *f);
     PD_TRY(pdi_constitutive_law_init(ctx, &desc->law, &moduli));
     if ((int)desc->control < 0 || (int)desc->control > 2 || (int)desc->law.kind < 0 || (int)desc->law.kind > 2)
-        return pd_fail(ctx, PD_ERR_ARGUMENT, "finite", "control %d of law %d, expected ones of 0 to 2",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "finite_strain", "control %d of law %d, expected ones of 0 to 2",
                        (int)desc->control, (int)desc->law.kind);
     if (desc->control == PD_FINITE_STRAIN_SILLING && (!(desc->penalty > 0.0) || !(desc->penalty < 1e100)))
-        return pd_fail(ctx, PD_ERR_ARGUMENT, "finite", "penalty %g, expected a finite positive one", desc->penalty);
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "finite_strain", "penalty %g, expected a finite positive one",
+                       desc->penalty);
     f->desc = *desc;
     f->body = body;
     f->lambda = pdi_constitutive_law_plane_lambda(&moduli);
@@ -414,8 +415,8 @@ static pd_status pdi_finite_strain_ops_force(pd_ctx *ctx, void *self, const doub
     memcpy(f->u, u, (size_t)f->body->count * PD_DIM * sizeof *u);
     int32_t folded = pdi_finite_strain_compute_states(ctx, f, NULL);
     if (folded >= 0)
-        return pd_fail(ctx, PD_RETRY, "finite", "the family of point %d at x = %g m is turned inside out", (int)folded,
-                       f->body->position[(int64_t)folded * PD_DIM]);
+        return pd_fail(ctx, PD_RETRY, "finite_strain", "the family of point %d at x = %g m is turned inside out",
+                       (int)folded, f->body->position[(int64_t)folded * PD_DIM]);
     pdi_finite_strain_sum_forces(ctx, f, f->body->real_count, force);
     return PD_OK;
 }

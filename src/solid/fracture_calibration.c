@@ -153,7 +153,7 @@ static pd_status pdi_fracture_calibration_break_bonds(pd_ctx *ctx, pdi_fracture_
     t->factor = pd_max(t->factor, first.factor * (1.0 + PDI_FRACTURE_CALIBRATION_MARGIN));
     for (int64_t k = 0; k < (int64_t)t->count * PD_DIM; k++) t->loaded[k] = t->factor * t->unit_solution[k];
     if (pd_bond_failure_break(ctx, &t->criterion, t->loaded, PDI_FRACTURE_CALIBRATION_EAGER)) return PD_OK;
-    return pd_fail(ctx, PD_ERR_STATE, "toughness", "a crack in a strip of the lattice does not run");
+    return pd_fail(ctx, PD_ERR_STATE, "fracture_calibration", "a crack in a strip of the lattice does not run");
 }
 
 /* Grows the crack by PDI_FRACTURE_CALIBRATION_ADVANCE. *j_ratio: J at the largest strain over the critical energy; J
@@ -203,11 +203,12 @@ PDI_FN pd_status pdi_fracture_calibration_compute_critical(pd_ctx *ctx, const pd
     pdi_fracture_calibration t;
     memset(&t, 0, sizeof t);
     if (!(h > 0.0))
-        return pd_fail(ctx, PD_ERR_GEOMETRY, "toughness", "the points are those of no lattice: expected a spacing");
+        return pd_fail(ctx, PD_ERR_GEOMETRY, "fracture_calibration",
+                       "the points are those of no lattice: expected a spacing");
     if (PD_DIM == 3 &&
         (body->horizon < PDI_FRACTURE_CALIBRATION_MIN_HORIZON * h * (1.0 - PDI_FRACTURE_CALIBRATION_MARGIN) ||
          body->horizon > PDI_FRACTURE_CALIBRATION_MAX_HORIZON * h * (1.0 + PDI_FRACTURE_CALIBRATION_MARGIN)))
-        return pd_fail(ctx, PD_ERR_ARGUMENT, "toughness",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "fracture_calibration",
                        "a horizon of %g spacings with the energy of a crack in 3D, "
                        "expected %g to %g",
                        body->horizon / h, PDI_FRACTURE_CALIBRATION_MIN_HORIZON, PDI_FRACTURE_CALIBRATION_MAX_HORIZON);

@@ -109,7 +109,7 @@ static int pdi_precrack_is_crossed(const pdi_precrack_plane *p, const double *lo
 static pd_status pdi_precrack_reject(pd_ctx *ctx, int index, const pd_precrack *cut, const char *text)
 {
     const double *x = cut->corner;
-    return pd_fail(ctx, PD_ERR_ARGUMENT, "cut", "cut %d of %d corners, the first one at x = %g m: %s", index,
+    return pd_fail(ctx, PD_ERR_ARGUMENT, "crack", "cut %d of %d corners, the first one at x = %g m: %s", index,
                    cut->corners, x && cut->corners > 0 ? x[0] : 0.0, text);
 }
 
@@ -269,8 +269,8 @@ pd_status pd_body_apply_precracks(pd_ctx *ctx, pd_body *body, const pd_precrack 
     pdi_precrack_plane *planes = NULL;
     if (broken) *broken = 0;
     if (count < 0 || (count && !cuts))
-        return pd_fail(ctx, PD_ERR_ARGUMENT, "cut", "%d cuts, expected a list of none or more", count);
-    PD_TRY(PD_NEW(ctx, "cut", count, planes));
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "crack", "%d cuts, expected a list of none or more", count);
+    PD_TRY(PD_NEW(ctx, "crack", count, planes));
     pd_status status = pdi_precrack_build_planes(ctx, body, cuts, count, planes);
     if (status == PD_OK) {
         int64_t all = pdi_precrack_break_bonds(ctx, body, planes, count);

@@ -22,7 +22,7 @@ static pd_status pdi_sequentially_linear_build_inner(pd_ctx *ctx, const pd_mater
 {
     memset(s, 0, sizeof *s);
     if (!solid->linear || !desc->unit_displacement == !desc->load || (desc->unit_displacement && !desc->prescribed))
-        return pd_fail(ctx, PD_ERR_ARGUMENT, "sequential",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "sequentially_linear",
                        "the %s material, %s: expected linear forces, and either "
                        "loads or points that are held and moved",
                        solid->name,
@@ -33,7 +33,8 @@ static pd_status pdi_sequentially_linear_build_inner(pd_ctx *ctx, const pd_mater
     s->n = (int64_t)solid->body->count * PD_DIM;
     PD_TRY(pd_bond_failure_build(ctx, solid, &desc->criterion, &s->criterion));
     if (!(s->criterion.critical > 0.0))
-        return pd_fail(ctx, PD_ERR_ARGUMENT, "sequential", "no bond breaks, expected a critical value or the energy of"
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "sequentially_linear",
+                       "no bond breaks, expected a critical value or the energy of"
                        " a crack");
     PD_TRY(pdi_array_registry_build(ctx, pdi_sequentially_linear_list, s));
     for (int64_t k = 0; k < s->n && desc->unit_displacement; k++)
@@ -137,7 +138,7 @@ pd_status pd_sequentially_linear_next_event(pd_ctx *ctx, pd_sequentially_linear 
     int64_t broken = pdi_sequentially_linear_break_bonds(
         ctx, s, 1.0 + PDI_SEQUENTIALLY_LINEAR_TIE / pd_min(s->criterion.critical, 1.0));
     if (!broken)
-        return pd_fail(ctx, PD_ERR_INTERNAL, "sequential", "no bond breaks at the factor %g at which one does",
+        return pd_fail(ctx, PD_ERR_INTERNAL, "sequentially_linear", "no bond breaks at the factor %g at which one does",
                        s->factor);
     for (int64_t k = 0; k < s->n; k++) s->event_u[k] = s->factor * s->u[k];
     s->broken += broken;

@@ -72,7 +72,7 @@ static pd_status pdi_least_squares_evaluate(pdi_least_squares *s, const double *
     *sum = 0.0;
     for (int i = 0; i < s->m; i++) *sum += residual[i] * residual[i];
     if (*sum < HUGE_VAL) return PD_OK;
-    return pd_fail(s->ctx, PD_ERR_STATE, "squares", "a residual is not finite at %g of parameter 1", value[0]);
+    return pd_fail(s->ctx, PD_ERR_STATE, "least_squares", "a residual is not finite at %g of parameter 1", value[0]);
 }
 
 /* Estimate the noise of a residual from k-th differences along a line, in which smooth parts cancel: their mean square
@@ -164,14 +164,16 @@ static pd_status pdi_least_squares_compute_jacobian(pdi_least_squares *s)
         double size = sqrt(pdi_least_squares_dot(s, j, j));
         s->result->ineffective = size > 10.0 * noise ? 0 : k + 1;
         if (s->result->ineffective)
-            return pd_fail(s->ctx, PD_ERR_ARGUMENT, "squares", "parameter %d has no effect on the points: they change"
-                           " by %.3g between its bounds, and by %.3g without it", k + 1, size, noise);
+            return pd_fail(s->ctx, PD_ERR_ARGUMENT, "least_squares",
+                           "parameter %d has no effect on the points: they change"
+                           " by %.3g between its bounds, and by %.3g without it",
+                           k + 1, size, noise);
         s->step[k] = pd_min(PDI_LEAST_SQUARES_MAX_INCREMENT,
                             pd_max(PDI_LEAST_SQUARES_MIN_INCREMENT, cbrt(3.0 * noise / size)));
     }
     memcpy(s->jacobian_at, s->q, sizeof s->jacobian_at);
     if (pdi_least_squares_factor_normal(s, 0.0, a)) return PD_OK;
-    return pd_fail(s->ctx, PD_ERR_ARGUMENT, "squares", "the points do not distinguish the %d parameters", s->n);
+    return pd_fail(s->ctx, PD_ERR_ARGUMENT, "least_squares", "the points do not distinguish the %d parameters", s->n);
 }
 
 /* q: the parameters after a Levenberg-Marquardt step, clipped to the bounds. Returns 0 when the matrix is singular. */
@@ -336,17 +338,18 @@ static pd_status pdi_least_squares_iterate(pdi_least_squares *s)
 static pd_status pdi_least_squares_check(pd_ctx *ctx, const pd_least_squares_desc *d)
 {
     if (d->parameters < 1 || d->parameters > PDI_LEAST_SQUARES_N)
-        return pd_fail(ctx, PD_ERR_ARGUMENT, "squares", "%d parameters, expected 1 to %d", d->parameters,
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "least_squares", "%d parameters, expected 1 to %d", d->parameters,
                        PDI_LEAST_SQUARES_N);
     if (d->points < d->parameters)
-        return pd_fail(ctx, PD_ERR_ARGUMENT, "squares", "%d points for %d parameters, expected as many at least",
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "least_squares", "%d points for %d parameters, expected as many at least",
                        d->points, d->parameters);
     for (int k = 0; k < d->parameters; k++)
         if (!(d->low[k] < d->high[k]) || !(d->high[k] - d->low[k] < HUGE_VAL) || !(d->start[k] >= d->low[k]) ||
             !(d->start[k] <= d->high[k]))
-            return pd_fail(ctx, PD_ERR_ARGUMENT, "squares", "parameter %d starts at %g between %g and %g, expected"
-                           " finite bounds that rise and a start between them", k + 1, d->start[k], d->low[k],
-                           d->high[k]);
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "least_squares",
+                           "parameter %d starts at %g between %g and %g, expected"
+                           " finite bounds that rise and a start between them",
+                           k + 1, d->start[k], d->low[k], d->high[k]);
     return PD_OK;
 }
 

@@ -222,7 +222,8 @@ TEST(toughness_of_no_lattice)
     desc.young = 1.0;
     body.horizon = 2e-6;
     CHECK_INT(pdi_fracture_calibration_compute_critical(&ctx, &body, &desc, 1.0, &critical), PD_ERR_GEOMETRY);
-    CHECK(strstr(ctx.message, "toughness: the points are those of no lattice: expected a spacing") == ctx.message);
+    CHECK(strstr(ctx.message, "fracture_calibration: the points are those of no lattice: expected a spacing") ==
+          ctx.message);
     body.spacing = NAN;
     CHECK_INT(pdi_fracture_calibration_compute_critical(&ctx, &body, &desc, 1.0, &critical), PD_ERR_GEOMETRY);
     for (int wide = 0; wide < 2 && PD_DIM == 3; wide++) {

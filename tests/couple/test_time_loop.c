@@ -363,7 +363,7 @@ TEST(arguments)
         if (k == 2) desc.max_step = -1.0;
         if (k == 3) desc.ledger_tolerance = (double)NAN;
         CHECK_INT(pd_time_loop_build(&s->ctx, &desc, &s->grid, &s->bonds, &other), PD_ERR_ARGUMENT);
-        CHECK(strncmp(s->ctx.message, "couple: ", 8) == 0);
+        CHECK(strncmp(s->ctx.message, "time_loop: ", 11) == 0);
     }
     other = s->couple;
     while (other.count < PD_TIME_LOOP_MAX_PROCESSES)

@@ -261,7 +261,7 @@ TEST(densities_of_pressures)
             double held = r.s.flow.p[i];
             if (r.s.grid.kind[i] != PD_FLUID) continue;
             r.s.flow.p[i] = -c2;
-            snprintf(text, sizeof text, "unsteady: the pressure -12 Pa of node %d has no density", (int)i);
+            snprintf(text, sizeof text, "weakly_compressible: the pressure -12 Pa of node %d has no density", (int)i);
             CHECK_INT(pd_weakly_compressible_build(&r.s.ctx, &r.s.flow, &desc, &r.unsteady), PD_ERR_ARGUMENT);
             CHECK_STR(r.s.ctx.message, text);
             r.s.flow.p[i] = held;

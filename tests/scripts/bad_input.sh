@@ -140,7 +140,7 @@ spoil "metal too thin for its grips" "s/^\[run\]/$solid[run]/;s/-20 um .. 20 um/
     "bad.scene:8: grip: the side y- holds 4 rows of nodes, two horizons, and no line of metal has one more that is \
 free behind them: choose a smaller h, or a grip"
 spoil "metal too thin to bear" "s/^\[run\]/$solid[run]/;s/-20 um .. 20 um/-60 um .. -50 um/" \
-    "bad.scene:8: structure: the metal is too thin to bear loads: no node has bonds along all directions; choose a \
+    "bad.scene:8: solid: the metal is too thin to bear loads: no node has bonds along all directions; choose a \
 smaller h"
 breaks="correspondence breaks by fracture_energy (without yield_stress), strength or critical_stretch, at rest; \
 ordinary, \

@@ -234,7 +234,7 @@ TEST(bad_input)
         desc.plane = way == 3 ? PD_PLANE_STRESS : PD_PLANE_STRAIN;
         if (way == 3 && PD_DIM != 2) continue;
         CHECK_INT(pd_correspondence_build(&c->ctx, &c->body, &desc, &c->elastic), PD_ERR_ARGUMENT);
-        CHECK(strncmp(c->ctx.message, "elastic: ", 9) == 0);
+        CHECK(strncmp(c->ctx.message, "correspondence: ", 16) == 0);
     }
     end(c);
 }
