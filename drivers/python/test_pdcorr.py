@@ -619,7 +619,7 @@ class Studies(unittest.TestCase):
 15,22.8,0.5
 20,29.7,0.5
 """
-    TO = "  time = hours in h  value = lost in %  spread = sd in %"
+    TO = "  time = hours in h  value = lost in %  standard_deviation = sd in %"
 
     def setUp(self):
         folder = tempfile.TemporaryDirectory()

@@ -94,6 +94,12 @@ TEST(refused)
     refuse("0 H2O = H+ + OH-", 1.0, "log10", "term '0 H2O'", "expected terms");
     refuse("H2O = H2O", 1.0, "log10", "on both sides", "difference");
     refuse("", 1.0, "log10", "the term ''", "expected");
+    /* the longest term, and one byte more */
+    char longest[80] = "H2O = ";
+    memset(longest + 6, 'X', 48);
+    refuse(longest, 1.0, "log10", "is longer than 47 bytes", "a term of");
+    longest[6 + 47] = 0;
+    refuse(longest, 1.0, "log10", "XXX', which nobody defines", "H2O");
 }
 
 /* Water at 25 C: forward 1.4e11 L/mol/s, and K gives the backward one. */

@@ -55,7 +55,7 @@ lies freedom 8 8
 # Points of the command line, with the fit and without it.
 printf 'when,lost,sd\n2,10,1\n3,15,1\n' > points.csv
 "$programs/pd2d" "$scenes/mg_wire.scene" "h=20 um" --quiet --out to \
-    --to "points.csv  time = when in h  value = lost in %  spread = sd in %  start = 1 h" > log 2>&1
+    --to "points.csv  time = when in h  value = lost in %  standard_deviation = sd in %  start = 1 h" > log 2>&1
 verdict "a run with points of the command line"
 lies points 2 2
 check "their table" test -s to/measured_data.csv
