@@ -5,14 +5,14 @@
 /* [byte] Alignment of the arrays: a cache line. */
 #define PDI_ARENA_ALIGNMENT ((size_t)64)
 
-/* Size [byte] of one array, rounded up to the alignment. */
+/* Size [byte] of one array, rounded up to the alignment. An array without elements takes the room of one. */
 static size_t pdi_arena_align_size(const pdi_array_entry *entry)
 {
     size_t bytes = (size_t)(entry->count ? entry->count : 1) * entry->element_size;
     return (bytes + PDI_ARENA_ALIGNMENT - 1) / PDI_ARENA_ALIGNMENT * PDI_ARENA_ALIGNMENT;
 }
 
-/* Callback of the list: adds the size of one array. */
+/* Callback of the list: adds the aligned size of one array to owner->bytes. */
 static void pdi_arena_visit_bytes(pdi_array_visitor *owner, const pdi_array_entry *entry)
 {
     owner->bytes += (int64_t)pdi_arena_align_size(entry);
@@ -58,7 +58,8 @@ typedef struct pdi_arena_visitor {
     int mismatch; /* 1: an array is not at the address at which it was lent */
 } pdi_arena_visitor;
 
-/* Callback of the list: sets the pointer of one array to the next free place. */
+/* Callback of the list: sets the pointer of one array to the place at the offset owner->bytes, which it moves on.
+ * Zeroes the array except where its kind is PDI_ARRAY_KIND_UNINIT. */
 static void pdi_arena_visit_acquire(pdi_array_visitor *owner, const pdi_array_entry *entry)
 {
     const pdi_arena_visitor *walk = (const pdi_arena_visitor *)(void *)owner;
@@ -69,7 +70,8 @@ static void pdi_arena_visit_acquire(pdi_array_visitor *owner, const pdi_array_en
     owner->bytes += (int64_t)size;
 }
 
-/* Callback of the list: checks the address of one array and sets its pointer to NULL. */
+/* Callback of the list: sets `mismatch` where one array is not at the address at which it was lent, and its pointer to
+ * NULL. With PD_DEBUG it fills the array with NaN first. */
 static void pdi_arena_visit_release(pdi_array_visitor *owner, const pdi_array_entry *entry)
 {
     pdi_arena_visitor *walk = (pdi_arena_visitor *)(void *)owner;
@@ -84,7 +86,8 @@ static void pdi_arena_visit_release(pdi_array_visitor *owner, const pdi_array_en
     owner->bytes += (int64_t)size;
 }
 
-/* Run a callback over a list, offsets from `from` [byte] on. Returns 1 when an address was wrong. */
+/* Run a callback over a list; the first array lies at the offset `from` [byte] from the first aligned byte. Returns 1
+ * when an array that is taken back is not where it was lent, else 0. */
 static int pdi_arena_visit_arrays(const pd_arena *arena, void (*take)(pdi_array_visitor *, const pdi_array_entry *),
                                   pdi_array_list_fn list, void *object, size_t from)
 {

@@ -31,21 +31,22 @@ typedef struct pd_arena {
 
 #define pd_arena_free PD_NAME(pd_arena_free)
 
-/* Free the block. No solve may follow. */
+/* Free the block and set the arena to zero. Nothing may be lent, and no solve may follow. */
 PD_API void pd_arena_free(pd_ctx *ctx, pd_arena *arena);
 
 #ifdef PDI_INTERNAL
-/* Size [byte] that the arrays of a list take when they are lent. The object need not be built. */
+/* Size [byte] that the arrays of a list take when they are lent, each rounded up to a cache line. The object need not
+ * be built. */
 PDI_FN PDI_NOINLINE size_t pdi_arena_count_bytes(pdi_array_list_fn list, void *object);
-/* Reserve at least `bytes` of capacity. It never shrinks. PD_ERR_INTERNAL: something is lent. */
+/* Reserve a capacity of at least `bytes`; it never shrinks. The block may move. PD_ERR_INTERNAL: something is lent. */
 PDI_FN PDI_NOINLINE pd_status pdi_arena_reserve(pd_ctx *ctx, pd_arena *arena, size_t bytes);
-/* 1: the free part is large enough for the arrays of a list. */
+/* 1: the free part is large enough for the arrays of a list. 0: it is not, or nothing was reserved. */
 PDI_FN PDI_NOINLINE int pdi_arena_fits(const pd_arena *arena, pdi_array_list_fn list, void *object);
-/* Point the arrays of a list into the arena. They are zeroed, except those of kind PDI_ARRAY_UNINIT. PD_ERR_INTERNAL:
- * there is no room. */
+/* Point the arrays of a list into the arena, behind what is lent already. They are zeroed, except those of kind
+ * PDI_ARRAY_KIND_UNINIT. The list must have no scalars. PD_ERR_INTERNAL: there is no room, and no pointer changes. */
 PDI_FN PDI_NOINLINE pd_status pdi_arena_acquire(pd_ctx *ctx, pd_arena *arena, pdi_array_list_fn list, void *object);
-/* Take the arrays back and set their pointers to NULL. Returns `status`; PD_ERR_INTERNAL where that is no error and the
- * arrays are not those that were lent last. */
+/* Take the arrays back and set their pointers to NULL. Returns `status`. Where the arrays are not those that were lent
+ * last, nothing counts as lent any more, and PD_ERR_INTERNAL replaces a status that is no error. */
 PDI_FN PDI_NOINLINE pd_status pdi_arena_release(pd_ctx *ctx, pd_arena *arena, pdi_array_list_fn list, void *object,
                                                 pd_status status);
 #endif

@@ -15,7 +15,7 @@ PDI_FN void pdi_array_registry_add(pdi_array_visitor *owner, pdi_array_kind kind
     owner->visit(owner, &entry);
 }
 
-/* Call the visitor for every entry of a list. */
+/* Call the visitor for every entry of a list, with its byte count and status reset to 0 and PD_OK. */
 static void pdi_array_registry_visit(pdi_array_visitor *owner, pdi_array_list_fn list, void *object)
 {
     owner->bytes = 0;
@@ -25,14 +25,15 @@ static void pdi_array_registry_visit(pdi_array_visitor *owner, pdi_array_list_fn
 
 /* ---- build and free ---- */
 
-/* Visitor: frees one array. */
+/* Visitor: frees one array, and sets its pointer to NULL. Skips scalars. */
 static void pdi_array_registry_visit_free(pdi_array_visitor *owner, const pdi_array_entry *entry)
 {
     if (entry->kind != PDI_ARRAY_KIND_SCALAR)
         pd_free(owner->ctx, (size_t)entry->count, entry->element_size, entry->address);
 }
 
-/* Visitor: allocates one array, zeroed, unless an earlier allocation failed. */
+/* Visitor: allocates one array, zeroed. After an earlier failure it only sets the pointer to NULL. Skips scalars and
+ * growing arrays. */
 static void pdi_array_registry_visit_build(pdi_array_visitor *owner, const pdi_array_entry *entry)
 {
     void *none = NULL;
@@ -92,7 +93,7 @@ PDI_FN int64_t pdi_array_registry_count_bytes(pdi_array_list_fn list, void *obje
 
 /* ---- checkpoints ---- */
 
-/* Visitor: writes or reads one state array or scalar. */
+/* Visitor: writes or reads one state array or scalar. Skips other kinds, and all entries after a failure. */
 static void pdi_array_registry_visit_store(pdi_array_visitor *owner, const pdi_array_entry *entry)
 {
     void *data = entry->address;

@@ -53,21 +53,26 @@ typedef struct pdi_array_visitor {
 /* List function of a module: calls pdi_array_registry_add for each array of the object. */
 typedef void (*pdi_array_list_fn)(pdi_array_visitor *owner, void *object);
 
-/* Allocate all arrays of the list, zeroed, whatever their pointers held. On failure none is left allocated. */
+/* Allocate all arrays of the list, zeroed, whatever their pointers held; growing arrays and scalars are left alone. On
+ * failure no array is left allocated, growing ones included. */
 PDI_FN PDI_NOINLINE pd_status pdi_array_registry_build(pd_ctx *ctx, pdi_array_list_fn list, void *object);
-/* Free all arrays of the list. Their pointers become NULL; NULL is allowed. */
+/* Free all arrays of the list, growing ones included. Their pointers become NULL; NULL is allowed. The list has to give
+ * the lengths of the allocation. */
 PDI_FN PDI_NOINLINE void pdi_array_registry_free(pd_ctx *ctx, pdi_array_list_fn list, void *object);
-/* Reallocate arrays whose lengths depend on *capacity with the capacity `count`; the content is lost. On failure
- * *capacity is 0. */
+/* Free all arrays of a list whose lengths depend on *capacity, a member of the object, set it to `count`, and allocate
+ * them again, zeroed. Growing arrays are only freed. On failure *capacity is 0, and no array is left. */
 PDI_FN PDI_NOINLINE pd_status pdi_array_registry_rebuild(pd_ctx *ctx, pdi_array_list_fn list, void *object,
                                                          int32_t *capacity, int32_t count);
-/* Size [byte] of all arrays. The object need not be built. */
+/* Size [byte] of all arrays, growing ones included; one without elements counts as one element. Scalars do not count.
+ * The object need not be built. */
 PDI_FN PDI_NOINLINE int64_t pdi_array_registry_count_bytes(pdi_array_list_fn list, void *object);
-/* Write all state arrays and scalars to a checkpoint, or read them back, in the order of the list. */
+/* Write all state arrays and scalars to a checkpoint, or read them back, in the order of the list. Other arrays are
+ * skipped. Ends at the first failure, which is returned. */
 PDI_FN PDI_NOINLINE pd_status pdi_array_registry_store(pd_ctx *ctx, pdi_array_list_fn list, void *object,
                                                        pd_archive *archive);
 
-/* Pass one entry to the visitor; called by list functions. */
+/* Pass one entry to the visitor; called by list functions. size [byte]: of an element. address: of the pointer to the
+ * array, or of the scalar. */
 PDI_FN PDI_NOINLINE void pdi_array_registry_add(pdi_array_visitor *owner, pdi_array_kind kind, const char *name,
                                                 const char *unit, int64_t count, size_t size, void *address);
 /* PDI_ARRAY(owner, flow, u, n, "m/s") describes the array "flow.u" of n elements of *flow->u. */

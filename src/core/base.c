@@ -40,7 +40,8 @@ void pd_append(char *text, size_t size, const char *format, ...)
     va_end(args);
 }
 
-/* realloc of the context, or of the C library; new_size [byte] 0 frees and returns NULL. */
+/* realloc of the context, or of the C library; new_size [byte] 0 frees, and the result has no meaning. Leaves
+ * in_use. */
 static void *pdi_base_realloc(pd_ctx *ctx, void *ptr, size_t old_size, size_t new_size)
 {
     if (ctx->alloc.fn) return ctx->alloc.fn(ctx->alloc.user, ptr, old_size, new_size);

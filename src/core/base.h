@@ -77,9 +77,9 @@ typedef struct pd_ctx {
 #define pd_resize PD_NAME(pd_resize)
 #define pd_free PD_NAME(pd_free)
 
-/* Make ctx ready: C library memory, no limit, all threads. */
+/* Set ctx to zero: C library memory, no limit, all threads, no cancellation, no physics of the program. */
 PD_API void pd_ctx_init(pd_ctx *ctx);
-/* "PD_ERR_FILE". Any int is accepted. */
+/* Name of a status, such as "PD_ERR_FILE". Any int is accepted: one that is no status gets one common name. */
 PD_API const char *pd_status_name(pd_status status);
 
 /* Report an error: sets ctx->status and ctx->message ("where: ...") and returns status. Every failure passes here. */
@@ -92,14 +92,14 @@ static inline int pd_is_fatal(pd_status status)
 {
     return status == PD_ERR_MEMORY || status == PD_ERR_LIMIT || status == PD_CANCELLED;
 }
-/* Ask the cancellation callback. PD_CANCELLED: the caller cancels. A step then leaves the state at its start, or at the
- * end of the last step that it is made of. */
+/* Ask the cancellation callback, if there is one. PD_CANCELLED: the caller cancels. A step then leaves the state at its
+ * start, or at the end of the last step that it is made of. */
 PD_API pd_status pd_check_cancel(pd_ctx *ctx, const char *doing, int64_t count);
-/* Memory through the allocator of the context; slot is the address of a pointer of any type (read and written as bytes,
- * as strict aliasing asks).
- * pd_alloc: slot gets count * size zeroed bytes (count 0: one element, so that NULL always means failure). */
+/* Memory through the allocator of the context. slot: address of a pointer of any type, read and written as bytes.
+ * `where` begins the message of a failure. pd_alloc: slot gets count * size zeroed bytes (count 0: one element, so that
+ * NULL always means failure), whatever it held; on failure it is NULL. */
 PD_API pd_status pd_alloc(pd_ctx *ctx, const char *where, size_t count, size_t size, void *slot);
-/* Grow or shrink an array. The old content is kept and the new tail is zero. On failure the old block stays. */
+/* Grow or shrink an array; NULL: allocate. The content is kept, a new tail is zero. On failure the old block stays. */
 PD_API pd_status pd_resize(pd_ctx *ctx, const char *where, size_t old_count, size_t new_count, size_t size, void *slot);
 /* Free an array of `count` elements, the count of its allocation. The pointer becomes NULL; NULL is allowed. */
 PD_API void pd_free(pd_ctx *ctx, size_t count, size_t size, void *slot);
@@ -128,7 +128,7 @@ PD_API void pd_free(pd_ctx *ctx, size_t count, size_t size, void *slot);
 #ifdef PDI_INTERNAL
 #include <float.h>
 /* 1: step underflow: a step dt [s], with `remaining` [s] to go from `time` [s], is below the rounding error of one of
- * them, so that such steps never reach the end. */
+ * them, so that such steps never reach the end. 0: it is not, or dt reaches the end. */
 static inline int pdi_is_step_underflow(double time, double remaining, double dt)
 {
     double size = time < 0.0 ? -time : time;

@@ -4,10 +4,10 @@
 #include "core/base.h"
 
 #ifdef PDI_INTERNAL
-/* Find the root of the set of a, which is its smallest member. parent[n]: the parent of n, or n itself, as at the
- * start. Paths are shortened by halving (Tarjan and van Leeuwen 1984). */
+/* Find the root of the set of a, which is its smallest member. parent [n]: parent[k] is the parent of k, or k itself
+ * where k is a root, as all are at the start. Halves the path from a in parent (Tarjan and van Leeuwen 1984). */
 PDI_FN int32_t pdi_disjoint_sets_find_root(int32_t *parent, int32_t a);
-/* Merge the sets of a and b. */
+/* Merge the sets of a and b: the smaller one of their roots becomes the root of both. One set stays as it is. */
 PDI_FN void pdi_disjoint_sets_merge(int32_t *parent, int32_t a, int32_t b);
 #endif
 

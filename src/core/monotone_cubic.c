@@ -26,7 +26,8 @@ static double pdi_monotone_cubic_limit_slope(double slope, double a, double b)
     return sign * pd_min(sign * slope, 3.0 * least);
 }
 
-/* Slope at an end point, of the parabola through it and the next two: spacings and secants from the end inwards. */
+/* Slope at an end point, not yet limited: of the parabola through it and the next two. Spacings and secants go from the
+ * end inwards. */
 static double pdi_monotone_cubic_end_slope(double step, double next_step, double secant, double next_secant)
 {
     return secant + (secant - next_secant) * (step / (step + next_step));

@@ -25,22 +25,25 @@ typedef struct pd_monotone_cubic {
 #define pd_monotone_cubic_build PD_NAME(pd_monotone_cubic_build)
 #define pd_monotone_cubic_check_point PD_NAME(pd_monotone_cubic_check_point)
 
-/* Build the interpolant; x and y [count] are copied. PD_ERR_ARGUMENT: fewer than two points, one that is not finite, x
- * not ascending, or a secant without a finite slope. */
+/* Build the interpolant; x and y [count] are copied. strict 1: it has no values outside the range of x (nan_outside).
+ * PD_ERR_ARGUMENT: fewer than two points, or one that pd_monotone_cubic_check_point refuses. */
 PD_API pd_status pd_monotone_cubic_build(pd_ctx *ctx, const double *x, const double *y, int count, int strict,
                                          pd_monotone_cubic *curve);
-/* Check point k >= 0 after all points before it passed: NULL when valid, else the reason, "expected ...". */
+/* Check point k >= 0 after all points before it passed: NULL when valid, else the reason, "expected ...": |x|, |y| or
+ * the secant from the point before is not below 1e150, or x is not above that of the point before. */
 PD_API const char *pd_monotone_cubic_check_point(const double *x, const double *y, int k);
 #ifdef PDI_INTERNAL
 /* Compute the limited slopes [count] of the cubic pieces at valid data points x, y [count]. */
 PDI_FN void pdi_monotone_cubic_compute_slopes(const double *x, const double *y, int count, double *slope);
-/* Interpolated value at `at`, x[0] <= at <= x[count - 1], from arrays [count]; *slope: the derivative there. */
+/* Interpolated value at `at`, x[0] <= at <= x[count - 1], from the points x, y and the limited slopes [count], count at
+ * least 2. *slope: the derivative there, of the sign of the secant or 0. */
 PDI_FN double pdi_monotone_cubic_interpolate(const double *x, const double *y, const double *slopes, int count,
                                              double at, double *slope);
 
-/* Interpolated value at x: exactly y at a data point, NaN for NaN. Thread-safe. With `strict`, x may exceed the ends by
- * 1e-5 of the range, for finite differences at the ends. */
+/* Interpolated value at x: exactly y at a data point, NaN for NaN and without points. Outside the range of x: y of the
+ * end, or with nan_outside NaN beyond 1e-5 of the range, which finite differences at the ends need. Thread-safe. */
 PDI_FN double pdi_monotone_cubic_evaluate(const pd_monotone_cubic *curve, double x);
+/* Free the arrays and set the curve to zero. */
 PDI_FN void pdi_monotone_cubic_free(pd_ctx *ctx, pd_monotone_cubic *curve);
 
 #endif

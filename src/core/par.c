@@ -73,7 +73,7 @@ PDI_FN void pdi_par_barrier(pdi_par_team team)
     PDI_BARRIER
 }
 
-/* x.y over one block, in double precision. */
+/* x.y over n entries of one block, in double precision. */
 static double pdi_par_block_dot(const double *x, const double *y, int64_t n)
 {
     /* chains let the compiler use vectors without reassociating */
@@ -87,7 +87,7 @@ static double pdi_par_block_dot(const double *x, const double *y, int64_t n)
     return total;
 }
 
-/* x.y over one block with x in single precision. */
+/* x.y over n entries of one block with x in single precision. */
 static double pdi_par_block_dot_single(const float *x, const double *y, int64_t n)
 {
     double s[PDI_PAR_PARTIAL_SUMS], total = 0.0;
@@ -100,7 +100,7 @@ static double pdi_par_block_dot_single(const float *x, const double *y, int64_t 
     return total;
 }
 
-/* x.y over one block with x as integers times scales. */
+/* x.y over n entries of one block, x as integers times scales, one for PDI_PAR_QUANTISED_BLOCK entries from x[0] on. */
 static double pdi_par_block_dot_quantised(const int16_t *x, const float *scale, const double *y, int64_t n)
 {
     double s[PDI_PAR_PARTIAL_SUMS], total = 0.0;
@@ -118,7 +118,7 @@ static double pdi_par_block_dot_quantised(const int16_t *x, const float *scale, 
     return total;
 }
 
-/* v[m].w over n entries from lo on, in the precision of v[m]. */
+/* v[m].w over n entries from lo on, a multiple of PDI_PAR_QUANTISED_BLOCK, in the precision of v[m]. */
 static double pdi_par_block_dot_any(const pdi_par_vector_group *v, int m, const double *w, int64_t lo, int64_t n)
 {
     if (v->doubles[m]) return pdi_par_block_dot(v->doubles[m] + lo, w + lo, n);
@@ -160,7 +160,7 @@ PDI_FN void pdi_par_multi_dot(const pd_ctx *ctx, int64_t n, int count, const pdi
     pdi_par_end_timing(ctx, &timing);
 }
 
-/* w += a x with x as integers times scales. */
+/* w += a x over n entries, x as integers times scales, one for PDI_PAR_QUANTISED_BLOCK entries from x[0] on. */
 static void pdi_par_axpy_quantised(int64_t n, double a, const int16_t *x, const float *scale, double *w)
 {
     for (int64_t lo = 0; lo < n; lo += PDI_PAR_QUANTISED_BLOCK) {
@@ -262,7 +262,7 @@ PDI_FN double pdi_par_dot(const pd_ctx *ctx, int64_t n, const double *x, const d
     return dot;
 }
 
-/* max |x| of one block; NaN if any element is NaN. */
+/* max |x| over n entries; NaN if any of them is NaN. */
 static double pdi_par_block_max(const double *x, int64_t n)
 {
     double largest[PDI_PAR_PARTIAL_SUMS], most = 0.0;

@@ -27,11 +27,11 @@
 #define pd_par_clock PD_NAME(pd_par_clock)
 #define pd_par_threads PD_NAME(pd_par_threads)
 
-/* Number of threads for a loop of `work` scalar operations: 1 when starting threads would cost more, or when one thread
- * is faster because of other programs (thread_contention.h). pd_par_available_threads: without that last test. */
+/* Threads for a loop of `work` scalar operations: 1 in a parallel region, where starting threads costs more, or where
+ * other programs make one thread faster (thread_contention.h). pd_par_available_threads: without that last test. */
 PD_API int pd_par_threads(const pd_ctx *ctx, int64_t work);
 PD_API int pd_par_available_threads(const pd_ctx *ctx, int64_t work);
-/* Clock [s]: wall time with OpenMP, else processor time. */
+/* Clock [s] from an arbitrary origin: wall time with OpenMP and in WASI, else processor time. */
 PD_API double pd_par_clock(void);
 #ifdef PDI_INTERNAL
 #ifdef _OPENMP
@@ -60,7 +60,7 @@ PD_API double pd_par_clock(void);
 typedef struct pdi_par_team {
     int rank, size;
 } pdi_par_team;
-/* The team of the enclosing parallel region. */
+/* The team of the enclosing parallel region; one thread outside of a region, or without OpenMP. */
 PDI_FN pdi_par_team pdi_par_get_team(void);
 /* A team of one thread. */
 static inline pdi_par_team pdi_par_single_team(void)
@@ -96,9 +96,10 @@ static inline int32_t pdi_par_range_end(pdi_par_team team, int32_t n)
 /* Barrier of the team, with a memory flush. All threads have to call it. */
 PDI_FN void pdi_par_barrier(pdi_par_team team);
 
-/* A timed loop. pdi_par_begin_timing returns its number of threads; pdi_par_end_timing reports its time to the
- * contention detector of thread_contention.h. The loop does `repeats` times `work` scalar operations in one region.
- * Loops of equal kind, work and repeats are expected to take the same time. */
+/* A timed loop. pdi_par_begin_timing sets *timing and returns the number of threads for the loop; pdi_par_end_timing
+ * reports its time to the contention detector of ctx, which changes despite const. A loop that has one thread available
+ * is not timed. The loop does `repeats` times `work` scalar operations in one region. Loops of equal kind, work and
+ * repeats are expected to take the same time. */
 typedef struct pdi_par_timing {
     int threads;
     uint64_t key; /* identifies loops of equal duration */
@@ -120,36 +121,40 @@ typedef struct pdi_par_vector_group {
     const int16_t *integers[PDI_PAR_GROUP];
     const float *scales[PDI_PAR_GROUP]; /* [n / PDI_PAR_QUANTISED_BLOCK] of the integers */
 } pdi_par_vector_group;
-/* dots[m] = v[m].w for m < count <= PDI_PAR_GROUP, in one pass over w. */
+/* dots[m] = v[m].w over n elements for m < count <= PDI_PAR_GROUP, in one pass over w, reproducible. */
 PDI_FN void pdi_par_multi_dot(const pd_ctx *ctx, int64_t n, int count, const pdi_par_vector_group *v, const double *w,
                               double *dots);
 /* w += sum over m of a[m] v[m], in one pass over w. */
 PDI_FN void pdi_par_multi_axpy(const pd_ctx *ctx, int64_t n, int count, const double *a, const pdi_par_vector_group *v,
                                double *w);
-/* Number of blocks of the sums over n elements, and the same two kernels for one block. */
+/* Number of blocks of the sums over n elements, the last of which may be shorter. */
 PDI_FN int64_t pdi_par_count_blocks(int64_t n);
+/* products[m] = v[m].w over the elements of one block, for m < count; one thread. */
 PDI_FN void pdi_par_block_multi_dot(int64_t n, int64_t block, int count, const pdi_par_vector_group *v, const double *w,
                                     double *products);
+/* w += sum over m < count of a[m] v[m] on the elements of one block; one thread. */
 PDI_FN void pdi_par_block_multi_axpy(int64_t n, int64_t block, int count, const double *a,
                                      const pdi_par_vector_group *v, double *w);
-/* v = a v, compressed to 16-bit integers with a scale for each block, whose largest entry becomes INT16_MAX. v gets the
- * decompressed values. */
+/* v = a v, compressed to integer [n] with a scale for each PDI_PAR_QUANTISED_BLOCK entries, whose largest one becomes
+ * INT16_MAX. v gets the decompressed values. A block whose scale would be below FLT_MIN becomes 0. */
 PDI_FN void pdi_par_scale_quantise(const pd_ctx *ctx, int64_t n, double a, double *v, int16_t *integer, float *scale);
-/* v = a v, with a copy in double precision (`kept`), or in single precision, to which v is then rounded. The other
- * pointer is NULL. */
+/* v = a v, with a copy in kept [n], or in single [n], to whose precision v is then rounded. The other pointer is
+ * NULL. */
 PDI_FN void pdi_par_scale_store(const pd_ctx *ctx, int64_t n, double a, double *v, double *kept, float *single);
-/* max |x|; NaN if any element is NaN. */
+/* max |x| over n elements, 0 without any; NaN if any element is NaN. */
 PDI_FN double pdi_par_max_abs(const pd_ctx *ctx, int64_t n, const double *x);
 /* y += a x; y = x; y = 0. */
 PDI_FN void pdi_par_axpy(const pd_ctx *ctx, int64_t n, double a, const double *x, double *y);
 PDI_FN void pdi_par_copy(const pd_ctx *ctx, int64_t n, const double *x, double *y);
 PDI_FN void pdi_par_zero(const pd_ctx *ctx, int64_t n, double *y);
 
-/* Compensated summation (Neumaier 1974): the total is sum + carry, carry being the accumulated rounding error. */
+/* Compensated summation (Neumaier 1974): the total is sum + compensation; this is the accumulated rounding error. */
 typedef struct pdi_compensated_sum {
     double sum, compensation; /* [unit of the terms] */
 } pdi_compensated_sum;
+/* Add x to the sum, which starts as zeros. */
 PDI_FN void pdi_compensated_sum_add(pdi_compensated_sum *s, double x);
+/* The total with its compensation. */
 PDI_FN double pdi_compensated_sum_total(const pdi_compensated_sum *s);
 /* Sum of x[i] over all i with a[i] == wanted_a and b[i] == wanted_b, compensated. One thread. */
 PDI_FN double pdi_par_sum_where(int64_t n, const uint8_t *a, uint8_t wanted_a, const uint8_t *b, uint8_t wanted_b,

@@ -24,7 +24,8 @@ PDI_FN void pdi_rng_philox(const uint32_t *counter, const uint32_t *key, uint32_
     out[3] = c3;
 }
 
-/* Two numbers of 64 random bits by Philox. Key: the seed. Counter: low words the counter, high words the stream. */
+/* Two numbers of 64 random bits by Philox into pair [2]. Key: the seed. Counter: low words the counter, high words the
+ * stream. */
 static void pdi_rng_u64_pair(uint64_t seed, uint64_t stream, uint64_t counter, uint64_t *pair)
 {
     uint32_t key[2], block[4], out[4];

@@ -13,7 +13,7 @@ PDI_FN void pdi_rng_philox(const uint32_t *counter, const uint32_t *key, uint32_
 PDI_FN uint64_t pdi_rng_u64(uint64_t seed, uint64_t stream, uint64_t counter);
 /* Uniform in the open interval (0, 1): odd multiples of 2^-53. */
 PDI_FN double pdi_rng_uniform(uint64_t seed, uint64_t stream, uint64_t counter);
-/* Two independent standard normal numbers (Box-Muller). */
+/* Two independent standard normal numbers (Box-Muller) into pair [2], a pure function of the other arguments. */
 PDI_FN void pdi_rng_normal(uint64_t seed, uint64_t stream, uint64_t counter, double *pair);
 #endif
 

@@ -12,7 +12,7 @@ PDI_FN double pdi_root_bracket_compute_fraction(const pdi_root_bracket *s)
     return s->value_a / (s->value_a - s->value_b);
 }
 
-/* Distance from an end at which to evaluate when the secant point coincides with it: eps |end| 2^steps. */
+/* Distance from an end at which to evaluate when the secant point coincides with it: eps |end| 2^evaluations. */
 static double pdi_root_bracket_offset(const pdi_root_bracket *s, double end)
 {
     return ldexp(DBL_EPSILON * fabs(end), s->evaluations);

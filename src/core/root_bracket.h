@@ -19,11 +19,15 @@ typedef struct pdi_root_bracket {
     int evaluations, last_kept; /* evaluations so far; 1: the last step kept the end a, -1: it kept b */
 } pdi_root_bracket;
 
-/* Position of the next point as a fraction of the distance from a to b, 0 to 1. */
+/* Position of the next point as a fraction of the distance from a to b, 0 to 1: that of the secant, or 1/2 in a
+ * bisection. For callers that interpolate in a variable of their own; a point at an end is not moved off it. */
 PDI_FN double pdi_root_bracket_compute_fraction(const pdi_root_bracket *s);
-/* The next point *x at which to evaluate. Returns 0 when no double lies between the ends, or after 200 evaluations. */
+/* 1: *x is the next point at which to evaluate, strictly between the ends. 0: no double lies between them, or there
+ * were 200 evaluations; *x has no meaning. */
 PDI_FN int pdi_root_bracket_get_next(const pdi_root_bracket *s, double *x);
-/* Update the bracket by `value` = f(x) at x between the ends: x replaces a where f(x) has the sign of f(a), else b. */
+/* Update the bracket by `value` = f(x) at x between the ends: x replaces a where f(x) has the sign of f(a), else, also
+ * for f(x) = 0, it replaces b. Halves the stored value of an end that stays for the second time. Counts the
+ * evaluation. */
 PDI_FN void pdi_root_bracket_update(pdi_root_bracket *s, double x, double value);
 #endif
 

@@ -34,7 +34,8 @@ static pd_thread_contention_loop *pdi_thread_contention_find_entry(pd_thread_con
     return loop;
 }
 
-/* Start a new window at `now` [s] on one thread (1) or all (0); old timings are discounted, or dropped for a trial. */
+/* Start a new window at `now` [s] on one thread (one = 1) or all (0), as a trial where `trying` is 1. The old timings
+ * of that choice are discounted, or dropped for a trial. */
 static void pdi_thread_contention_begin_window(pd_thread_contention *pace, int one, int trying, double now)
 {
     pace->single_thread = one;
@@ -61,8 +62,8 @@ static double pdi_thread_contention_time_ratio(const pd_thread_contention *pace)
     return all > 0.0 ? alone / all : 0.0;
 }
 
-/* End a trial: choose the faster of one thread and all, and set the pause before the next trial. Without comparable
- * loops the next trial comes soon. */
+/* End a trial: choose the faster of one thread and all, set the pause before the next trial, and start a window.
+ * Without comparable loops all threads are chosen, and the next trial comes soon. */
 static void pdi_thread_contention_end_trial(pd_thread_contention *pace, double now)
 {
     double ratio = pdi_thread_contention_time_ratio(pace),

@@ -32,8 +32,9 @@ typedef struct pd_thread_contention {
 } pd_thread_contention;
 
 #ifdef PDI_INTERNAL
-/* Record one timed loop of `work` scalar operations, worth `threads` threads, that ran from start to end [s, monotonic
- * clock], and update the choice between one thread and all. Loops of one key take the same time on one machine. */
+/* Record one timed loop of `work` scalar operations that ran from start to end [s, monotonic clock]. `threads`: all
+ * that it could have had; it ran on one of them where single_thread is set. At the end of a window it may change
+ * single_thread or begin a trial. Loops of one key take the same time on one machine. */
 PDI_FN void pdi_thread_contention_record(pd_thread_contention *pace, uint64_t key, int threads, double work,
                                          double start, double end);
 #endif

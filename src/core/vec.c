@@ -18,8 +18,8 @@ PDI_FN double pdi_vec_min(const double *a)
     return least;
 }
 
-/* Gauss-Jordan elimination with column pivoting on [a | b], nb right-hand sides, in place. Returns the smallest pivot
- * over max |a|; 0: singular. */
+/* Gauss-Jordan elimination with partial pivoting. b [PD_DIM][nb], nb right-hand sides, becomes the solutions; a is
+ * overwritten. Returns the smallest |pivot| over max |a|, at most 1; 0: singular. */
 static double pdi_vec_eliminate(double *a, double *b, int nb)
 {
     double largest = 0.0, smallest = 1.0;

@@ -108,7 +108,7 @@ static void pdi_expr_skip_blanks(pdi_expr_parser *p)
     while (pd_units_is_blank(p->text[p->position]) || p->text[p->position] == '\n') p->position++;
 }
 
-/* 1: the subexpression is dimensionless. */
+/* 1: the subexpression is dimensionless, or the literal 0, which fits any dimension. */
 static int pdi_expr_is_dimensionless(const pdi_expr_type *type)
 {
     pd_dims none;
@@ -180,7 +180,8 @@ static double pdi_expr_eval_table(const pd_expr_table *table, double x)
 }
 
 PDI_COLD_BEGIN
-/* Emit an operation on the topmost operands; folds it if they are all constants. index: of the table. */
+/* Emit an operation on the topmost operands, which its result replaces; folds it if they are all constants. index: of
+ * the table. */
 static pd_status pdi_expr_emit_indexed(pdi_expr_parser *p, int op, int index)
 {
     int n = pdi_expr_count_operands(op), fold = 1;
@@ -201,8 +202,8 @@ static pd_status pdi_expr_emit(pdi_expr_parser *p, int op) { return pdi_expr_emi
 
 /* ---- dimensions ---- */
 
-/* Check that a and b have one dimension; *a becomes that of both. `what` names the construct in the message: "on the
- * left of '+'". */
+/* Check that a and b have one dimension, else PD_ERR_PARSE; *a becomes that of both. `what` names the construct in the
+ * message: "on the left of '+'". */
 static pd_status pdi_expr_check_same_dims(pdi_expr_parser *p, pdi_expr_type *a, const pdi_expr_type *b,
                                           const char *what)
 {
@@ -234,7 +235,8 @@ static void pdi_expr_set_dimensionless(pdi_expr_type *type)
     type->is_zero_literal = 0;
 }
 
-/* Dimension of base^exponent into *base. To be called when the exponent is compiled and pow is not yet emitted. */
+/* Dimension of base^exponent into *base. PD_ERR_PARSE: the exponent has a dimension, or it is no constant and the base
+ * has one. To be called when the exponent is compiled and pow is not yet emitted. */
 static pd_status pdi_expr_compute_power_dims(pdi_expr_parser *p, pdi_expr_type *base, const pdi_expr_type *exponent)
 {
     PD_TRY(pdi_expr_check_dimensionless(p, exponent, "an exponent"));
@@ -288,7 +290,7 @@ int pd_expr_is_reserved(const char *name)
            pdi_expr_find_symbol(pdi_expr_builtins, PDI_EXPR_BUILTIN_COUNT, name, size) >= 0;
 }
 
-/* Function names are taken only before a parenthesis: "15 min" is a time. */
+/* 1: word[size] is a function or a table, and a parenthesis follows: "15 min" is a time. */
 static int pdi_expr_is_call(const pd_expr_desc *desc, const char *word, size_t size)
 {
     size_t next = size;
@@ -362,7 +364,8 @@ static pd_status pdi_expr_get_symbol_dims(pdi_expr_parser *p, const pd_expr_symb
 
 /* ---- grammar ---- */
 
-/* Parse a decimal number; independent of the locale, since strtod gets digits and an exponent without decimal point. */
+/* Parse a decimal number; independent of the locale, since strtod gets digits and an exponent without decimal point.
+ * PD_ERR_PARSE: no digit, more than 80 digits, or a number above 1e308. */
 static pd_status pdi_expr_parse_digits(pdi_expr_parser *p, double *value)
 {
     char digits[80 + 16];
@@ -398,7 +401,8 @@ static pd_status pdi_expr_parse_digits(pdi_expr_parser *p, double *value)
     return PD_OK;
 }
 
-/* Grammar: number [unit]. */
+/* Grammar: number [unit]. Emits the number in SI. PD_ERR_PARSE: also for a word behind it that is neither unit nor
+ * name. */
 static pd_status pdi_expr_parse_number(pdi_expr_parser *p, pdi_expr_type *type)
 {
     pd_units_product unit;
@@ -543,7 +547,7 @@ static pd_status pdi_expr_parse_name(pdi_expr_parser *p, size_t size, pdi_expr_t
     return pdi_expr_fail_unknown(p, size, 0);
 }
 
-/* Length of the species token [name] at the current position. */
+/* Length of the species token [name] at the current position; 1 where the bracket is not closed. */
 static size_t pdi_expr_scan_bracket(const pdi_expr_parser *p)
 {
     const char *text = p->text + p->position, *close = strchr(text, ']');
@@ -669,7 +673,8 @@ static pd_status pdi_expr_parse_comparison(pdi_expr_parser *p, pdi_expr_type *ty
 
 /* ---- result ---- */
 
-/* Check the dimension of the whole expression against desc.unit, and that a constant is finite. */
+/* Check the dimension of the whole expression against desc.unit, which becomes its type, and that a constant is finite.
+ * Literal 0 fits, and with allow_bare a plain number. */
 static pd_status pdi_expr_check_result(pdi_expr_parser *p, pdi_expr_type *type)
 {
     char found[PD_UNITS_TEXT], expected[PD_UNITS_TEXT], units[PD_UNITS_TEXT];
@@ -710,7 +715,8 @@ static pd_status pdi_expr_compile(pdi_expr_parser *p, pdi_expr_type *type)
     return pdi_expr_check_result(p, type);
 }
 
-/* Copy code and constants of the parser into the expression. */
+/* Copy code, constants, variables and dimension of the parser into the expression; allocates. On failure the caller
+ * frees. */
 static pd_status pdi_expr_copy_result(pd_ctx *ctx, const pdi_expr_parser *p, const pdi_expr_type *type, pd_expr *expr)
 {
     expr->code_count = p->code_count;

@@ -86,9 +86,10 @@ PD_API double pd_expr_eval(const pd_expr *expr, const double *vars);
 /* 1: the expression depends on no variable; pd_expr_eval may then get NULL. */
 PD_API int pd_expr_is_constant(const pd_expr *expr);
 /* range[2]: interval of variable `var` inside which all tables that it is the direct argument of have points; outside
- * one is extrapolated by its end value. -HUGE_VAL .. HUGE_VAL: no such table. */
+ * one is extrapolated by its end value. Tables with nan_outside do not count. -HUGE_VAL .. HUGE_VAL: no such table. */
 PD_API void pd_expr_get_table_range(const pd_expr *expr, int var, double *range);
-/* Quote the token at `found` for a message: 'word', '+', byte 0x07, the end. text gets PD_UNITS_TEXT bytes. */
+/* Quote the token at `found` for a message: 'word', 40 bytes at most, '+', byte 0x07, the end. text:
+ * [PD_UNITS_TEXT]. */
 PD_API void pd_expr_quote_token(const char *found, char *text);
 /* 1: the name is reserved, a function or a built-in constant of expressions. */
 PD_API int pd_expr_is_reserved(const char *name);
@@ -152,7 +153,7 @@ typedef enum pdi_expr_op {
         PDI_EXPR_OP_COUNT
 } pdi_expr_op;
 
-/* Number of operands of an instruction (operator, function or table). */
+/* Number of operands of an instruction (operator, function or table); not for constants and variables. */
 PDI_FN int pdi_expr_count_operands(int op);
 /* Result of an operator or function for the operands a[]; not for constants, variables and tables. */
 PDI_FN double pdi_expr_apply_op(int op, const double *a);

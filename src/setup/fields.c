@@ -13,6 +13,7 @@ typedef struct pdi_fields_row {
 
 /* ---- what a setup lacks ---- */
 
+/* What the setup lacks for a field, as text for a message; NULL: nothing. Likewise the following functions. */
 static const char *pdi_fields_lacks_transport(const pd_setup *u)
 {
     return u->has_transport ? NULL : "a [transport] or [corrode] section";
@@ -150,6 +151,7 @@ static const pdi_fields_row pdi_fields_rows[PD_FIELD_SPECIES] = {
 /* Of species and states of surfaces, whose names and labels the setup has. */
 static const pdi_fields_row pdi_fields_dissolved = {NULL, NULL, PD_FIELD_IN_FLUID, PD_FIELD_SCALE_PLAIN, 0, NULL};
 
+/* Row of a field; species, states of surfaces and fields of the program share one. */
 static const pdi_fields_row *pdi_fields_row_of(pd_field field)
 {
     return field < PD_FIELD_SPECIES ? &pdi_fields_rows[field] : &pdi_fields_dissolved;

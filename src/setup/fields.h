@@ -39,7 +39,7 @@ typedef struct pd_field_info {
 #define pd_fields_species_index PD_NAME(pd_fields_species_index)
 #define pd_fields_state_index PD_NAME(pd_fields_state_index)
 
-/* Describe field number k >= 0 of those that the setup has, in the order of pd_field. Returns 0 beyond the last one. */
+/* 1: *info describes field number k >= 0 of those that the setup has, in the order of pd_field. 0: there are fewer. */
 PD_API int pd_field_info_get(const pd_setup *setup, int k, pd_field_info *info);
 
 /* Room of a list of names of fields for a message. */
@@ -50,7 +50,7 @@ PD_API const char *pd_fields_get_name(const pd_setup *setup, pd_field field);
 PD_API const char *pd_fields_get_label(const pd_setup *setup, pd_field field);
 /* Unit of a field into unit[PD_UNITS_TEXT]: "mol/m3"; "": dimensionless. */
 PD_API void pd_fields_get_unit(const pd_setup *setup, pd_field field, char *unit);
-/* Names of all fields of the setup, "C, kind, phase", into text[PD_FIELDS_NAMES_SIZE]; returns it. */
+/* Names of the fields of the setup, "C, kind, phase", that fit into text[PD_FIELDS_NAMES_SIZE]; returns text. */
 PD_API const char *pd_fields_format_names(const pd_setup *setup, char *text);
 /* Search a field by name. Returns its pd_field, or PD_FIELD_COUNT if there is none. */
 PD_API int pd_fields_find(const pd_setup *setup, const char *name);
@@ -66,11 +66,11 @@ PD_API const char *pd_fields_get_axis(pd_field field, int component);
 PD_API pd_field_place pd_fields_get_place(const pd_setup *setup, pd_field field);
 /* How its values lie. */
 PD_API pd_field_scale pd_fields_get_scale(pd_field field);
-/* Field of a physics of the program: index in pd_setup.registered, and *index in its fields; -1: it is none. */
+/* Field of a physics of the program: index in pd_setup.registered, *index in its fields; -1: none, *index stays. */
 PD_API int pd_fields_find_registered(const pd_setup *setup, int64_t field, int *index);
 /* pd_field of the first field of the physics of the program; the others follow. */
 PD_API int pd_fields_first_registered(const pd_setup *setup);
-/* 1: files hold one number a node: neither a vector, nor labels. */
+/* 1: files hold one plain number a node: no vector or its length (u), and no category. */
 PD_API int pd_fields_is_scalar(pd_field field);
 /* What the setup lacks for this field, as text for a message: "a [flow] or [gas] section"; NULL: the field exists. */
 PD_API const char *pd_fields_lacks(const pd_setup *setup, pd_field field);

@@ -5,7 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Names of fields in the order of pd_field, up to the species. */
+/* Names of the sides of the box, number 2 axis + (1: upper). */
 static const char *const pdi_setup_side_names[] = {"x-", "x+", "y-", "y+", "z-", "z+"};
 /* Coordinates of a point as expression variables. */
 #if PD_DIM == 1
@@ -121,7 +121,8 @@ static pd_status pdi_setup_fail_function(pd_ctx *ctx, const char *key, const cha
 }
 
 /* Find the expression of a boundary condition that a user function replaces: key "x-.C", "x-.mean" or "x-.vx". Switches
- * the side to the value that the function gives. PD_ERR_ARGUMENT: the scene does not give that value. */
+ * the side to the value that the function gives: flow_rate becomes 0, or each side gets its own inlet concentration.
+ * PD_ERR_ARGUMENT: the scene does not give that value. */
 static pd_status pdi_setup_find_side_expr(pd_ctx *ctx, pd_setup *u, const char *key, pd_setup_side *side,
                                           pd_expr **expr)
 {
@@ -155,7 +156,8 @@ static pd_status pdi_setup_find_side_expr(pd_ctx *ctx, pd_setup *u, const char *
 }
 
 /* Find the expression of the dissolution rate that a user function replaces: key "rate", or "rate.NAME" of one of
- * several metals. PD_ERR_ARGUMENT: no such metal, or `uses` names the grain without grains. */
+ * several metals; rate_scale of the metal becomes 1. PD_ERR_ARGUMENT: no such metal, or `uses` names the grain without
+ * grains. */
 static pd_status pdi_setup_find_rate_expr(pd_ctx *ctx, pd_setup *u, const char *key, uint32_t uses, pd_expr **expr)
 {
     int metal = u->metals == 1 && !key[4] ? 0 : -1;
@@ -173,7 +175,8 @@ static pd_status pdi_setup_find_rate_expr(pd_ctx *ctx, pd_setup *u, const char *
     return PD_OK;
 }
 
-/* Find the expression that a user function replaces under `key`: "rate", "initial" or a value of a side. */
+/* Find the expression that a user function replaces under `key`: "rate", "initial" or a value of a side. Changes the
+ * setup as the two functions above do. */
 static pd_status pdi_setup_find_expr(pd_ctx *ctx, pd_setup *u, const char *key, uint32_t uses, pd_expr **found)
 {
     pd_expr *expr = NULL;

@@ -536,13 +536,13 @@ PD_API void pd_setup_free(pd_ctx *ctx, pd_setup *setup);
  *   x-.mean  speed into the box of an inlet [m/s]       the same, of which t alone counts
  *   x-.vx    velocity at an inlet [m/s] with profile = expression, all components of which the scene gives; the same
  *
- * and so on for x+, y-, ... A coordinate for each axis. A checkpoint does not know functions. PD_ERR_ARGUMENT: no such
- * key, or the scene does not give that value. */
+ * and so on for x+, y-, ... A coordinate for each axis. For `rate` rate_scale becomes 1, for `mean` flow_rate 0. A
+ * checkpoint does not know functions. PD_ERR_ARGUMENT: no such key, or the scene does not give that value. */
 PD_API pd_status pd_setup_set_function(pd_ctx *ctx, pd_setup *setup, const char *key, pd_expr_fn fn, void *user,
                                        uint32_t uses);
-/* When such a function jumps, or a pulse of it begins or ends: t [count] [s] ascending; copied. Steps do not pass over
- * what it does then. Between breaks it counts as being between its values at both ends and in the middle of any time.
- * PD_ERR_ARGUMENT: no such key, no function stands there, or times that do not ascend. */
+/* When such a function jumps, or a pulse of it begins or ends: t [count] [s] ascending; copied, in place of earlier
+ * ones. Steps do not pass over what it does then. Between breaks it counts as being between its values at both ends and
+ * in the middle of any time. PD_ERR_ARGUMENT: no such key, no function stands there, or times that do not ascend. */
 PD_API pd_status pd_setup_set_breaks(pd_ctx *ctx, pd_setup *setup, const char *key, const double *t, int count);
 
 #define PD_SETUP_POSITION_VARS (PD_DIM + 1)
@@ -562,9 +562,9 @@ PD_API pd_status pd_setup_set_breaks(pd_ctx *ctx, pd_setup *setup, const char *k
 PD_API void pd_setup_get_reactive_desc(const pd_setup *setup, pd_reactive_desc *desc);
 /* Name of the scene section of a kind of monitor: "line", "plane", ... */
 PD_API const char *pd_setup_monitor_section_name(pd_monitor_kind kind);
-/* Name of a side of the box: "x-", "x+", "y-", ... */
+/* Name of a side of the box, number 2 axis + (1: upper): "x-", "x+", "y-", ... */
 PD_API const char *pd_setup_side_name(int side);
-/* Number of ghost layers of the lattice: largest n with |n| < m + 1/2 of any horizon in use. */
+/* Number of ghost layers of the lattice: largest n with |n| < m + 1/2 of any horizon in use, m in spacings. */
 PD_API int pd_setup_count_ghost_layers(const pd_setup *setup);
 /* Number of cells of the box along an axis. */
 PD_API int pd_setup_count_cells(const pd_setup *setup, int axis);
@@ -607,24 +607,24 @@ static inline int pd_setup_reads_registered_field(const pd_setup_metal *metal)
 /* Symbol table of the stress factor of the dissolution rate: sigma_h, mises, eps_p, x, y, z, t; PD_SETUP_STRESS_VARS
  * entries. */
 PD_API const pd_expr_symbol *pd_setup_get_stress_symbols(void);
-/* Recession speed [m/s] of the rate law where all its variables are 0: C = 0, t = 0, x = 0. */
+/* Recession speed [m/s] of the rate law, rate_scale included, where all its variables are 0: C = 0, t = 0, x = 0. */
 PD_API double pd_setup_compute_rate_at_zero(const pd_setup_metal *metal);
 /* 1: an expression in x, y, z, t depends on t. */
 static inline int pd_setup_is_time_dependent(const pd_expr *expr)
 {
     return (int)(expr->variables_used >> PD_DIM & 1u);
 }
-/* Append a shape to the geometry tree; *index: its position. PD_ERR_SIZE: too many shapes. */
+/* Append a copy of a shape to the geometry tree; *index: its position. PD_ERR_SIZE: too many shapes. */
 PD_API pd_status pd_setup_add_shape(pd_ctx *ctx, pd_setup *setup, const pd_shape *shape, int *index);
 /* Append the union of the shapes `index` and *whole and put its index into *whole. *whole = -1: it becomes `index`. */
 PD_API pd_status pd_setup_add_union(pd_ctx *ctx, pd_setup *setup, int index, int *whole);
 /* Append the complement of the shape *index and put its index into *index. */
 PD_API pd_status pd_setup_add_complement(pd_ctx *ctx, pd_setup *setup, int *index);
-/* Free the experimental data of all [measured] sections. */
+/* Free the experimental data of all [measured] sections, which are then none. */
 PD_API void pd_setup_free_measured(pd_ctx *ctx, pd_setup *setup);
-/* Allocate an empty triangle surface, owned by the setup. PD_ERR_SIZE: too many. */
+/* Allocate an empty triangle surface, owned by the setup, into *surface. PD_ERR_SIZE: too many. */
 PD_API pd_status pd_setup_add_facets(pd_ctx *ctx, pd_setup *setup, pd_facets **surface);
-/* Allocate a voxel mask of `size` bytes, owned by the setup. PD_ERR_SIZE: too many. */
+/* Allocate a voxel mask of `size` zeroed bytes, owned by the setup, into *mask. PD_ERR_SIZE: too many. */
 PD_API pd_status pd_setup_add_mask(pd_ctx *ctx, pd_setup *setup, size_t size, uint8_t **mask);
 /* Add a note, printf style, to the printed summary. Notes beyond PD_SETUP_NOTES are dropped. */
 PD_API void pd_setup_add_note(pd_setup *setup, const char *format, ...) PD_PRINTF_LIKE(2, 3);
@@ -634,7 +634,8 @@ PD_API void pd_setup_format_value(double value, const char *unit, char *text);
 #ifdef PDI_INTERNAL
 /* 1: some physics needs surface areas: dissolution, grain boundaries, electrodes, mass transfer from walls. */
 PDI_FN int pdi_setup_has_surface_area(const pd_setup *setup);
-/* Options (pd_bonds_options) for building the bonds of the lattice: fluid at rest, less memory. */
+/* Options (pd_bonds_options) for building the bonds of the lattice: 0 with flow, PD_BONDS_NO_FLOW with gas, and else
+ * PD_BONDS_LOW_MEMORY, too. */
 PDI_FN int pdi_setup_get_bond_options(const pd_setup *setup);
 /* 1: the rate law depends on i or E of the electric potential solver. */
 static inline int pdi_setup_has_electric_rate(const pd_setup_metal *metal)

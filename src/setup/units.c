@@ -131,7 +131,8 @@ static int pdi_units_is_equal(const char *text, size_t size, const char *name)
     return strlen(name) == size && memcmp(text, name, size) == 0;
 }
 
-/* Look up text[0..size) in the table of units; prefixed: only units that take SI prefixes. NULL: none. */
+/* Look up text[0..size), without prefix, in the table of units; prefixed 1: only among those that take SI prefixes.
+ * NULL: none. */
 static const pdi_units_definition *pdi_units_find_unit(const char *text, size_t size, int prefixed)
 {
     for (int k = 0; k < PDI_UNITS_COUNT(pdi_units_table); k++)
@@ -140,7 +141,8 @@ static const pdi_units_definition *pdi_units_find_unit(const char *text, size_t 
     return NULL;
 }
 
-/* Parse text[0..size) as a unit with an optional SI prefix; an exact name wins ("min" is no milli-inch). 1: found. */
+/* Parse text[0..size) as a unit with an optional SI prefix; an exact name wins ("min" is no milli-inch). 1: *unit is
+ * set; 0: no unit. */
 static int pdi_units_parse_symbol(const char *text, size_t size, pd_units_product *unit)
 {
     const pdi_units_definition *entry = pdi_units_find_unit(text, size, 0);
@@ -215,7 +217,7 @@ static void pdi_units_reduce_fraction(pd_units_product *unit)
 }
 
 /* Parse one unit with exponent at text and multiply *unit by its power sign * exponent. Returns the bytes read; 0: no
- * unit. */
+ * unit. *why, NULL before: becomes the reason why a unit is inadmissible; the return value is then the position. */
 static size_t pdi_units_scan_term(const char *text, pd_units_is_declared_fn declared, const void *user, double sign,
                                   pd_units_product *unit, const char **why)
 {
@@ -299,7 +301,8 @@ PDI_FN size_t pdi_units_scan_divisor(const char *text, pd_units_is_declared_fn d
     return at > 1 && text[at] == ')' ? at + 1 : 0;
 }
 
-/* Parse a unit that fills the whole text: empty, "1", a product, or "/s". 1: it is one. */
+/* Parse a unit that fills the whole text: empty, "1", a product, or "/s". 1: it is one. *why: NULL, or why it is
+ * inadmissible. */
 static int pdi_units_parse_whole(const char *text, pd_units_product *unit, const char **why)
 {
     pd_units_product factor;

@@ -45,7 +45,7 @@ typedef struct pd_units_suggestion {
     char word[32], best[32];
     int distance;
 } pd_units_suggestion;
-/* 1: both dimensions are equal. */
+/* 1: both dimensions are equal, each exponent within 1e-9. */
 PD_API int pd_units_is_same(const pd_dims *a, const pd_dims *b);
 /* Describe a dimension in words into text[PD_UNITS_TEXT]: "a speed [m/s]", "a plain number", "a quantity [kg m2]". */
 PD_API void pd_units_describe(const pd_dims *dims, char *text);
@@ -57,11 +57,11 @@ PD_API size_t pd_units_scan_product(const char *text, pd_units_is_declared_fn de
 PD_API int pd_units_is_blank(char c);
 /* 1: decimal digit. */
 PD_API int pd_units_is_digit(char c);
-/* Length of the identifier at text; 0: none. Bytes >= 0x80 count. */
+/* Length [byte] of the identifier at text; 0: none. Bytes >= 0x80 and _ count as letters; no digit comes first. */
 PD_API size_t pd_units_scan_word(const char *text);
-/* Start a search for word[size]. */
+/* Start a search for the misspelt word[size]; one of 32 bytes or more gets no suggestion. */
 PD_API void pd_units_init_suggestion(pd_units_suggestion *near_word, const char *word, size_t size);
-/* Compare a candidate with the word and keep it if it is the closest so far. */
+/* Compare a candidate with the word and keep it if it is the closest so far and close enough. */
 PD_API void pd_units_try_candidate(pd_units_suggestion *near_word, const char *candidate);
 /* The suggestion for a message, ": did you mean 'best'?" or "", into text[PD_UNITS_TEXT]. */
 PD_API void pd_units_format_suggestion(const pd_units_suggestion *near_word, char *text);
@@ -75,7 +75,8 @@ PDI_FN void pdi_units_format_value(double value, const pd_dims *dims, char *text
  * Return value and *why as in pd_units_scan_product. */
 PDI_FN size_t pdi_units_scan_divisor(const char *text, pd_units_is_declared_fn declared, const void *user,
                                      pd_units_product *unit, const char **why);
-/* List units of the dimension for a message, "um, mm, m", into text[PD_UNITS_TEXT]. */
+/* List units of the dimension for a message, "um, mm, m", into text[PD_UNITS_TEXT]; of one without a name its SI
+ * unit. */
 PDI_FN void pdi_units_format_examples(const pd_dims *dims, char *text);
 
 /* Compare all units, with and without prefix, with the misspelt word and keep the closest. */

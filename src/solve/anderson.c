@@ -28,7 +28,8 @@ static double pdi_anderson_dot(const pd_anderson *a, const double *x, const doub
 }
 
 /* Add the differences of residual and iterate since the previous iterate to the history, by modified Gram-Schmidt. A
- * linearly dependent residual difference contradicts the linear model: the history is cleared first. */
+ * full history is cleared first, and so is one on which the residual difference depends linearly, since that
+ * contradicts the linear model. A difference of rounding size is not added. */
 static void pdi_anderson_add_difference(pd_anderson *a, const double *x, const double *step)
 {
     if (a->count == PD_ANDERSON_HISTORY) a->count = 0;

@@ -31,12 +31,13 @@ typedef struct pd_anderson {
 } pd_anderson;
 
 #ifdef PDI_INTERNAL
-/* List function of the arrays. */
+/* List function of the arrays, by the member n. */
 PDI_FN void pdi_anderson_list(pdi_array_visitor *owner, void *anderson);
-/* Replace the iterate x [n] by the next one. step [n]: the residual g(x) - x, overwritten. Bitwise reproducible for any
- * number of threads. */
+/* Replace the iterate x [n] by the next one. step [n]: the residual g(x) - x, overwritten. After a residual that grew
+ * twice in a row x starts from the best iterate, with half the mixing factor. Before the first call all members but n
+ * and the arrays are 0. Bitwise reproducible for any number of threads. */
 PDI_FN void pdi_anderson_update(pd_anderson *anderson, double *x, double *step);
-/* Clear the history, since the map has changed. */
+/* Forget all iterates, the best one too, and set the mixing factor to 1; for a map that has changed. */
 PDI_FN void pdi_anderson_reset(pd_anderson *anderson);
 #endif
 

@@ -73,7 +73,8 @@ static double pdi_arnoldi_norm(const pdi_arnoldi_job *q, pdi_arnoldi_thread *thr
     return sqrt(square);
 }
 
-/* The whole orthogonalisation, as each thread of the team runs it. Thread 0 writes h and `before`. */
+/* The whole orthogonalisation, as each thread of the team runs it. Thread 0 adds to h[0 .. j], which starts as zeros,
+ * and writes h[j + 1] and norm_before. */
 static void pdi_arnoldi_run_thread(pdi_par_team team, pdi_arnoldi_job *q)
 {
     pdi_arnoldi_thread thread;

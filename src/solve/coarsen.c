@@ -56,7 +56,7 @@ PDI_FN void pdi_coarsen_free(pd_ctx *ctx, pd_smoother_level *level)
     level->cell_capacity = level->link_capacity = level->child_capacity = level->line_capacity = 0;
 }
 
-/* Ensure the capacity `count` of an array; the content is lost. */
+/* Ensure the capacity `count` of an array; where it grows the content is lost. */
 static pd_status pdi_coarsen_reserve_array(pd_ctx *ctx, int32_t **list, int32_t *capacity, int32_t count)
 {
     if (count <= *capacity) return PD_OK;
@@ -67,7 +67,8 @@ static pd_status pdi_coarsen_reserve_array(pd_ctx *ctx, int32_t **list, int32_t 
     return PD_OK;
 }
 
-/* Ensure the capacity of a coarse level for `cells` cells, and set the pointers into its storage. */
+/* Ensure the capacity of a coarse level for `cells` cells, and set the pointers into its storage. Where it grows, or
+ * contrast differs, all arrays of the level are freed first, those of its links too. */
 static pd_status pdi_coarsen_reserve_cells(pd_ctx *ctx, int contrast, pd_smoother_level *level, int32_t cells)
 {
     if (cells <= level->cell_capacity && level->values && level->contrast == contrast) return PD_OK;
@@ -87,7 +88,8 @@ static pd_status pdi_coarsen_reserve_cells(pd_ctx *ctx, int contrast, pd_smoothe
     return PD_OK;
 }
 
-/* Ensure the capacity of a coarse level for `links` links. */
+/* Ensure the capacity of a coarse level for `links` links, and set `symmetric` and `reverse`. Where it grows the
+ * content is lost, and some spare links are allocated. */
 static pd_status pdi_coarsen_reserve_links(pd_ctx *ctx, int symmetric, pd_smoother_level *level, int32_t links)
 {
     int other = level->symmetric != symmetric;
@@ -125,8 +127,8 @@ typedef struct pdi_coarsen_strength {
     double sum[PD_DIM], count[PD_DIM];
 } pdi_coarsen_strength;
 
-/* 1: mass or flow dominates the diagonal of cell c, and sweeps alone solve for it: coarser levels would only add
- * cost. */
+/* 1: mass or flow dominates the diagonal of cell c, and sweeps alone solve for it: coarser levels would only add cost.
+ * r has to hold what pdi_coarsen_relax_compatibly leaves. */
 static int pdi_coarsen_is_excluded(const pd_smoother_level *level, int32_t c)
 {
     float shared = 0.0f;
@@ -136,8 +138,9 @@ static int pdi_coarsen_is_excluded(const pd_smoother_level *level, int32_t c)
     return shared * level->inverse_diagonal[c] < PDI_COARSEN_WEAK_COUPLING;
 }
 
-/* Sum the link coefficients of the cells first .. end-1, and mark those that take part in the next level: cells with a
- * link that sweeps alone do not solve for. */
+/* Sum the link coefficients (conductance plus half the flow) of the cells first .. end-1 and their number for each axis
+ * into *s, and mark in parent those that take part in the next level, as PDI_COARSEN_ROOT: cells with a link that
+ * sweeps alone do not solve for. The others become PDI_COARSEN_EXCLUDED. */
 static void pdi_coarsen_sum_strengths(const pdi_coarsen_options *options, const pd_smoother_level *level, int32_t first,
                                       int32_t end, pdi_coarsen_strength *s)
 {
@@ -166,7 +169,8 @@ static void pdi_coarsen_relax_thread(pdi_par_team team, const pd_smoother_level 
 }
 
 /* With flow: r = what pairs of sweeps leave of a uniform error 1 (compatible relaxation: Brandt 2000). Nearly 0 where
- * the flow comes from a Dirichlet value, or mass dominates; nearly 1 in recirculating flow. */
+ * the flow comes from a Dirichlet value, or mass dominates; nearly 1 in recirculating flow. Keeps x and b; parent and
+ * options->mark hold copies of them and are overwritten. */
 static void pdi_coarsen_relax_compatibly(const pd_ctx *ctx, const pdi_coarsen_options *options,
                                          const pd_smoother_level *level)
 {
@@ -211,7 +215,8 @@ PDI_FN int pdi_coarsen_choose_axes(const pd_ctx *ctx, const pdi_coarsen_options 
     return any;
 }
 
-/* Coarse block of cell c. key: the sort key of coarse cells: the colour for red-black sweeps, else the block. */
+/* Number of the coarse block of cell c. *key: the sort key of coarse cells: the colour, 0 or 1, for red-black sweeps,
+ * else that number. */
 static int32_t pdi_coarsen_find_block(const pdi_coarsen_options *options, const pd_smoother_level *level,
                                       const pd_smoother_level *coarse, int32_t c, int32_t *key)
 {
@@ -241,7 +246,8 @@ static int32_t pdi_coarsen_find_root(int32_t *parent, int32_t c)
     return root;
 }
 
-/* Merge linked cells of each block among the cells first .. end-1, which are whole blocks. */
+/* Merge linked cells of each block in the union-find structure of parent, among the cells first .. end-1, which are
+ * whole blocks. */
 static void pdi_coarsen_merge_part(pd_smoother_level *level, int32_t first, int32_t end)
 {
     int32_t *parent = level->parent;
@@ -277,7 +283,8 @@ static void pdi_coarsen_merge_cells(const pd_ctx *ctx, pd_smoother_level *level)
         pdi_coarsen_merge_part(level, first, layer < level->cells - first ? first + layer : level->cells);
 }
 
-/* Turn the counts of keys in options->mark into offsets, and set from them where the colours or the lines begin. */
+/* Turn the counts of keys in options->mark into offsets, and set from them coarse->red, the number of cells of the
+ * first colour, or (with flow) coarse->line, where the lines begin; the latter may be allocated. */
 static pd_status pdi_coarsen_compute_offsets(pd_ctx *ctx, const pdi_coarsen_options *options, pd_smoother_level *coarse,
                                              int32_t keys)
 {
@@ -292,7 +299,9 @@ static pd_status pdi_coarsen_compute_offsets(pd_ctx *ctx, const pdi_coarsen_opti
     return PD_OK;
 }
 
-/* Number the merged cells in the order of their keys, and replace parent by these numbers. */
+/* Set n, periodic and cells of the coarse level, and reserve its memory. Number the merged cells in the order of their
+ * keys, and replace parent by these numbers (-1: excluded); coarse->block gets the block of each. Overwrites
+ * options->mark. */
 static pd_status pdi_coarsen_number_cells(pd_ctx *ctx, const pdi_coarsen_options *options, pd_smoother_level *level,
                                           pd_smoother_level *coarse)
 {
@@ -327,7 +336,7 @@ static pd_status pdi_coarsen_number_cells(pd_ctx *ctx, const pdi_coarsen_options
     return PD_OK;
 }
 
-/* Build the lists of the fine cells of each coarse cell. */
+/* Build the lists child_first and child of the fine cells of each coarse cell; child may be allocated. */
 static pd_status pdi_coarsen_build_children(pd_ctx *ctx, const pd_smoother_level *level, pd_smoother_level *coarse)
 {
     int32_t *first = coarse->child_first;
@@ -464,7 +473,8 @@ static void pdi_coarsen_assemble_rows(const pd_smoother_level *level, pd_smoothe
     }
 }
 
-/* Assemble the coarse links: count, allocate, fill. */
+/* Assemble the coarse links: count them into coarse->row, allocate, fill. Overwrites options->mark; r and x get the
+ * sums of the excluded neighbours. */
 static pd_status pdi_coarsen_assemble_links(pd_ctx *ctx, const pdi_coarsen_options *options,
                                             const pd_smoother_level *level, pd_smoother_level *coarse)
 {

@@ -25,7 +25,8 @@ typedef struct pdi_coarsen_link {
     int axis, upper; /* direction; 1: upwards along the axis */
 } pdi_coarsen_link;
 
-/* Get link k of cell c. Returns 0 when both coefficients are zero (closed face), or there is no neighbour. */
+/* 1: *link is link k of cell c. 0: both coefficients are zero (closed face), or there is no neighbour; *link has no
+ * meaning. k: on level 0 2 axis + (1: upper), on coarser levels an index into col; use PDI_COARSEN_FOR_LINKS. */
 static inline int pdi_coarsen_get_link(const pd_smoother_level *level, int32_t c, int32_t k, pdi_coarsen_link *link)
 {
     if (level->row) {
@@ -57,25 +58,29 @@ static inline int pdi_coarsen_get_link(const pd_smoother_level *level, int32_t c
     for (int32_t k = (level)->row ? (level)->row[c] : 0; k < ((level)->row ? (level)->row[(c) + 1] : 2 * PD_DIM); k++) \
         if (pdi_coarsen_get_link((level), (c), k, &(link)))
 
-/* Floats per cell for b, r, inv and, with contrast, excess. */
+/* Floats per cell for b, r, inverse_diagonal and, with contrast, row_sum. */
 static inline size_t pdi_coarsen_floats_per_cell(int contrast) { return contrast ? 4 : 3; }
-/* 1: an axis of n blocks stays periodic when it is on the finer level. Red-black sweeps need an even number of blocks,
- * else both ends have the same colour. */
+/* 1: an axis of n blocks stays periodic when it is on the finer level (above = 1). 0: it is not, or n is too small, or
+ * it is odd with red-black sweeps (symmetric = 1), where both ends would have the same colour. */
 static inline int pdi_coarsen_is_periodic(int symmetric, int n, int above)
 {
     return above && n > 2 && !(symmetric && n % 2);
 }
-/* Choose the axes to halve (semi-coarsening along strong couplings), and mark in parent the cells that take part in the
- * next level. Returns 0 when no axis is halved: the level is the coarsest. */
+/* Choose the axes to halve (semi-coarsening along strong couplings) into level->halve, and mark in parent the cells
+ * that take part in the next level: -2, else -1. 1: an axis is halved; 0: none is, the level is the coarsest. Without
+ * keep_all it relaxes a uniform error first: r gets what is left of it, and options->mark is overwritten. */
 PDI_FN int pdi_coarsen_choose_axes(const pd_ctx *ctx, const pdi_coarsen_options *options, pd_smoother_level *level);
-/* Build the next level after pdi_coarsen_choose_axes. During setup x holds the Dirichlet coefficients and b the masses
- * of the cells. */
+/* Build the next level after pdi_coarsen_choose_axes, and set parent of `level` to its cells (-1: none). During setup x
+ * holds the Dirichlet coefficients and b the masses of the cells, on both levels. Overwrites options->mark; keeps the
+ * memory of `coarse` where it is large enough. */
 PDI_FN pd_status pdi_coarsen_build_level(pd_ctx *ctx, const pdi_coarsen_options *options, pd_smoother_level *level,
                                          pd_smoother_level *coarse);
-/* Recompute only the diagonals of the coarse level, after those of `level` have changed. */
+/* Compute inverse_diagonal, row_sum, b (masses) and x (Dirichlet coefficients) of the coarse level from those of
+ * `level`, and set its r to 0. Later on, after they have changed on `level`, only with options->symmetric: else r and x
+ * hold sums of the excluded neighbours, which exist once after the links are assembled. */
 PDI_FN void pdi_coarsen_compute_diagonals(const pdi_coarsen_options *options, const pd_smoother_level *level,
                                           pd_smoother_level *coarse);
-/* Free the arrays of a coarse level. */
+/* Free the arrays of a coarse level and set its capacities to 0; other members stay. */
 PDI_FN void pdi_coarsen_free(pd_ctx *ctx, pd_smoother_level *coarse);
 #endif
 

@@ -55,8 +55,9 @@ static double pdi_compact_operator_face_diffusion(const pd_grid *grid, const pdi
     return pd_max(diffusivity, 0.0);
 }
 
-/* Distance, in spacings, from a node to the wall behind its lower or upper face along axis d. The friction on a curved
- * wall that nearly touches a node is a thousand times that of a wall half a cell away. */
+/* Distance, in spacings along axis d, from a node to the wall behind its lower (up = 0) or upper face; 0.5 at open
+ * sides and where no bonds tell it. The friction on a curved wall that nearly touches a node is a thousand times that
+ * of a wall half a cell away. */
 static double pdi_compact_operator_wall_distance(const pdi_compact_operator_bc *faces, int32_t node, uint8_t kind,
                                                  int d, int up)
 {
@@ -65,7 +66,8 @@ static double pdi_compact_operator_wall_distance(const pdi_compact_operator_bc *
     return row >= 0 ? fabs(walls->neighbour_distance[((int64_t)row * PD_DIM + d) * 2 + up]) : 0.5;
 }
 
-/* Assemble the coefficients of one fluid cell: faces, Dirichlet terms, outflow. */
+/* Assemble the coefficients of one fluid cell: its upper faces, Dirichlet terms, and outflow, which is added to mass.
+ * mass holds 1/dt or the like before, and is multiplied by the circumference on an axisymmetric grid. */
 static void pdi_compact_operator_assemble_cell(pd_compact_operator *c, int64_t cell, int32_t node, double constant,
                                                const pd_bond_diffusivity *media,
                                                const pdi_compact_operator_convection *v,

@@ -4,9 +4,9 @@
 #include "core/base.h"
 
 #ifdef PDI_INTERNAL
-/* Solve in place by Gauss-Jordan elimination with column pivoting. a: [rows][columns], rows `stride` apart; the first
- * `rows` columns are the matrix, the others are right-hand sides and become the solutions. Unknowns whose pivot
- * vanishes (singular matrix) get 0. */
+/* Solve in place by Gauss-Jordan elimination with partial pivoting (rows are exchanged). a: [rows][columns], rows
+ * `stride` apart; the first `rows` columns are the matrix, which is overwritten, the others are right-hand sides and
+ * become the solutions. Unknowns whose pivot vanishes (singular matrix) get 0. */
 PDI_FN void pdi_gauss_jordan_solve(int rows, int columns, int stride, double *a);
 #endif
 

@@ -25,7 +25,7 @@ typedef struct pdi_krylov_state {
     pd_krylov_result *result;
 } pdi_krylov_state;
 
-/* Size of `small`: rotations, right-hand side, coefficients, and last the Hessenberg matrix, which may grow. */
+/* Entries of `dense`: rotations, right-hand side, coefficients, and last the Hessenberg matrix, which may grow. */
 static int64_t pdi_krylov_dense_size(const pd_krylov_desc *desc, int columns)
 {
     int64_t most = desc->max_vectors + 1;
@@ -53,20 +53,21 @@ PDI_FN void pdi_krylov_list(pdi_array_visitor *owner, void *object)
         PDI_ARRAY_UNINIT(owner, krylov, basis, krylov->basis_entries, "1");
 }
 
+/* List function: the dense work array of GMRES. */
 static void pdi_krylov_dense_list(pdi_array_visitor *owner, void *object)
 {
     pd_krylov *krylov = (pd_krylov *)object;
     PDI_ARRAY(owner, krylov, dense, pdi_krylov_dense_size(&krylov->desc, krylov->columns), "1");
 }
 
-/* Columns of a chunk by which the basis grows: at most PD_KRYLOV_MAX_CHUNKS chunks reach `most`. */
+/* Columns of a chunk by which the basis grows: PD_KRYLOV_MAX_CHUNKS chunks reach max_vectors. 0: it does not grow. */
 static int pdi_krylov_chunk_columns(const pd_krylov *krylov)
 {
     int more = krylov->desc.max_vectors - krylov->base_columns;
     return more > 0 ? (more + PD_KRYLOV_MAX_CHUNKS - 1) / PD_KRYLOV_MAX_CHUNKS : 0;
 }
 
-/* Compute strides and capacities of the basis for the storage format in desc. */
+/* Compute stride, base_columns, chunk_columns and, where it is 0, basis_entries for the storage format in desc. */
 static void pdi_krylov_set_layout(pd_krylov *krylov)
 {
     const pd_krylov_desc *d = &krylov->desc;
@@ -150,18 +151,19 @@ pd_status pd_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *kr
 }
 PDI_COLD_END
 
-/* Entries of one chunk: `grow` vectors and, when flexible, as many preconditioned ones. */
+/* Entries of one chunk: chunk_columns vectors and, when flexible, as many preconditioned ones. */
 static int64_t pdi_krylov_chunk_size(const pd_krylov *krylov)
 {
     return krylov->stride * krylov->chunk_columns * (krylov->desc.flexible ? 2 : 1);
 }
 
+/* Size [byte] of an entry of the stored basis: of a float where the basis is compressed, else of a double. */
 static size_t pdi_krylov_entry_bytes(const pd_krylov *krylov)
 {
     return krylov->desc.basis_precision ? sizeof *krylov->compressed_basis : sizeof *krylov->basis;
 }
 
-/* Make room for `columns` columns of the Hessenberg matrix; what it holds is kept. */
+/* Make room for exactly `columns` columns of the Hessenberg matrix, in `dense`, which may move; what fits is kept. */
 static pd_status pdi_krylov_resize_hessenberg(pd_ctx *ctx, pd_krylov *krylov, int columns)
 {
     PD_TRY(PD_GROW(ctx, "krylov", pdi_krylov_dense_size(&krylov->desc, krylov->columns),
@@ -199,7 +201,7 @@ static void pdi_krylov_chunk_list(pdi_array_visitor *owner, void *object)
                            pdi_krylov_entry_bytes(krylov), &krylov->chunk[krylov->chunk_count]);
 }
 
-/* Get memory for one more chunk: from the arena, or else allocated. */
+/* Get memory for one more chunk: from the arena, or else allocated. chunk_count stays. */
 static pd_status pdi_krylov_add_chunk(pd_ctx *ctx, pd_krylov *krylov)
 {
     pd_arena *arena = krylov->desc.arena;
@@ -208,7 +210,8 @@ static pd_status pdi_krylov_add_chunk(pd_ctx *ctx, pd_krylov *krylov)
     return pdi_array_registry_build(ctx, pdi_krylov_chunk_list, krylov);
 }
 
-/* Enlarge the basis. Returns 1; 0: not possible; negative: desc.fixed, and memory is refused. */
+/* Enlarge the basis or the Hessenberg matrix, whichever limits the columns; `dense` may move. 1: done. 0: a limit is
+ * reached, or memory is refused, and that error is cleared. Negative: memory is refused with desc.fixed_restart. */
 static int pdi_krylov_grow_basis(pd_ctx *ctx, pd_krylov *krylov)
 {
     int columns = krylov->base_columns + krylov->chunk_count * krylov->chunk_columns; /* without a shift */
@@ -279,15 +282,16 @@ void pd_krylov_free(pd_ctx *ctx, pd_krylov *krylov)
     memset(krylov, 0, sizeof *krylov);
 }
 
+/* Work vector i, [n]. */
 static double *pdi_krylov_vector(const pdi_krylov_state *run, int i)
 {
     return run->k->work + (int64_t)i * run->k->desc.n;
 }
 
-/* First vector of the preconditioned basis. */
+/* Number of the first vector of the preconditioned basis, behind all possible numbers of the basis. */
 static int pdi_krylov_precond_first(const pd_krylov *k) { return k->desc.max_vectors + 1; }
 
-/* Offset of basis vector i in its chunk; *chunk -1: the basis as built, k->chunks: there is no such vector. */
+/* Offset of basis vector i in its chunk; *chunk -1: the basis as built, k->chunk_count: there is no such vector. */
 static int64_t pdi_krylov_find_vector(const pd_krylov *k, int i, int *chunk)
 {
     int base = k->base_columns - k->iterate_vectors, grow = k->chunk_columns,
@@ -300,7 +304,7 @@ static int64_t pdi_krylov_find_vector(const pd_krylov *k, int i, int *chunk)
     return k->stride * ((at - base) % grow + (flexible ? grow : 0));
 }
 
-/* Basis vector i in double or in compressed storage; NULL: there is none. */
+/* Basis vector i of a basis in double precision; NULL: the basis is compressed, or there is no such vector. */
 static double *pdi_krylov_get_double(const pd_krylov *k, int i)
 {
     int chunk;
@@ -309,7 +313,8 @@ static double *pdi_krylov_get_double(const pd_krylov *k, int i)
     return chunk < 0 ? k->basis + at : (double *)k->chunk[chunk] + at;
 }
 
-/* Basis vector i in compressed storage; NULL: the basis is in double precision. */
+/* Basis vector i of a compressed basis, as floats or as integers and then their scales; NULL: the basis is in double
+ * precision, or there is no such vector. */
 static float *pdi_krylov_get_single(const pd_krylov *k, int i)
 {
     int chunk;
@@ -337,6 +342,7 @@ static pdi_par_vector_group pdi_krylov_get_group(const void *user, int first)
 /* Number of entries from desc.first to desc.end. */
 static int64_t pdi_krylov_active_length(const pd_krylov_desc *d) { return d->end ? d->end - d->first : d->n; }
 
+/* Vector operations over the entries from desc.first to desc.end: u.v, v += a u, v = u. */
 static double pdi_krylov_dot(const pdi_krylov_state *run, const double *u, const double *v)
 {
     int64_t first = run->k->desc.first;
@@ -355,7 +361,7 @@ static void pdi_krylov_copy(const pdi_krylov_state *run, const double *u, double
     pdi_par_copy(run->ctx, pdi_krylov_active_length(&run->k->desc), u + first, v + first);
 }
 
-/* v = a v + u */
+/* v = a v + u over the entries from desc.first to desc.end. */
 static void pdi_krylov_scale_add(const pdi_krylov_state *run, double a, double *v, const double *u)
 {
     int64_t first = run->k->desc.first, end = first + pdi_krylov_active_length(&run->k->desc);
@@ -365,6 +371,7 @@ static void pdi_krylov_scale_add(const pdi_krylov_state *run, double a, double *
     for (int64_t i = first; i < end; i++) v[i] = a * v[i] + u[i];
 }
 
+/* v = A u by the callback, which is counted. */
 static void pdi_krylov_apply(const pdi_krylov_state *run, const double *u, double *v)
 {
     run->apply(run->user, u, v);
@@ -381,7 +388,7 @@ static void pdi_krylov_precond(const pdi_krylov_state *run, const double *u, dou
         pdi_krylov_copy(run, u, v);
 }
 
-/* r = b - A x; returns |r|. */
+/* r = b - A x by one application of A; returns |r|. */
 static double pdi_krylov_residual(const pdi_krylov_state *run, double *r)
 {
     pdi_krylov_apply(run, run->x, r);
@@ -424,21 +431,22 @@ static double *pdi_krylov_pack(const pdi_krylov_state *run, double *full, double
     return scratch;
 }
 
-/* Scatter them into a full vector, which is zero elsewhere. */
+/* Scatter them into a full vector; its other entries, which are zero, stay. Without spans it does nothing. */
 static void pdi_krylov_unpack(const pdi_krylov_state *run, const double *packed, double *full)
 {
     const pd_krylov_desc *d = &run->k->desc;
     if (d->spans) pdi_active_range_unpack(run->ctx, d->spans, d->components, packed, full);
 }
 
-/* Zero a work vector before callbacks write to it: they do not write all entries. */
+/* Zero a work vector before callbacks write to it: they do not write all entries. With low_memory all of it, with spans
+ * the packed part, else nothing. */
 static void pdi_krylov_zero_scratch(const pdi_krylov_state *run, double *scratch)
 {
     const pd_krylov_desc *d = &run->k->desc;
     if (d->low_memory || d->spans) pdi_par_zero(run->ctx, d->low_memory ? d->n : run->k->length, scratch);
 }
 
-/* v = a v, stored as basis vector i, and rounded to the stored precision: A Z = V H holds for stored vectors. */
+/* v = a v, stored as basis vector i, and rounded in v to the stored precision: A Z = V H holds for stored vectors. */
 static void pdi_krylov_store_vector(const pdi_krylov_state *run, double a, double *v, int i)
 {
     int64_t n = run->k->length;
@@ -450,7 +458,7 @@ static void pdi_krylov_store_vector(const pdi_krylov_state *run, double a, doubl
     pdi_par_scale_store(run->ctx, n, a, v, pdi_krylov_get_double(run->k, i), pdi_krylov_get_single(run->k, i));
 }
 
-/* v = sum over j < count of y[j] times basis vector first + j. */
+/* v = sum over j < count of y[j] times basis vector first + j. scratch: overwritten with spans. */
 static void pdi_krylov_combine(const pdi_krylov_state *run, int first, int count, const double *y, double *scratch,
                                double *v)
 {
@@ -473,7 +481,7 @@ static double pdi_krylov_power_of_two(const pdi_krylov_state *run, const double 
     return ldexp(1.0, -exponent);
 }
 
-/* Views of `small`: rotations, right-hand side, coefficients and Hessenberg matrix of a cycle. */
+/* Views of `dense`: rotations, right-hand side, coefficients and Hessenberg matrix of a cycle. */
 typedef struct pdi_krylov_dense_views {
     double *cs, *sn, *g, *y, *hess;
 } pdi_krylov_dense_views;
@@ -520,7 +528,8 @@ static double *pdi_krylov_expand(pdi_krylov_state *run, int j, int flexible, dou
     return pdi_krylov_pack(run, run->v, run->w);
 }
 
-/* v = the correction from `count` columns, w = the old x, x += v (lean: only v). */
+/* v = the correction from `count` columns, w = the old x, x += v; with low_memory only v. PD_ERR_DIVERGED: the
+ * correction is not finite, and x stays. */
 static pd_status pdi_krylov_add_correction(pdi_krylov_state *run, int flexible, int count, const double *y)
 {
     int first = flexible ? pdi_krylov_precond_first(run->k) : 0;
@@ -537,7 +546,8 @@ static pd_status pdi_krylov_add_correction(pdi_krylov_state *run, int flexible, 
     return PD_OK;
 }
 
-/* One restart cycle from the residual in v (norm beta): x += correction, w = old x (lean: correction left in v). */
+/* One restart cycle from the residual in v (norm beta): x += correction, w = old x; with low_memory the correction is
+ * left in v. Counts iterations, may grow the basis, and sets recurrence_norm to the residual of the recurrence. */
 static pd_status pdi_krylov_gmres_cycle(pdi_krylov_state *run, double beta)
 {
     const pd_krylov_desc *d = &run->k->desc;
@@ -580,7 +590,7 @@ static pd_status pdi_krylov_gmres_cycle(pdi_krylov_state *run, double beta)
 
 /* ---- lean: iterates are stored in the memory of the basis between the cycles ---- */
 
-/* Packed storage of an iterate: 0: the best one, in front of the basis; 1: the next one, within the basis. */
+/* Packed storage of an iterate in double: 0: the best one, in front of the basis; 1: the next one, within the basis. */
 static double *pdi_krylov_get_iterate(const pdi_krylov_state *run, int which)
 {
     const pd_krylov *k = run->k;
@@ -588,13 +598,15 @@ static double *pdi_krylov_get_iterate(const pdi_krylov_state *run, int which)
     return front + which * (k->desc.basis_precision ? pdi_krylov_iterate_size(&k->desc) * k->stride / 2 : k->length);
 }
 
+/* full = a stored iterate, scattered with spans. */
 static void pdi_krylov_unpack_iterate(const pdi_krylov_state *run, const double *packed, double *full)
 {
     if (run->k->desc.spans) pdi_krylov_unpack(run, packed, full);
     else pdi_par_copy(run->ctx, run->k->length, packed, full);
 }
 
-/* Compute the next iterate from the correction in v, and its residual into v (not if trusting). Returns its norm. */
+/* Compute the next iterate from the correction in v, and its residual into v. Returns its norm. With skip_true_residual
+ * and convergence by the recurrence: returns that norm, and v is no residual. */
 static double pdi_krylov_lean_residual(pdi_krylov_state *run)
 {
     double *next = pdi_krylov_get_iterate(run, 1);
@@ -611,13 +623,14 @@ static double pdi_krylov_lean_residual(pdi_krylov_state *run)
     return sqrt(pdi_krylov_dot(run, run->v, run->v));
 }
 
+/* Copy the next iterate over the best one, whose memory in front of the basis is in use from now on. */
 static void pdi_krylov_lean_accept(const pdi_krylov_state *run)
 {
     pdi_par_copy(run->ctx, run->k->length, pdi_krylov_get_iterate(run, 1), pdi_krylov_get_iterate(run, 0));
     run->k->iterate_vectors = pdi_krylov_iterate_size(&run->k->desc);
 }
 
-/* End of a lean solve: copy the best iterate to x, and give its memory back to the basis. */
+/* End of a lean solve: copy the best iterate to x, or zeros without one, and give its memory back to the basis. */
 static void pdi_krylov_lean_end(const pdi_krylov_state *run)
 {
     if (run->k->iterate_vectors) pdi_krylov_unpack_iterate(run, pdi_krylov_get_iterate(run, 0), run->x);
@@ -625,7 +638,7 @@ static void pdi_krylov_lean_end(const pdi_krylov_state *run)
     run->k->iterate_vectors = 0;
 }
 
-/* GMRES with restarts, from the residual in v of norm `norm` to the tolerance. */
+/* GMRES with restarts, from the residual in v of norm `norm`. PD_NOT_CONVERGED: iteration limit or stagnation. */
 static pd_status pdi_krylov_gmres(pdi_krylov_state *run, double norm)
 {
     const pd_krylov_desc *d = &run->k->desc;
@@ -669,7 +682,7 @@ static void pdi_krylov_best_update(const pdi_krylov_state *run, pdi_krylov_best 
     best->current = next;
 }
 
-/* Restore the best iterate and compute its true residual. */
+/* Restore the best iterate and compute its true residual, into scratch, and the norm into result->residual. */
 static void pdi_krylov_best_restore(const pdi_krylov_state *run, pdi_krylov_best *best, double *scratch)
 {
     if (best->saved) pdi_krylov_copy(run, best->x, run->x);
@@ -677,7 +690,7 @@ static void pdi_krylov_best_restore(const pdi_krylov_state *run, pdi_krylov_best
     run->result->residual = pdi_krylov_residual(run, scratch);
 }
 
-/* Rounding level of p.Ap; 0 without desc.diagonal. Overwrites work vector 2. */
+/* Rounding level of p.Ap for the direction p in work vector 1; 0 without desc.diagonal. Overwrites work vector 2. */
 static double pdi_krylov_singular_limit(const pdi_krylov_state *run)
 {
     const double *d = run->k->desc.diagonal, *p = pdi_krylov_vector(run, 1);
@@ -691,8 +704,9 @@ static double pdi_krylov_singular_limit(const pdi_krylov_state *run)
     return PDI_KRYLOV_SINGULAR * pdi_krylov_dot(run, p, z);
 }
 
-/* CG from the residual r until convergence, breakdown or the iteration limit. Flexible beta (Notay 2000): symmetry of a
- * single-precision multigrid cycle holds to rounding only. */
+/* CG from the residual in work vector 0 until convergence, breakdown (an error) or the iteration limit (PD_OK). Moves
+ * x, keeps the best iterate in *best. Flexible beta (Notay 2000): symmetry of a single-precision multigrid cycle holds
+ * to rounding only. */
 static pd_status pdi_krylov_cg_cycle(const pdi_krylov_state *run, pdi_krylov_best *best)
 {
     double *r = pdi_krylov_vector(run, 0), *p = pdi_krylov_vector(run, 1), *z = pdi_krylov_vector(run, 2);
@@ -731,7 +745,8 @@ static pd_status pdi_krylov_cg_cycle(const pdi_krylov_state *run, pdi_krylov_bes
     return PD_OK;
 }
 
-/* CG with restarts from the true residual while that reduces it. */
+/* CG with restarts from the true residual while that reduces it; the residual in work vector 0 has the norm `norm`.
+ * PD_NOT_CONVERGED: iteration limit or stagnation. */
 static pd_status pdi_krylov_cg(const pdi_krylov_state *run, double norm)
 {
     const pd_krylov_desc *d = &run->k->desc;
@@ -756,7 +771,7 @@ static pd_status pdi_krylov_cg(const pdi_krylov_state *run, double norm)
 
 PDI_FN double pdi_krylov_min_norm(void) { return sqrt(DBL_MIN / DBL_EPSILON); }
 
-/* Set |b|, the tolerance and the residual of the initial guess, of norm *norm, in v. */
+/* Set |b|, the tolerance and the residual of the initial guess, of norm *norm, in v. With zero_guess it zeroes x. */
 static pd_status pdi_krylov_begin(pdi_krylov_state *run, double *norm)
 {
     const pd_krylov_desc *d = &run->k->desc;

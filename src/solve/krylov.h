@@ -65,7 +65,7 @@ typedef struct pd_krylov_desc {
                              * which saves one application of A. For callers that check the result themselves */
 } pd_krylov_desc;
 
-/* Between solves first, end, fixed, max_iterations, rtol, atol, diagonal and zero_guess of desc may be changed. */
+/* Between solves first, end, fixed_restart, max_iterations, rtol, atol, diagonal and zero_guess of desc may change. */
 /* A solver with its work vectors. */
 typedef struct pd_krylov {
     pd_krylov_desc desc; /* defaults filled in */
@@ -84,7 +84,7 @@ typedef struct pd_krylov {
     double *dense;              /* [-] GMRES: Hessenberg matrix, rotations, right-hand side, coefficients */
     int chunk_columns;          /* GMRES: vectors of a chunk by which the basis grows; 0: it does not grow */
     int columns, built_columns; /* GMRES: capacity of the Hessenberg matrix in columns, now and when it was built */
-    /* GMRES: chunks of `grow` vectors each, stored as in the basis (flexible: twice) */
+    /* GMRES: chunks of chunk_columns vectors each, stored as in the basis (flexible: twice) */
     void *chunk[PD_KRYLOV_MAX_CHUNKS];
     int chunk_count;                         /* number of them */
     int chunk_is_lent[PD_KRYLOV_MAX_CHUNKS]; /* 1: the chunk is lent by the arena */
@@ -94,7 +94,7 @@ typedef struct pd_krylov_result {
     int iterations;
     int applies, precond_applies; /* calls of the operator, of the preconditioner */
     double residual0, residual; /* [unit of b] true |b - A x| of the initial guess and of the returned
-                                 * x (trusting: that of the recurrence) */
+                                 * x (skip_true_residual: that of the recurrence) */
     int converged;
 } pd_krylov_result;
 
@@ -104,12 +104,12 @@ typedef struct pd_krylov_result {
 
 /* Build a solver with all its vectors. PD_ERR_ARGUMENT: a setting is out of range. */
 PD_API pd_status pd_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov);
-/* Free all memory that is not lent. */
+/* Free all memory that is not lent, and set the solver to zero. */
 PD_API void pd_krylov_free(pd_ctx *ctx, pd_krylov *krylov);
 /* Solve A x = b, preconditioned from the right (CG: symmetrically). precond NULL: none; user is passed to all
- * callbacks. x: initial guess in, solution out; result may be NULL. Allocates nothing except for the growth allowed by
- * `most`. PD_NOT_CONVERGED: iteration limit or stagnation. PD_ERR_DIVERGED: a callback returned NaN or infinity, or CG
- * met an indefinite operator or a singular direction, which is then work vector 1. In both cases x is the best iterate.
+ * callbacks. x: initial guess in, solution out; result may be NULL. Allocates nothing except for the growth up to
+ * max_vectors. PD_NOT_CONVERGED: iteration limit or stagnation. PD_ERR_DIVERGED: a callback returned NaN or infinity,
+ * or CG met an indefinite operator or a singular direction, then work vector 1. In both cases x is the best iterate.
  * PD_ERR_ARGUMENT: b or x is not finite.
  * Sources: Saad 2003 (GMRES alg. 9.5, 9.6; CG alg. 9.1), Notay 2000 (flexible CG). */
 PD_API pd_status pd_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn apply, pd_apply_fn precond, void *user,
@@ -119,13 +119,14 @@ PD_API pd_status pd_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn app
 /* [-] Largest and smallest forcing term (relative tolerance of the linear solves in Newton's method). */
 #define PDI_KRYLOV_FORCING_MAX 0.1
 #define PDI_KRYLOV_FORCING_MIN 1e-3
-/* Forcing term of the next linear solve in Newton's method: 0.9 left^2, `left` being the ratio of the last two residual
- * norms (Eisenstat and Walker 1996, choice 2). */
+/* Forcing term of the next linear solve in Newton's method: 0.9 left^2 within these bounds, `left` being the ratio of
+ * the last two residual norms (Eisenstat and Walker 1996, choice 2). */
 static inline double pdi_krylov_forcing(double left)
 {
     return pd_min(PDI_KRYLOV_FORCING_MAX, pd_max(PDI_KRYLOV_FORCING_MIN, 0.9 * left * left));
 }
-/* Forcing term 0.9 left, for strongly nonlinear equations where the square is too optimistic (after their choice 1). */
+/* Forcing term 0.9 left within these bounds, for strongly nonlinear equations where the square is too optimistic (after
+ * their choice 1). */
 static inline double pdi_krylov_forcing_linear(double left)
 {
     return pd_min(PDI_KRYLOV_FORCING_MAX, pd_max(PDI_KRYLOV_FORCING_MIN, 0.9 * left));
@@ -135,20 +136,22 @@ PDI_FN pd_status pdi_krylov_build_unallocated(pd_ctx *ctx, const pd_krylov_desc 
 /* Smallest meaningful norm [unit of b], sqrt(DBL_MIN / DBL_EPSILON): below it squares underflow. A residual below it
  * counts as zero. */
 PDI_FN double pdi_krylov_min_norm(void);
-/* Free the allocated chunks by which the basis has grown. Those of the arena were returned at the end of each solve. */
+/* Free the allocated chunks by which the basis has grown, and shrink the Hessenberg matrix to its built size; it stays
+ * larger where memory for that is refused. Chunks of the arena were returned at the end of each solve. */
 PDI_FN void pdi_krylov_free_growth(pd_ctx *ctx, pd_krylov *krylov);
 /* Switch flexible GMRES on or off between solves, in the memory of the basis: without it the basis holds twice the
  * columns. It must not have grown. */
 PDI_FN void pdi_krylov_set_flexible(pd_krylov *krylov, int flexible);
-/* Before the basis is lent: use part of its memory for the arrays of `list`, where the basis is in single precision and
- * not flexible, and at least `least` vectors remain. Returns 0 when that is not possible. */
+/* Before the basis is lent: take memory for the arrays of `list` from the arena, and make the basis smaller by as much.
+ * 1: done. 0: the basis is not in single precision or is flexible, fewer than `least` vectors would remain, or the
+ * arena has no room; nothing changes. */
 PDI_FN int pdi_krylov_lend_basis(pd_ctx *ctx, pd_krylov *krylov, pd_arena *arena, pdi_array_list_fn list, void *object,
                                  int least);
-/* Return the arrays that pdi_krylov_lend_basis has lent, and restore the size of the basis. Returns `status` or an
- * error. */
+/* Return the arrays that pdi_krylov_lend_basis has lent, and restore the memory of the basis; its columns are counted
+ * anew by pdi_krylov_set_flexible. Returns `status`, or PD_ERR_INTERNAL as of pdi_arena_release. */
 PDI_FN pd_status pdi_krylov_restore_basis(pd_ctx *ctx, pd_krylov *krylov, pd_arena *arena, pdi_array_list_fn list,
                                           void *object, pd_status status);
-/* List function: the work vectors and the basis. */
+/* List function: the work vectors and the basis, by the sizes that pdi_krylov_init sets; growth is not in it. */
 PDI_FN void pdi_krylov_list(pdi_array_visitor *owner, void *object);
 /* Check the desc, fill in defaults and sizes; allocates nothing, so that the memory can be counted. PD_ERR_ARGUMENT,
  * PD_ERR_SIZE. */

@@ -62,7 +62,8 @@ static double *pdi_least_squares_jacobian_column(const pdi_least_squares *s, int
     return s->jacobian + (int64_t)k * s->m;
 }
 
-/* Evaluate the residuals [m] and their sum of squares at scaled parameters q. Errors of the function. */
+/* Evaluate the residuals [m] and their sum of squares at scaled parameters q, and count that. PD_ERR_STATE: a residual
+ * is not finite. Errors of the function. */
 static pd_status pdi_least_squares_evaluate(pdi_least_squares *s, const double *q, double *residual, double *sum)
 {
     double value[PDI_LEAST_SQUARES_N];
@@ -75,8 +76,8 @@ static pd_status pdi_least_squares_evaluate(pdi_least_squares *s, const double *
     return pd_fail(s->ctx, PD_ERR_STATE, "least_squares", "a residual is not finite at %g of parameter 1", value[0]);
 }
 
-/* Estimate the noise of a residual from k-th differences along a line, in which smooth parts cancel: their mean square
- * is the variance of the noise times (2k)!/(k!)^2 (Hamming; More and Wild 2011). */
+/* Set result->noise: desc.noise where given, else from evaluations along a line from q. Smooth parts cancel in k-th
+ * differences, whose mean square is the variance of the noise times (2k)!/(k!)^2 (Hamming; More and Wild 2011). */
 static pd_status pdi_least_squares_estimate_noise(pdi_least_squares *s)
 {
     double q[PDI_LEAST_SQUARES_N], sum, square = 0.0, gamma = 1.0;
@@ -98,7 +99,8 @@ static pd_status pdi_least_squares_estimate_noise(pdi_least_squares *s)
     return PD_OK;
 }
 
-/* Column k of the Jacobian by a finite difference of second order within the bounds. */
+/* Column k of the Jacobian by a finite difference of second order within the bounds, with the increment step[k]: two
+ * evaluations. */
 static pd_status pdi_least_squares_compute_column(pdi_least_squares *s, int k)
 {
     double q[PDI_LEAST_SQUARES_N], sum, h = s->step[k], *j = pdi_least_squares_jacobian_column(s, k);
@@ -133,8 +135,8 @@ static int pdi_least_squares_active_bound(const pdi_least_squares *s, int k)
     return s->q[k] <= 0.0 && slope > 0.0 ? -1 : s->q[k] >= 1.0 && slope < 0.0 ? 1 : 0;
 }
 
-/* Cholesky factor of the normal matrix J^T J with its diagonal times (1 + damping); parameters on active bounds get a
- * unit row. Returns 0 when singular. */
+/* Cholesky factor, in the lower triangle of a, of the normal matrix J^T J with its diagonal times (1 + damping);
+ * parameters on active bounds get a unit row. 1: done; 0: singular. */
 static int pdi_least_squares_factor_normal(const pdi_least_squares *s, double damping,
                                            double a[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N])
 {
@@ -153,8 +155,9 @@ static int pdi_least_squares_factor_normal(const pdi_least_squares *s, double da
     return pdi_vec_cholesky(s->n, PDI_LEAST_SQUARES_N, least, a[0]);
 }
 
-/* Compute the Jacobian by finite differences, and their next increments h: with relative noise e, and a third
- * derivative of the size of the first one, the relative error e/h + h^2/6 is least at h = (3 e)^(1/3). */
+/* Compute the Jacobian by finite differences at q, noted in jacobian_at, and their next increments h: with relative
+ * noise e, and a third derivative of the size of the first one, the relative error e/h + h^2/6 is least at h = (3
+ * e)^(1/3). PD_ERR_ARGUMENT: a parameter (result->ineffective) changes nothing, or they are not distinguished. */
 static pd_status pdi_least_squares_compute_jacobian(pdi_least_squares *s)
 {
     double noise = s->result->noise * sqrt((double)s->m), a[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N];
@@ -176,7 +179,8 @@ static pd_status pdi_least_squares_compute_jacobian(pdi_least_squares *s)
     return pd_fail(s->ctx, PD_ERR_ARGUMENT, "least_squares", "the points do not distinguish the %d parameters", s->n);
 }
 
-/* q: the parameters after a Levenberg-Marquardt step, clipped to the bounds. Returns 0 when the matrix is singular. */
+/* q: the scaled parameters after a Levenberg-Marquardt step, clipped to the bounds. 1: done; 0: the matrix is
+ * singular. */
 static int pdi_least_squares_compute_step(const pdi_least_squares *s, double *q)
 {
     double a[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N], x[PDI_LEAST_SQUARES_N];
@@ -199,7 +203,8 @@ static double pdi_least_squares_covariance_factor(const pdi_least_squares *s)
     return reduced > 1.0 ? reduced : 1.0;
 }
 
-/* Compute degrees of freedom, active bounds and the covariance matrix. Returns 0 when the normal matrix is singular. */
+/* Set degrees of freedom and active bounds of the result, and cov, the covariance matrix of the scaled parameters, with
+ * NaN for those on active bounds. 1: done; 0: the normal matrix is singular, and cov is not set. */
 static int pdi_least_squares_compute_covariance(pdi_least_squares *s,
                                                 double cov[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N])
 {
@@ -220,7 +225,8 @@ static int pdi_least_squares_compute_covariance(pdi_least_squares *s,
     return 1;
 }
 
-/* 1: the step to q is below the tolerance times the standard errors, plus the uncertainty due to noise. */
+/* 1: the step to q is below the tolerance times the standard errors, plus the uncertainty due to noise. 0: it is not,
+ * or the normal matrix is singular. Updates degrees of freedom and active bounds of the result. */
 static int pdi_least_squares_is_step_small(pdi_least_squares *s, const double *q)
 {
     double cov[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N],
@@ -255,7 +261,8 @@ static int pdi_least_squares_is_jacobian_valid(const pdi_least_squares *s)
     return 1;
 }
 
-/* One iteration. *done: 1 converged, -1 no step decreases the sum of squares. */
+/* One iteration: a step, a new Jacobian, or more damping. *done, 0 before, becomes 1: converged, or -1: no step
+ * decreases the sum of squares; else it stays 0. */
 static pd_status pdi_least_squares_iterate_once(pdi_least_squares *s, int *done)
 {
     double q[PDI_LEAST_SQUARES_N], sum;
@@ -294,7 +301,7 @@ static void pdi_least_squares_report_progress(const pdi_least_squares *s)
     if (s->desc->report) s->desc->report(s->desc->user, value, s->sum, s->result->evaluations);
 }
 
-/* Fill the result: values, standard errors, 95 % intervals, correlations. */
+/* Fill the result: sum, values, standard errors, 95 % intervals, correlations. NaN where there is no covariance. */
 static void pdi_least_squares_set_result(pdi_least_squares *s)
 {
     double cov[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N];
@@ -314,7 +321,7 @@ static void pdi_least_squares_set_result(pdi_least_squares *s)
     }
 }
 
-/* The iteration from the start to convergence. */
+/* The iteration from the start q to convergence; fills the result. PD_NOT_CONVERGED: as of pd_least_squares_solve. */
 static pd_status pdi_least_squares_iterate(pdi_least_squares *s)
 {
     int done = 0;
@@ -353,7 +360,7 @@ static pd_status pdi_least_squares_check(pd_ctx *ctx, const pd_least_squares_des
     return PD_OK;
 }
 
-/* Describes the arrays of a solve. */
+/* List function: the arrays of a solve. */
 static void pdi_least_squares_list(pdi_array_visitor *owner, void *object)
 {
     pdi_least_squares *squares = (pdi_least_squares *)object;

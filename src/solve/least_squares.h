@@ -49,12 +49,12 @@ typedef struct pd_least_squares_result {
 #define pd_least_squares_solve PD_NAME(pd_least_squares_solve)
 
 /* Minimise the sum of squared residuals within the bounds. PD_ERR_ARGUMENT: bounds, a start outside of them, fewer
- * points than parameters, a parameter without effect. PD_NOT_CONVERGED: no step lowers the sum any more, but the
- * tolerance is not reached. Errors of fn. */
+ * points than parameters, a parameter without effect, or parameters that the points do not distinguish.
+ * PD_NOT_CONVERGED: no step lowers the sum any more, or there were 100 steps; the result is filled. Errors of fn. */
 PD_API pd_status pd_least_squares_solve(pd_ctx *ctx, const pd_least_squares_desc *desc,
                                         pd_least_squares_result *result);
 #ifdef PDI_INTERNAL
-/* The 97.5 % quantile of Student's t distribution; freedom 0: of the normal distribution. */
+/* The 97.5 % quantile of Student's t distribution; freedom 0 or below, or above 100000: of the normal distribution. */
 PDI_FN double pdi_least_squares_student_quantile(int freedom);
 #endif
 

@@ -30,7 +30,7 @@
 
 /* ---- memory ---- */
 
-/* Number of floats of level 0 for the coefficients with their pads, inv and excess. */
+/* Number of floats of level 0 for the coefficients with their pads, inverse_diagonal and row_sum. */
 static size_t pdi_multigrid_count_coefficients(const pd_multigrid *mg)
 {
     size_t padded = mg->desc.symmetric ? PD_DIM : 2 * PD_DIM, cells = (size_t)mg->level[0].cells;
@@ -41,7 +41,7 @@ PDI_FN size_t pdi_multigrid_field_floats(const pd_multigrid *mg)
     return 3 * (size_t)mg->level[0].cells + 2 * (size_t)mg->pad;
 }
 
-/* Number of doubles of level 0 for sum with its pads. */
+/* Number of doubles of level 0 for coarse_correction with its pads; 0 without contrast. */
 static size_t pdi_multigrid_count_sums(const pd_multigrid *mg)
 {
     return mg->desc.high_contrast ? (size_t)mg->level[0].cells + 2 * (size_t)mg->pad : 0;
@@ -106,7 +106,7 @@ PDI_FN pd_status pdi_multigrid_init(pd_ctx *ctx, const pd_multigrid_desc *desc, 
     return PD_OK;
 }
 
-/* Zero the pads of a padded array of level 0, or (all = 1) the whole array. */
+/* Zero the pads before and after an array of level 0, or (all = 1) the whole array. values: its entry of cell 0. */
 static void pdi_multigrid_zero_pads(const pd_multigrid *mg, float *values, int all)
 {
     int64_t cells = mg->level[0].cells, pad = mg->pad;
@@ -125,7 +125,8 @@ static void pdi_multigrid_remove_unused(pd_multigrid *mg)
     arena->unused_count = kept;
 }
 
-/* Take over the memory of the coarse levels of the multigrid that was used last, if this one has none. */
+/* Take over the memory of the coarse levels of the multigrid that was used last, if this one has none, and take both
+ * off the stack of unused ones. */
 static void pdi_multigrid_take_over_levels(pd_multigrid *mg)
 {
     pd_arena *arena = mg->desc.arena;
@@ -139,7 +140,7 @@ static void pdi_multigrid_take_over_levels(pd_multigrid *mg)
     }
 }
 
-/* Put a multigrid on the stack of unused ones of its arena. */
+/* Put a multigrid on the stack of unused ones of its arena, if it has coarse levels and the stack has room. */
 static void pdi_multigrid_add_unused(pd_multigrid *mg)
 {
     pd_arena *arena = mg->desc.arena;
@@ -236,7 +237,7 @@ static double pdi_multigrid_power_of_two(double largest)
     return ldexp(1.0, exponent > -DBL_MAX_EXP ? -exponent : DBL_MAX_EXP - 1);
 }
 
-/* Compute the upwind coefficients of level 0 for the faces normal to axis d. */
+/* Compute the upwind coefficients hi and lo of level 0, scaled, for the faces normal to axis d. flux NULL: no flow. */
 static void pdi_multigrid_compute_faces(const pd_ctx *ctx, pd_multigrid *mg, int d, const uint8_t *active,
                                         const float *conduct, const float *flux)
 {
@@ -259,8 +260,8 @@ static void pdi_multigrid_compute_faces(const pd_ctx *ctx, pd_multigrid *mg, int
     }
 }
 
-/* Net outflow of cell c of level 0 through its open faces, scaled. It is computed from the flows: in the coefficients
- * they are lost to rounding beside strong conductances. */
+/* Net outflow of cell c of level 0 through its open faces, scaled; outwards positive. It is computed from the flows: in
+ * the coefficients they are lost to rounding beside strong conductances. */
 static double pdi_multigrid_net_outflow(const pd_multigrid *mg, int32_t c, const float *const *flux)
 {
     const pd_smoother_level *fine = &mg->level[0];
@@ -280,8 +281,8 @@ static float pdi_multigrid_scale_mass(const pd_multigrid *mg, float given)
     return (float)pd_min(mg->scale * (double)given, PDI_MULTIGRID_MAX_MASS);
 }
 
-/* Compute the diagonals of level 0 from its faces, walls and masses. During setup x holds the wall and b the mass of
- * each cell. */
+/* Compute inverse_diagonal and, with contrast, row_sum of level 0 from its faces, walls and masses; r becomes 0. During
+ * setup x holds the wall and b the mass of each cell. flux, wall and mass may be NULL. */
 static void pdi_multigrid_compute_diagonal(const pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active,
                                            const float *const *flux, const float *wall, const float *mass)
 {
@@ -302,7 +303,7 @@ static void pdi_multigrid_compute_diagonal(const pd_ctx *ctx, pd_multigrid *mg, 
     }
 }
 
-/* Find the first and last active cell of each row of level 0. */
+/* Find begin and end, the first active cell of each row of level 0 and one past the last; equal where there is none. */
 static void pdi_multigrid_find_row_ends(pd_smoother_level *fine)
 {
     int32_t n = fine->n[0];
@@ -478,7 +479,8 @@ static void pdi_multigrid_cycle_up(pdi_par_team team, const pd_multigrid *mg, co
     if (level->coarse_correction) pdi_multigrid_apply_all(team, level, PDI_SMOOTHER_ADD_TO_SUM);
 }
 
-/* The V-cycle of the levels from `first` to the coarsest, which only has START and, with flow, line sweeps. */
+/* The V-cycle of the levels from `first` to the coarsest, which only has a Jacobi step and, with flow, two line sweeps.
+ * The team has one thread. */
 static void pdi_multigrid_cycle_coarse(pdi_par_team team, const pd_multigrid *mg, int first)
 {
     const pd_smoother_level *last = &mg->level[mg->levels - 1];
@@ -545,7 +547,7 @@ static void pdi_multigrid_part_max(pdi_par_team team, const pd_multigrid *mg, co
     }
 }
 
-/* Zero x, r and the inactive parts of b in row r of level 0, since others have used their memory. */
+/* Zero x, r and the inactive ends of b in row r of level 0, since others have used their memory. */
 static void pdi_multigrid_zero_row(const pd_smoother_level *fine, int32_t r)
 {
     int32_t n0 = fine->n[0], first = r * n0, begin = fine->begin[r], end = fine->end[r];

@@ -50,14 +50,14 @@ typedef struct pd_multigrid {
     double scale;   /* [-] power of two: stored coefficient = scale * given coefficient */
     int32_t pad;    /* zero floats before and after each level 0 array read at neighbours */
     float *coefficients; /* level 0: coefficients with their pads, inv and excess */
-    float *fields;  /* level 0: x with its pads, b and r; NULL with a host. With desc.guest the caller sets it */
+    float *fields;  /* level 0: x with its pads, b and r; NULL with a host. With caller_fields the caller sets it */
     double *sums;   /* [-] level 0: sum with its pads; NULL without contrast */
     int32_t *setup_work; /* [cells + 3] work array of the setup; NULL between setups with an arena */
     pd_smoother_level level[PD_MULTIGRID_LEVELS];
 } pd_multigrid;
 
 #ifdef PDI_INTERNAL
-/* Free all arrays. */
+/* Free all arrays, take the multigrid off the stack of unused ones of its arena, and set it to zero. */
 PDI_FN void pdi_multigrid_free(pd_ctx *ctx, pd_multigrid *mg);
 /* Set the coefficients and build the coarser levels. All arrays over the box cells, axis 0 fastest:
  * active: 1 for cells of the domain; conduct[d][c] >= 0 and flux[d][c] (flux NULL: none): of the face between cell c
@@ -80,15 +80,18 @@ PDI_FN pd_status pdi_multigrid_update_mass(pd_ctx *ctx, pd_multigrid *mg, const 
  * Oosterlee and Schueller 2001 (ch. 2, 5, 7); Braess 1995 (constant transfers with rescaled coarse operators). */
 PDI_FN void pdi_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double *x);
 
-/* Number of floats of x, b and r of the finest level. */
+/* Number of floats of x with its pads, b and r of the finest level. */
 PDI_FN size_t pdi_multigrid_field_floats(const pd_multigrid *mg);
-/* List functions: the arrays of the finest level, and the work array of a setup. */
+/* List functions: the arrays of the finest level (x, b and r only without host and caller_fields), and the work array
+ * of a setup. By the sizes that pdi_multigrid_init sets. */
 PDI_FN void pdi_multigrid_list(pdi_array_visitor *owner, void *object);
 PDI_FN void pdi_multigrid_setup_list(pdi_array_visitor *owner, void *object);
-/* Initialise sizes without any array. PD_ERR_ARGUMENT, PD_ERR_SIZE: of the box. */
+/* Copy the desc and set the sizes of level 0, all else to zero, without any array; marks desc->host as a host.
+ * PD_ERR_ARGUMENT, PD_ERR_SIZE: of the box. */
 PDI_FN pd_status pdi_multigrid_init(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_multigrid *mg);
-/* With an arena: set the pointers after its arrays were lent (a setup has to follow), and clear them before the arrays
- * are returned. */
+/* Set the pointers into the arrays of the finest level once these are allocated or lent; a setup has to follow. Takes
+ * the memory of coarse levels from the multigrid of the arena that was used last, where this one has none. Clear them
+ * before an arena takes the arrays back: the multigrid is then not set up, and offers its coarse levels to others. */
 PDI_FN void pdi_multigrid_set_pointers(pd_multigrid *mg);
 PDI_FN void pdi_multigrid_clear_pointers(pd_multigrid *mg);
 #endif

@@ -8,7 +8,8 @@
  * sign. */
 #define PDI_NEWTON_MAX_COUNTERWORK 0.8
 
-/* Residual at a length of the step; infinite where the state has none. */
+/* Moves the state to a length of the step, and sets p->length, norm and excess. PD_RETRY: the state has no residual;
+ * norm and excess are then infinite. */
 static pd_status pdi_newton_try_length(pd_ctx *ctx, const pd_newton_equations *e, double length, pd_newton_progress *p)
 {
     e->move(ctx, e->self, length);
@@ -18,7 +19,7 @@ static pd_status pdi_newton_try_length(pd_ctx *ctx, const pd_newton_equations *e
     return status;
 }
 
-/* Takes the step whole. PD_NOT_CONVERGED, PD_RETRY: the norm does not fall, or there is none. */
+/* Takes the step whole. PD_NOT_CONVERGED, PD_RETRY: the norm does not fall, or there is none; the state stays there. */
 static pd_status pdi_newton_take_full_step(pd_ctx *ctx, const pd_newton_equations *e, pd_newton_progress *p)
 {
     pd_status status = pdi_newton_try_length(ctx, e, 1.0, p);
@@ -26,7 +27,8 @@ static pd_status pdi_newton_take_full_step(pd_ctx *ctx, const pd_newton_equation
     return p->excess <= 1.0 || p->norm < p->previous ? PD_OK : PD_NOT_CONVERGED;
 }
 
-/* Halves the step where the norm grows too much, or takes it back. */
+/* Halves the step where the norm grows too much. Where no trial lowers the norm, takes the step back: p->length is 0,
+ * and norm and excess are those before it. */
 static pd_status pdi_newton_search_by_norm(pd_ctx *ctx, const pd_newton_equations *e, const pd_newton_desc *d,
                                            pd_newton_progress *p)
 {
@@ -40,7 +42,8 @@ static pd_status pdi_newton_search_by_norm(pd_ctx *ctx, const pd_newton_equation
     return status < 0 || p->norm < p->previous ? status : pdi_newton_try_length(ctx, e, 0.0, p);
 }
 
-/* Shortens the step by the work along it. PD_RETRY: no length is accepted. */
+/* Shortens the step by the work along it. PD_RETRY: no length is accepted, or the work is not positive at the start;
+ * the state is that before the step. */
 static pd_status pdi_newton_search_by_work(pd_ctx *ctx, const pd_newton_equations *e, const pd_newton_desc *d,
                                            pd_newton_progress *p)
 {
@@ -64,7 +67,8 @@ static double pdi_newton_choose_forcing(const pd_newton_desc *d, double ratio, d
     return pd_min(d->max_forcing, pd_max(forcing, d->final_forcing / excess));
 }
 
-/* One step from the state of the present residual. */
+/* One step from the state of the present residual: solve_step, then the search. Updates steps, previous, best and
+ * stalled of p. Returns the first status that is not PD_OK. */
 static pd_status pdi_newton_step(pd_ctx *ctx, const pd_newton_equations *e, const pd_newton_desc *d,
                                  pd_newton_progress *p)
 {

@@ -45,7 +45,7 @@ PDI_FN pd_status pdi_physics_check_progress(pd_ctx *ctx, const char *name, pdi_p
                    PDI_PHYSICS_PROGRESS_STEPS, by, time, end, PDI_PHYSICS_MAX_STEPS);
 }
 
-/* Publish the present attempt as progress information. */
+/* Publish the present attempt as progress information, if that is wanted; its error is 0 in the first attempt. */
 static void pdi_physics_publish_attempt(const pd_physics *p, const pd_step *s)
 {
     if (!s->progress) return;

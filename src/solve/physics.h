@@ -1,7 +1,7 @@
 /* physics: the interface between one physics and the time loop: a table of callbacks, and the step control with
  * retries.
  *
- * A process is the solver of the equations of one physics. It is quasi-steady (`at`) or it advances by time steps
+ * A process is the solver of the equations of one physics. It is quasi-steady (`solve_at`) or it advances by time steps
  * (`attempt`). The time loop of time_loop.h runs a list of processes; the `_run` function of a physics runs one alone.
  * The loop of step limits, attempts and retries is in this module only. Each callback may be NULL unless noted.
  */
@@ -81,7 +81,7 @@ typedef struct pd_physics {
     /* Lower step->dt to the largest step of the run that suits the process. Called when the first process takes several
      * substeps in a step of the run; a process that takes a single step limits it by `limit`. */
     pd_status (*max_run_step)(pd_ctx *ctx, void *self, pd_step *step);
-    /* Begin a step: lower step->dt to the largest admissible step; step->limit may be lowered, too. */
+    /* Begin a step: lower step->dt to the largest admissible step; latest_end may be lowered, too. */
     pd_status (*limit)(pd_ctx *ctx, void *self, pd_step *step);
     /* Compute a step of step->dt from step->time. PD_RETRY: its error is too large, `reject` follows. */
     pd_status (*attempt)(pd_ctx *ctx, void *self, pd_step *step);
@@ -117,16 +117,19 @@ typedef struct pdi_physics_progress {
     double since; /* [s] */
     int steps;
 } pdi_physics_progress;
-/* Check the progress after each accepted step, at its end `time` [s]. PD_ERR_STATE: with steps like the last 1000,
- * `end` [s] is not reached in 1e10 steps. */
+/* Count one accepted step, and check the progress every 1000 of them, at the end `time` [s] of the step. PD_ERR_STATE:
+ * with steps like the last 1000, `end` [s] is not reached in 1e10 steps. */
 PDI_FN pd_status pdi_physics_check_progress(pd_ctx *ctx, const char *name, pdi_physics_progress *pace, double time,
                                             double end);
 /* Size [s] of equal steps of at most dt [s] that divide the time `left` [s]. */
 PDI_FN double pdi_physics_equal_steps(double left, double dt);
-/* A `longest` callback: limits step->dt to max_step of the run. */
+/* A max_run_step callback: lowers step->dt to step->max_step, the limit of the run, if there is one. self is not
+ * used. */
 PDI_FN pd_status pdi_physics_limit_max_step(pd_ctx *ctx, void *self, pd_step *step);
-/* Take one accepted step from step->time to step->end, at most to step->limit: attempts are repeated with smaller steps
- * until one is accepted. Errors and PD_NOT_CONVERGED are those of the process. */
+/* Take one accepted step from step->time to step->end, at most to step->latest_end: attempts are repeated with smaller
+ * steps until one is accepted. Sets dt, end, rejected and what `accept` sets of step. PD_ERR_STATE: step underflow or
+ * 1000 attempts; other errors and PD_NOT_CONVERGED, with which the step counts as accepted, are those of the
+ * process. */
 PDI_FN pd_status pdi_physics_step(pd_ctx *ctx, const pd_physics *process, pd_step *step);
 #endif
 

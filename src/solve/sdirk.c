@@ -13,7 +13,8 @@ PDI_FN double pdi_sdirk_limit_step(double planned, double max_step, double left)
     return dt > 0.5 * left ? 0.5 * left : dt;
 }
 
-/* Factor for the next step: errors of a step are of second order in it. */
+/* Factor from this step to the next one, at most PDI_SDIRK_MAX_GROWTH, by error over tolerance: errors of a step are of
+ * second order in it. */
 static double pdi_sdirk_step_factor(double error_ratio)
 {
     return pd_min(PDI_SDIRK_MAX_GROWTH, PDI_SDIRK_SAFETY / sqrt(pd_max(error_ratio, 1e-6)));

@@ -16,11 +16,12 @@ PDI_FN double pdi_sdirk_limit_step(double planned, double max_step, double left)
 /* Step [s] to plan after an accepted step dt with error_ratio = error over tolerance. A step that was shortened at the
  * end does not lower the plan unless its error asks for it. */
 PDI_FN double pdi_sdirk_update_plan(double planned, double dt, double error_ratio);
-/* Sets step->dt to the planned step [s] that the time left and max_step allow. */
+/* Sets step->dt to the planned step [s], at most max_step (0: no limit) and the time to step->latest_end. */
 PDI_FN void pdi_sdirk_limit(double planned, double max_step, pd_step *step);
-/* Plans the next step [s] by the error of an accepted one. */
+/* Plans the next step *planned [s] by step->error of the accepted step of step->dt. */
 PDI_FN void pdi_sdirk_accept(double *planned, const pd_step *step);
-/* Plans a shorter step [s] by the error of a rejected one, infinite where it had no solution, and sets step->dt. */
+/* Plans a shorter step *planned [s] than the rejected step->dt by step->error, infinite where it had no solution, and
+ * sets step->dt as pdi_sdirk_limit does. */
 PDI_FN void pdi_sdirk_reject(double *planned, double max_step, pd_step *step);
 #endif
 

@@ -53,7 +53,7 @@ PDI_NOINLINE static float pdi_smoother_periodic_sum(const pd_smoother_level *fin
     return sum;
 }
 
-/* Sum over links of a x for a cell of level 0, of a coarse level, and of any level. */
+/* Sum over links of a x for a cell of level 0. */
 static inline float pdi_smoother_fine_sum(const pd_smoother_level *fine, const int32_t *stride, int32_t c)
 {
     float sum = 0.0f;
@@ -64,7 +64,7 @@ static inline float pdi_smoother_fine_sum(const pd_smoother_level *fine, const i
     return sum;
 }
 
-/* Sum over the cells of level 1 that hold cell c, of what they add to it; 0: none. */
+/* Sum over links of a x for a cell of a coarse level. */
 static inline float pdi_smoother_coarse_sum(const pd_smoother_level *level, int32_t c)
 {
     float sum = 0.0f;
@@ -72,13 +72,14 @@ static inline float pdi_smoother_coarse_sum(const pd_smoother_level *level, int3
     return sum;
 }
 
+/* Sum over links of a x for a cell of any level. */
 static inline float pdi_smoother_sum(const pd_smoother_level *level, const int32_t *stride, int32_t c)
 {
     return level->row ? pdi_smoother_coarse_sum(level, c) : pdi_smoother_fine_sum(level, stride, c);
 }
 
-/* (A sum)_c of level 0 from the row sum and differences of neighbours: where links are strong and values nearly equal,
- * as in a good conductor, the rounding of the products would exceed the row sum. */
+/* (A coarse_correction)_c of level 0 from the row sum and differences of neighbours: where links are strong and values
+ * nearly equal, as in a good conductor, the rounding of the products would exceed the row sum. */
 static inline float pdi_smoother_fine_defect(const pd_smoother_level *fine, const int32_t *stride, int32_t c)
 {
     double leave = (double)fine->row_sum[c] * fine->coarse_correction[c];
@@ -101,7 +102,7 @@ static inline float pdi_smoother_coarse_defect(const pd_smoother_level *level, i
     return (float)leave;
 }
 
-/* b -= A sum on `count` cells of level 0 without periodic axes (vectorised). */
+/* b -= A coarse_correction on `count` cells of level 0 without periodic axes (vectorised). */
 static void pdi_smoother_block_defect(const pd_smoother_level *fine, const int32_t *stride, int32_t first,
                                       int32_t count)
 {
@@ -123,7 +124,7 @@ static void pdi_smoother_block_defect(const pd_smoother_level *fine, const int32
     }
 }
 
-/* b -= A sum on the cells first .. end-1 of any level. */
+/* b -= A coarse_correction on the cells first .. end-1 of any level. */
 static void pdi_smoother_subtract_defect(const pd_smoother_level *level, const int32_t *stride, int32_t first,
                                          int32_t end)
 {
@@ -177,7 +178,7 @@ static void pdi_smoother_compute_strides(const pd_smoother_level *level, int32_t
     for (int d = 0; d < PD_DIM; d++) stride[d] = pdi_smoother_stride(level->n, d);
 }
 
-/* Colour of the first cell of row r of level 0. */
+/* Colour, 0 or 1, of the first cell of row r of level 0. */
 static int pdi_smoother_row_colour(const pd_smoother_level *fine, int32_t r)
 {
     int sum = 0;
@@ -276,8 +277,8 @@ static void pdi_smoother_every_second(const pd_smoother_level *fine, const pdi_s
     }
 }
 
-/* START or SWEEP on every second cell of row r of level 0 from `first` (one colour). Where axis 0 is periodic, the
- * first and the last cell of the row are treated separately. */
+/* PDI_SMOOTHER_JACOBI or PDI_SMOOTHER_GAUSS_SEIDEL on every second cell of row r of level 0 from `first` (one colour).
+ * Where axis 0 is periodic, the first and the last cell of the row are treated separately. */
 static void pdi_smoother_row_sweep(const pd_smoother_level *fine, const int32_t *stride, pdi_smoother_op op, int32_t r,
                                    int32_t first)
 {
@@ -345,8 +346,8 @@ PDI_NOINLINE static void pdi_smoother_fine_line_rhs(const pd_smoother_level *fin
     }
 }
 
-/* Gauss-Seidel forwards and backwards along `lines` (1 or 2) lines of level 0 that are not neighbours. Only one product
- * and one sum depend on the cell before; two lines at a time hide that latency. */
+/* Gauss-Seidel forwards and backwards along `lines` (1 or 2) lines of level 0 that are not neighbours; overwrites their
+ * r. Only one product and one sum depend on the cell before; two lines at a time hide that latency. */
 static inline void pdi_smoother_sweep_fine_lines(const pd_smoother_level *fine, const int32_t *stride,
                                                  const int32_t *line, int lines)
 {
@@ -399,8 +400,8 @@ typedef struct pdi_smoother_block {
     int32_t first[PD_DIM], n[PD_DIM], lines;
 } pdi_smoother_block;
 
-/* Number of blocks along the axes 1 and up: 1, or an even number, since the last may be a periodic neighbour of the
- * first. */
+/* Number of blocks along the axes 1 and up into blocks [PD_DIM]: 1, or an even number, since the last may be a periodic
+ * neighbour of the first. blocks[0] is not set. */
 static void pdi_smoother_count_axis_blocks(const pd_smoother_level *level, int *blocks)
 {
     for (int d = 1; d < PD_DIM; d++) {
@@ -411,8 +412,8 @@ static void pdi_smoother_count_axis_blocks(const pd_smoother_level *level, int *
     }
 }
 
-/* Number of blocks of a colour, which are not neighbours. Bits of colour: even or odd blocks along the axes 1 and
- * up. */
+/* Number of blocks of a colour, which are not neighbours; 0 where an axis has one block and the colour is odd there.
+ * Bits of colour: even or odd blocks along the axes 1 and up. */
 static int pdi_smoother_count_blocks(const int *blocks, int colour)
 {
     int count = 1;

@@ -88,13 +88,16 @@ static inline float pdi_smoother_get_coefficient(const pd_smoother_level *fine, 
     return fine->symmetric_storage ? fine->hi[axis][neighbour] : fine->lo[axis][c];
 }
 /* All threads of a team have to call the following functions. There is no barrier at their end. */
-/* Apply an operation to `count` cells from `first`, in any order. */
+/* Apply an operation to `count` cells from `first`, in any order. PDI_SMOOTHER_RESIDUAL on level 0 takes all cells,
+ * whatever `first` and `count` are. */
 PDI_FN PDI_NOINLINE void pdi_smoother_apply_range(pdi_par_team team, const pd_smoother_level *level, pdi_smoother_op op,
                                                   int32_t first, int32_t count);
-/* Apply an operation to the cells of one colour of the red-black ordering. */
+/* Apply an operation to the cells of one colour, 0 (red) or 1, of the red-black ordering; on level 0 to those between
+ * begin and end of each row. */
 PDI_FN PDI_NOINLINE void pdi_smoother_apply_colour(pdi_par_team team, const pd_smoother_level *level,
                                                    pdi_smoother_op op, int colour);
-/* Gauss-Seidel forwards and backwards along every line of axis 0, lines in ascending or descending order. */
+/* Gauss-Seidel forwards and backwards along every line of axis 0, lines in ascending or descending order within blocks
+ * of lines, which are coloured for threads. On level 0 it overwrites r. */
 PDI_FN PDI_NOINLINE void pdi_smoother_sweep_lines(pdi_par_team team, const pd_smoother_level *level, int descending);
 #endif
 

@@ -35,7 +35,8 @@ static double pdi_stiff_ode_clip(const pd_stiff_ode *s, int k, double y)
     return pd_min(pd_max(y, s->low[k]), s->high[k]);
 }
 
-/* Evaluate the rates at y clipped to its bounds; 0 for components fixed at a bound. Notes rates that are not finite. */
+/* Evaluate the rates at y clipped to its bounds; 0 for components fixed at a bound. Sets bad_rate, where it is -1, to
+ * the first component whose rate is not below 1e100 in size. */
 static void pdi_stiff_ode_compute_rates(pdi_stiff_ode_state *w, double t, const double *y, double *rate)
 {
     const pd_stiff_ode *s = w->system;
@@ -48,7 +49,7 @@ static void pdi_stiff_ode_compute_rates(pdi_stiff_ode_state *w, double t, const 
     }
 }
 
-/* Mark the components that are at a bound with a rate that points outwards. */
+/* Set `fixed` of the components that are at a bound with a rate that points outwards, and clear it for the others. */
 static void pdi_stiff_ode_mark_fixed(pdi_stiff_ode_state *w, double t, const double *y)
 {
     const pd_stiff_ode *s = w->system;
@@ -59,7 +60,8 @@ static void pdi_stiff_ode_mark_fixed(pdi_stiff_ode_state *w, double t, const dou
         w->fixed[k] = (y[k] >= s->high[k] && rate[k] > 0.0) || (y[k] <= s->low[k] && rate[k] < 0.0);
 }
 
-/* Jacobian of the rates by one-sided finite differences within the bounds. */
+/* Set the Jacobian of the rates by one-sided finite differences within the bounds; rows and columns of fixed components
+ * are 0. */
 static void pdi_stiff_ode_compute_jacobian(pdi_stiff_ode_state *w, double t, const double *y)
 {
     const pd_stiff_ode *s = w->system;
@@ -76,7 +78,8 @@ static void pdi_stiff_ode_compute_jacobian(pdi_stiff_ode_state *w, double t, con
     }
 }
 
-/* LU factorisation of I - h J with row pivoting. Returns 0 when singular. */
+/* LU factorisation of I - h J into a with partial pivoting; row [count]: the row exchanged with row p. 1: done; 0:
+ * singular. */
 static int pdi_stiff_ode_lu_factor(const pdi_stiff_ode_state *w, double h, pdi_stiff_ode_matrix a, int *row)
 {
     int n = w->system->count;
@@ -100,7 +103,7 @@ static int pdi_stiff_ode_lu_factor(const pdi_stiff_ode_state *w, double h, pdi_s
     return 1;
 }
 
-/* Solve with these LU factors, x [n] in place. */
+/* Solve with these LU factors, x [n] in place: the right-hand side goes in. */
 static void pdi_stiff_ode_lu_solve(int n, pdi_stiff_ode_matrix a, const int *row, double *x)
 {
     for (int p = 0; p < n; p++) {
@@ -116,7 +119,8 @@ static void pdi_stiff_ode_lu_solve(int n, pdi_stiff_ode_matrix a, const int *row
     }
 }
 
-/* `parts` linearly implicit Euler substeps over h [s] from y to `end`. Returns 0 when the matrix is singular. */
+/* `parts` linearly implicit Euler substeps over h [s] from y to `end`, both of PD_STIFF_ODE_MAX_EQUATIONS values. 1:
+ * done; 0: the matrix is singular. */
 static int pdi_stiff_ode_euler_substeps(pdi_stiff_ode_state *w, double t, double h, int parts, const double *y,
                                         double *end)
 {
@@ -157,8 +161,9 @@ static double pdi_stiff_ode_step(pdi_stiff_ode_state *w, double t, double h, con
     return worst;
 }
 
-/* Fraction of the step after which the first component reaches a bound; 1: none does. Components within the tolerance
- * of a bound before or after the step are set to it. */
+/* Fraction of the step, at least PDI_STIFF_ODE_SHRINK, after which the first component reaches a bound; 1: none does.
+ * Components of `end` that are beyond a bound, and within the tolerance of it before or after the step, are set to
+ * it. */
 static double pdi_stiff_ode_bound_fraction(const pd_stiff_ode *s, const double *y, double *end)
 {
     double share = 1.0;
@@ -191,8 +196,8 @@ static int pdi_stiff_ode_has_left_bound(const pdi_stiff_ode_state *w, double t, 
     return 0;
 }
 
-/* First step [s]: no component changes by more than its size at the present rates. In a far too long step all columns
- * of the table are damped to zero, and their differences wrongly show no error. */
+/* First step [s], at most `whole`: no component changes by more than its size at the present rates. Sets `fixed`. In a
+ * far too long step all columns of the table are damped to zero, and their differences wrongly show no error. */
 static double pdi_stiff_ode_estimate_first_step(pdi_stiff_ode_state *w, double t, double whole, const double *y)
 {
     const pd_stiff_ode *s = w->system;

@@ -32,8 +32,9 @@ typedef enum pd_stiff_ode_status {
 } pd_stiff_ode_status;
 
 #ifdef PDI_INTERNAL
-/* Integrate y [count] in place from time `from` to `to` [s]. *which: index of the equation whose rate is not finite,
- * else unchanged. */
+/* Integrate y, in place, from time `from` to `to` [s]. y has room for PD_STIFF_ODE_MAX_EQUATIONS values, all of which
+ * are read and `count` of which are used. On failure it is that of the last good step. *which: index of the equation
+ * whose rate is not finite, else unchanged. */
 PDI_FN pd_stiff_ode_status pdi_stiff_ode_solve(const pd_stiff_ode *stiff, double from, double to, double *y,
                                                int *which);
 #endif

@@ -30,8 +30,8 @@ static double pdi_time_quadrature_gauss_mean(const pdi_time_quadrature *q, doubl
                   q->value(q->user, pdi_time_quadrature_gauss_point(from, to, 1)));
 }
 
-/* 1: bounds of subintervals are at most half as wide as `width`, as of a smooth function. Those of a function that
- * oscillates within each subinterval are not, whatever its point values happen to be. */
+/* 1: bounds of subintervals are on average at most half as wide as `width`, as of a smooth function. Those of a
+ * function that oscillates within each subinterval are not, whatever its point values happen to be. */
 static int pdi_time_quadrature_is_smooth(const pdi_time_quadrature *q, double from, double to, double width)
 {
     double sum = 0.0, least, most;

@@ -33,10 +33,11 @@ typedef enum pdi_time_quadrature_verdict {
     PDI_TIME_QUADRATURE_JUMP       /* not accurate, but the amount removed there is negligible: a jump */
 } pdi_time_quadrature_verdict;
 
-/* The first (0) or second (1) point of two-point Gauss quadrature over [from, to]. */
+/* Time [s] of the first (0) or second (1) point of two-point Gauss quadrature over [from, to]. */
 PDI_FN double pdi_time_quadrature_gauss_point(double from, double to, int second);
 /* Judge the interval [from, to], which is the fraction `part` [-] of the step. *mean: mean of the function over it by
- * the rule to be judged: the midpoint rule (middle = 1) or two-point Gauss quadrature (0). */
+ * the rule to be judged: the midpoint rule (middle = 1) or two-point Gauss quadrature (0). Where a value is not finite
+ * the verdict is ACCURATE, since that error is reported elsewhere. */
 PDI_FN pdi_time_quadrature_verdict pdi_time_quadrature_check(const pdi_time_quadrature *q, double from, double to,
                                                              double part, int middle, double *mean);
 #endif
