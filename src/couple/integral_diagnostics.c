@@ -17,7 +17,9 @@ static int pdi_integral_diagnostics_is_inside(const pd_grid *grid, int32_t node,
 
 /* ---- plane ---- */
 
-/* Area and means over the fluid faces of a plane; the value on a face is the mean of both cells. */
+/* Sets area, mean_concentration, mixed_concentration and pressure of *r from the faces between two fluid cells of a
+ * plane; the value on a face is the mean of both cells. Means are NaN without such faces. flow, transport: may be NULL.
+ */
 static void pdi_integral_diagnostics_plane_means(const pd_bonds *bonds, const pd_flow *flow,
                                                  const pd_transport *transport, int axis, int index,
                                                  pd_diagnostics_plane_result *r)
@@ -71,7 +73,7 @@ static int pdi_integral_diagnostics_is_source(const pd_bond_paths *paths, const 
     return t->desc.held(t->desc.user, x) >= 0.0;
 }
 
-/* 1: a node lies inside the initial smooth shape of the metal, so that it has dissolved. */
+/* 1: an open node lies inside the initial smooth shape of the metal, so that it has dissolved. */
 static int pdi_integral_diagnostics_is_dissolved(const pd_grid *grid, int32_t node)
 {
     double x[PD_DIM];

@@ -36,7 +36,8 @@ typedef struct pd_diagnostics_box_result {
 #define pd_diagnostics_box PD_NAME(pd_diagnostics_box)
 
 /* The plane between the cells index - 1 and index of `axis`, index 1 .. n-1. flow and transport may be NULL; their
- * figures are 0 then. The flux of metal is that at the end of the last step. */
+ * figures are 0 then, but mixed_concentration is NaN without flow. Means are NaN where no face is between two fluid
+ * cells. The flux of metal is that at the end of the last step. */
 PD_API void pd_diagnostics_plane(pd_ctx *ctx, const pd_bonds *bonds, pd_flow *flow, pd_transport *transport, int axis,
                                  int index, pd_diagnostics_plane_result *result);
 /* flux [mol/s]: what walls that hold a concentration, and with `dissolve` (or NULL) the metal, give to the fluid nodes

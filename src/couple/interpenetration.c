@@ -8,13 +8,13 @@
 /* Shortening of bonds that counts as rounding [-]. */
 #define PDI_INTERPENETRATION_ROUNDING 1e-6
 
-/* 1: i is a point whose metal has not dissolved. */
+/* 1: i is a point (not -1) whose metal has not dissolved. */
 static int pdi_interpenetration_is_solid(const pd_interpenetration *s, int32_t i)
 {
     return i >= 0 && s->stiffness_factor[i] > 0.0;
 }
 
-/* 1: no unbroken bond connects two points. */
+/* 1: no unbroken bond connects points i and j. */
 static int pdi_interpenetration_is_unbonded(const pd_interpenetration *s, int32_t i, int32_t j)
 {
     for (pd_bond_iterator f = pd_body_bonds_begin(s->body, i); pd_body_bonds_next(&f);)
@@ -22,7 +22,7 @@ static int pdi_interpenetration_is_unbonded(const pd_interpenetration *s, int32_
     return 1;
 }
 
-/* Component of a point. */
+/* Component of a point; 0 where the body has one. */
 static int32_t pdi_interpenetration_get_component(const pd_interpenetration *s, int32_t i)
 {
     return s->component ? s->component[i] : 0;
@@ -37,7 +37,8 @@ static int32_t pdi_interpenetration_neighbour(const pd_interpenetration *s, int3
     return pd_grid_is_inside(s->grid, at) ? s->point[pd_grid_node(s->grid, at)] : -1;
 }
 
-/* Length [m] of the line from x along xi outside of the initial metal. */
+/* Length [m] of the part of the line from x along xi [m] that lies outside of the initial metal; 0 where the metal is
+ * not smooth. */
 static double pdi_interpenetration_initial_gap(const pd_interpenetration *s, const double *x, const double *xi)
 {
     const pd_grid *grid = s->grid;
@@ -53,7 +54,8 @@ static double pdi_interpenetration_initial_gap(const pd_interpenetration *s, con
     return gap * pdi_vec_norm(xi);
 }
 
-/* Records an overlap of two points [m]: within a component, or of two components. */
+/* Records an overlap `depth` [m] of two points. In one component it raises crack_overlap, unless a point has lost all
+ * bonds; of two components it raises component_overlap, with first and other. */
 static void pdi_interpenetration_record(pd_interpenetration *s, int32_t i, int32_t j, double depth)
 {
     if (pdi_interpenetration_get_component(s, i) == pdi_interpenetration_get_component(s, j)) {
@@ -66,8 +68,9 @@ static void pdi_interpenetration_record(pd_interpenetration *s, int32_t i, int32
     }
 }
 
-/* Adjacent points: pass 0: largest relative shortening of bonded ones, returned; pass 1: overlaps of those without a
- * bond, beyond the shortening max_shortening. */
+/* Adjacent points whose distance is shortened by more than the fraction max_shortening. Pass 0: of bonded ones, returns
+ * the largest fraction, at least max_shortening. Pass 1: records the overlaps of those without a bond, less the initial
+ * gap, where that is still more. u [count][PD_DIM] [m]. */
 static double pdi_interpenetration_check_neighbours(pd_interpenetration *s, const double *u, int pass,
                                                     double max_shortening)
 {
@@ -92,7 +95,8 @@ static double pdi_interpenetration_check_neighbours(pd_interpenetration *s, cons
 
 /* ---- points that come from afar ---- */
 
-/* Hash of the cell of point i at displacements u, shifted by off cells unless that is NULL. */
+/* Bin, 0 .. bins - 1, of the cell in which point i lies at displacements u, shifted by off [PD_DIM] cells unless that
+ * is NULL. Several cells may share a bin. */
 static int32_t pdi_interpenetration_hash_cell(const pd_interpenetration *s, const double *u, int32_t i, const int *off)
 {
     uint64_t key = 0;
@@ -105,7 +109,8 @@ static int32_t pdi_interpenetration_hash_cell(const pd_interpenetration *s, cons
     return (int32_t)(key & (uint64_t)(s->bins - 1));
 }
 
-/* Overlap of two points that were not adjacent. */
+/* Records the overlap [m], spacing less distance, of two points without a bond that were not adjacent, if they are
+ * nearer than 1 - max_shortening spacings at displacements u. */
 static void pdi_interpenetration_check_pair(pd_interpenetration *s, const double *u, int32_t i, int32_t j,
                                             double max_shortening)
 {
@@ -120,7 +125,8 @@ static void pdi_interpenetration_check_pair(pd_interpenetration *s, const double
     pdi_interpenetration_record(s, i, j, h - sqrt(square));
 }
 
-/* Point i against the points that are in the hash table already, in its and the adjacent cells. */
+/* Checks point i against the points that are in the hash table already, in its cell and the adjacent ones, and records
+ * overlaps. */
 static void pdi_interpenetration_check_nearby(pd_interpenetration *s, const double *u, int32_t i, double max_shortening)
 {
     int32_t seen[27];

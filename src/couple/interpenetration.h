@@ -30,11 +30,13 @@ typedef struct pd_interpenetration {
 } pd_interpenetration;
 
 #ifdef PDI_INTERNAL
-/* Finds the components that unbroken bonds connect now; grid to count are set before. */
+/* Counts the components that unbroken bonds connect now, into components, and allocates `component` where there are
+ * several. grid to count are set before, the other members are 0. */
 PDI_FN pd_status pdi_interpenetration_build(pd_ctx *ctx, pd_interpenetration *overlap);
-/* Allocates the hash table for checks. */
+/* Allocates the hash table (bins, bin, next) by which points that were not adjacent are checked. */
 PDI_FN pd_status pdi_interpenetration_prepare(pd_ctx *ctx, pd_interpenetration *overlap);
-/* Computes the overlaps at displacements u [count][PD_DIM] [m]: crack, most, pieces, first, other. */
+/* Computes crack_overlap and component_overlap at displacements u [count][PD_DIM] [m], with the points first and other
+ * of the latter, and raises max_crack_overlap. Without the hash table adjacent points alone are checked. */
 PDI_FN void pdi_interpenetration_compute(pd_interpenetration *overlap, const double *u);
 PDI_FN void pdi_interpenetration_free(pd_ctx *ctx, pd_interpenetration *overlap);
 #endif

@@ -103,8 +103,9 @@ typedef struct pd_physics_type {
 
 #define pd_physics_type_register PD_NAME(pd_physics_type_register)
 
-/* Make a physics known to all scenes that are read with this context. PD_ERR_ARGUMENT: it lacks a callback, a field or
- * a name, or its section is registered. PD_ERR_SIZE: too many. */
+/* Make a physics known to all scenes that are read with this context; type is borrowed. PD_ERR_ARGUMENT: it lacks a
+ * callback, a field, a name or a meaning, has a label or too many fields or keys, or its section is registered.
+ * PD_ERR_SIZE: too many physics. */
 PD_API pd_status pd_physics_type_register(pd_ctx *ctx, const pd_physics_type *type);
 
 #endif

@@ -11,8 +11,8 @@
 
 /* ---- planes of symmetry ---- */
 
-/* Layers of image cells behind a side along axis d: three horizons, but with one plane alone no more than the box
- * has. */
+/* Layers of image cells behind the lower (upper 0) or upper (1) side along axis d; 0: it is no plane of symmetry. Three
+ * horizons, rounded to cells, but with one plane alone no more than the box has. */
 static int pdi_point_cells_count_behind(const pd_point_cells *s, int d, int upper)
 {
     int depth = 3 * (int)floor(s->horizon_ratio + 0.5), n = s->grid->n[d];
@@ -20,7 +20,8 @@ static int pdi_point_cells_count_behind(const pd_point_cells *s, int d, int uppe
     return (s->mirrors >> (2 * d) & 3) == 3 || depth < n ? depth : n;
 }
 
-/* Maps a cell of the extended box to the one it mirrors, in place. Returns a bit mask of the reflected axes. */
+/* Maps a cell at [PD_DIM] of the extended box to the one it mirrors, in place. Returns a bit mask of the axes along
+ * which it is reflected an odd number of times. */
 static int pdi_point_cells_fold_cell(const pd_point_cells *s, int *at)
 {
     int flip = 0;
@@ -37,8 +38,8 @@ static int pdi_point_cells_fold_cell(const pd_point_cells *s, int *at)
     return flip;
 }
 
-/* Cell number k of the extended box: its index at, the metal node that it is or mirrors (returned; -1: none), and
- * *flip: reflected axes, -1: within the box. */
+/* Cell number k of the extended box: sets its index at [PD_DIM], negative below the box, and *flip: bit mask of the
+ * reflected axes, -1: the cell lies in the box. Returns the metal node that it is or mirrors; -1: none. */
 static int32_t pdi_point_cells_find_image(const pd_point_cells *s, int64_t k, int *at, int *flip)
 {
     int folded[PD_DIM];
@@ -51,7 +52,7 @@ static int32_t pdi_point_cells_find_image(const pd_point_cells *s, int64_t k, in
     return s->grid->kind[node] == PD_SOLID ? node : -1;
 }
 
-/* Cells of the extended box. */
+/* Number of cells of the extended box. */
 static int64_t pdi_point_cells_count_cells(const pd_point_cells *s)
 {
     int64_t cells = 1;
@@ -97,7 +98,7 @@ static int32_t pdi_point_cells_real_point(const pd_point_cells *s, int32_t i)
     return i < s->count ? i : s->image_source[i - s->count];
 }
 
-/* Cell index of a point or image. */
+/* Cell index at [PD_DIM] of a point or image; that of an image lies outside of the box. */
 static void pdi_point_cells_get_cell(const pd_point_cells *s, int32_t i, int *at)
 {
     if (i < s->count) pd_grid_index(s->grid, s->node[i], at);
@@ -112,7 +113,7 @@ PDI_FN void pdi_point_cells_position(const pd_point_cells *s, int32_t i, double 
     for (int d = 0; d < PD_DIM; d++) x[d] = s->grid->lo[d] + ((double)at[d] + 0.5) * s->grid->h[d];
 }
 
-/* The point or image in a cell; -1: none. */
+/* The point or image in the cell at [PD_DIM], also of points that have dissolved; -1: none. */
 static int32_t pdi_point_cells_find_point(const pd_point_cells *s, const int *at)
 {
     int64_t k = 0;
@@ -127,7 +128,8 @@ static int32_t pdi_point_cells_find_point(const pd_point_cells *s, const int *at
 
 /* ---- bonds that leave the metal ---- */
 
-/* 1: a cell is metal, or has dissolved in this step and still counts as metal. */
+/* 1: the cell at [PD_DIM] is metal, or its point has dissolved in this step and has not yet lost its bonds. self: the
+ * pd_point_cells. A callback of pdi_node_visibility_has_staircase. */
 static int pdi_point_cells_is_metal(const void *self, const int *at)
 {
     const pd_point_cells *s = (const pd_point_cells *)self;
@@ -136,7 +138,7 @@ static int pdi_point_cells_is_metal(const void *self, const int *at)
            (s->grid->kind[s->node[pdi_point_cells_real_point(s, i)]] == PD_SOLID || s->stiffness_factor[i] > 0.0);
 }
 
-/* Offset in cells from point i to point j. */
+/* Offset step [PD_DIM] in cells from point or image i to point or image j. */
 static void pdi_point_cells_cell_offset(const pd_point_cells *s, int32_t i, int32_t j, int *step)
 {
     int from[PD_DIM];
@@ -145,7 +147,7 @@ static void pdi_point_cells_cell_offset(const pd_point_cells *s, int32_t i, int3
     for (int d = 0; d < PD_DIM; d++) step[d] -= from[d];
 }
 
-/* 1: one of the staircase paths of cells from point i by step[] is metal throughout. */
+/* 1: at least one of the staircase paths of cells from point i by step [PD_DIM] cells is metal throughout. */
 static int pdi_point_cells_is_connected(const pd_point_cells *s, int32_t i, const int *step)
 {
     int from[PD_DIM];
@@ -153,7 +155,8 @@ static int pdi_point_cells_is_connected(const pd_point_cells *s, int32_t i, cons
     return pdi_node_visibility_has_staircase(from, step, pdi_point_cells_is_metal, s);
 }
 
-/* Parameter t > after where the line x + t xi crosses the next side of the box or of its mirror images; at most 1. */
+/* Least parameter t > after where the line x + t xi [m] crosses a side of the box or of its mirror images, along axes
+ * with a plane of symmetry; at most 1. */
 static double pdi_point_cells_next_side(const pd_point_cells *s, const double *x, const double *xi, double after)
 {
     double best = 1.0;
@@ -191,7 +194,7 @@ static int pdi_point_cells_is_within(const pd_point_cells *s, const double *x, c
     return 1;
 }
 
-/* A pd_bond_inside_fn: by the metal cells between two points. */
+/* A pd_bond_inside_fn: 1: a staircase path of metal cells joins points i and j. user: the pd_point_cells. */
 static int pdi_point_cells_joined_by_cells(void *user, int32_t i, int32_t j, const double *xi)
 {
     const pd_point_cells *s = (const pd_point_cells *)user;
@@ -201,7 +204,8 @@ static int pdi_point_cells_joined_by_cells(void *user, int32_t i, int32_t j, con
     return pdi_point_cells_is_connected(s, i, step);
 }
 
-/* A pd_bond_inside_fn: by the smooth surface. Where the depths of both ends cover the line, it needs no test. */
+/* A pd_bond_inside_fn: 1: the line from point i by xi [m] stays within the smooth surface. It is not traced where the
+ * depths of both ends below the surface add up to its length. user: the pd_point_cells. */
 static int pdi_point_cells_joined_by_surface(void *user, int32_t i, int32_t j, const double *xi)
 {
     const pd_point_cells *s = (const pd_point_cells *)user;
@@ -263,8 +267,9 @@ static int pdi_point_cells_is_crossed(const int *off, const int *step)
     return to > from + 1e-9;
 }
 
-/* Breaks the bonds of point i that led through the dissolved point `gone` alone. A bond that no staircase connected
- * before, as in a thin part with smooth faces, breaks where its line passes the cell. */
+/* Breaks the bonds of point i to points of higher number that led through the dissolved point `gone` alone; each bond
+ * is met at one end. A bond that no staircase connected before, as in a thin part with smooth faces, breaks where its
+ * line passes the cell. */
 static void pdi_point_cells_break_through(const pd_point_cells *s, pd_body *body, int32_t gone, int32_t i)
 {
     double stiff = s->stiffness_factor[gone];
@@ -282,7 +287,8 @@ static void pdi_point_cells_break_through(const pd_point_cells *s, pd_body *body
     }
 }
 
-/* Point `gone` has dissolved: breaks its bonds, and those of all points nearby that led through it. */
+/* Point or image `gone` has dissolved: breaks its bonds, and those of all points nearby that led through it alone, and
+ * sets its stiffness factor to 0. */
 static void pdi_point_cells_dissolve_point(const pd_point_cells *s, pd_body *body, int32_t gone)
 {
     int reach = (int)ceil(s->horizon_ratio + 0.5), wide = 2 * reach + 1, all = pdi_grid_count_cube(reach), cell[PD_DIM];

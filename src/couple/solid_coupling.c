@@ -44,7 +44,7 @@ PDI_FN double pdi_solid_coupling_damage(const pd_solid_coupling *s, int32_t poin
 
 /* ---- build ---- */
 
-/* 1: the description has a failure criterion of bonds. */
+/* 1: the description has a failure criterion of bonds (bond_failure); the fracture energy of springs does not count. */
 static int pdi_solid_coupling_has_failure(const pd_solid_coupling_desc *desc)
 {
     return desc->bond_failure.critical > 0.0 || desc->bond_failure.fracture > 0.0;
@@ -56,7 +56,9 @@ PDI_FN int pdi_solid_coupling_can_interpenetrate(const pd_solid_coupling *s)
            !pd_body_is_intact(&s->body) || pdi_solid_coupling_has_failure(&s->desc) || s->desc.fracture > 0.0;
 }
 
-/* Material points at the solid nodes, their mirror images, and the body with its bonds. */
+/* Builds material points at the solid nodes, their mirror images, and the body with its bonds. Sets node, point,
+ * stiffness factors 1, members of sites, and marks all components of images as prescribed. s->density is work, and 0
+ * afterwards. */
 static pd_status pdi_solid_coupling_build_body(pd_ctx *ctx, pd_solid_coupling *s)
 {
     const pd_grid *grid = s->grid;
@@ -106,7 +108,8 @@ static pd_status pdi_solid_coupling_build_body(pd_ctx *ctx, pd_solid_coupling *s
     return status;
 }
 
-/* Counts the solid nodes and their images. PD_ERR_ARGUMENT, PD_ERR_GEOMETRY: a lattice or metal that does not suit. */
+/* Counts the solid nodes and their images, into s->count and s->sites, and checks the lattice. PD_ERR_ARGUMENT: unequal
+ * spacings, rings. PD_ERR_GEOMETRY: no metal. PD_ERR_SIZE: too many points. */
 static pd_status pdi_solid_coupling_count_points(pd_ctx *ctx, pd_solid_coupling *s)
 {
     const pd_grid *grid = s->grid;
@@ -154,7 +157,7 @@ static pd_status pdi_solid_coupling_apply_precrack(pd_ctx *ctx, pd_solid_couplin
     return pd_fail(ctx, PD_ERR_GEOMETRY, "solid", "the crack '%.60s' crosses no bond of the metal", cut->name);
 }
 
-/* Sets up the interpenetration check with the initial components. */
+/* Sets up the interpenetration check with the initial components; those of convex metal are not searched. */
 static pd_status pdi_solid_coupling_init_interpenetration(pd_ctx *ctx, pd_solid_coupling *s)
 {
     s->overlap.grid = s->grid;
@@ -166,7 +169,7 @@ static pd_status pdi_solid_coupling_init_interpenetration(pd_ctx *ctx, pd_solid_
     return pdi_node_visibility_is_convex(s->grid) ? PD_OK : pdi_interpenetration_build(ctx, &s->overlap);
 }
 
-/* 1: a point has an unbroken bond. */
+/* 1: at least one point of the body has an unbroken bond. */
 static int pdi_solid_coupling_has_bonds(const pd_solid_coupling *s)
 {
     for (int32_t i = 0; i < s->count; i++)
@@ -267,8 +270,9 @@ static pd_status pdi_solid_coupling_build_material(pd_ctx *ctx, pd_solid_couplin
     return pd_correspondence_build(ctx, &s->body, &s->desc.elastic, &s->elastic);
 }
 
-/* Replaces the fracture energy of a criterion by the critical bond energy of a growing crack, in 2D and 3D. In 1D a
- * chain breaks at once. */
+/* Replaces the fracture energy of a criterion by the critical bond energy of a growing crack, in 2D and 3D: sets
+ * critical, and fracture to 0. In 1D, where a chain breaks at once, and without a fracture energy the criterion stays.
+ */
 static pd_status pdi_solid_coupling_calibrate_fracture(pd_ctx *ctx, const pd_solid_coupling *s,
                                                        pd_bond_failure_desc *criterion)
 {
@@ -416,8 +420,9 @@ void pd_solid_coupling_free(pd_ctx *ctx, pd_solid_coupling *s)
 
 /* ---- stress ---- */
 
-/* Stress of the remaining metal: stress tensors, pressure, von Mises and plastic strain of all points. Bond-based
- * materials have none. */
+/* Updates stress, pressure, mises, out-of-plane stress and plastic strain from the displacements now, and stress_solve.
+ * Stresses of points are divided by the stiffness factor: those of the remaining metal; they are 0 where it has
+ * dissolved. Bond-based materials have none. */
 static void pdi_solid_coupling_compute_stress(pd_ctx *ctx, pd_solid_coupling *s)
 {
     const pd_material_interface *solid = &s->solid;
@@ -435,7 +440,8 @@ static void pdi_solid_coupling_compute_stress(pd_ctx *ctx, pd_solid_coupling *s)
     }
 }
 
-/* PD_ERR_STATE: strains of a small-strain material are too large. */
+/* PD_ERR_STATE: strains of a small-strain material are too large: pressure or von Mises stress over Young's modulus, or
+ * the plastic strain, by the stress that was computed last. */
 static pd_status pdi_solid_coupling_check_small_strains(pd_ctx *ctx, const pd_solid_coupling *s)
 {
     double young = s->desc.elastic.young, x[PD_DIM];
@@ -454,7 +460,8 @@ static pd_status pdi_solid_coupling_check_small_strains(pd_ctx *ctx, const pd_so
     return PD_OK;
 }
 
-/* PD_ERR_STATE: components that were apart at the start interpenetrate, as contact is not computed. */
+/* Updates s->overlap where its hash table is there. PD_ERR_STATE: components that were apart at the start
+ * interpenetrate, as contact is not computed. t [s] is for the message. */
 static pd_status pdi_solid_coupling_check_interpenetration(pd_ctx *ctx, pd_solid_coupling *s, double t)
 {
     pd_interpenetration *o = &s->overlap;
@@ -470,8 +477,9 @@ static pd_status pdi_solid_coupling_check_interpenetration(pd_ctx *ctx, pd_solid
                    pdi_grid_format_position(s->grid, s->node[o->other], place[1]), o->component_overlap);
 }
 
-/* Factors of the dissolution rate at all solid nodes, by stress and plastic strain. PD_ERR_STATE: one is negative or
- * not finite. */
+/* Sets s->rate_factor at all solid nodes by stress and plastic strain, times base_rate_factor, and makes the
+ * dissolution forget the rates that it has found. Does nothing without desc.rate_factor. PD_ERR_STATE: a factor is
+ * negative or not finite. */
 static pd_status pdi_solid_coupling_update_rate_factors(pd_ctx *ctx, pd_solid_coupling *s)
 {
     pd_local_stress_state at;
@@ -507,7 +515,8 @@ static pd_status pdi_solid_coupling_check_no_dissolution(pd_ctx *ctx, const pd_s
                    pd_solid_coupling_is_dynamic(s) ? "in motion" : "of bond-based metal");
 }
 
-/* Stiffness factors from the remaining metal; marks the equilibrium as stale where one has changed. */
+/* Sets stiffness factors of points and their images to the remaining fraction of the metal of their nodes; marks the
+ * equilibrium as stale where one has changed. s->dissolve is not NULL. */
 static void pdi_solid_coupling_update_stiffness(pd_solid_coupling *s)
 {
     const pd_dissolve *d = s->dissolve;
@@ -522,7 +531,8 @@ static void pdi_solid_coupling_update_stiffness(pd_solid_coupling *s)
     }
 }
 
-/* Equilibrium at time t [s], then stress, checks and rate factors where it is new. */
+/* Statics: stiffness factors by the remaining metal, equilibrium at time t [s], then stress, checks and rate factors
+ * where the equilibrium is new. Returns the status of the solver, or an error. */
 static pd_status pdi_solid_coupling_solve_at(pd_ctx *ctx, pd_solid_coupling *s, double t)
 {
     if (s->dissolve) pdi_solid_coupling_update_stiffness(s);
@@ -552,7 +562,8 @@ static pd_status pdi_solid_coupling_process_finish(pd_ctx *ctx, void *self, doub
     return pdi_solid_coupling_solve_at(ctx, (pd_solid_coupling *)self, t);
 }
 
-/* Process callback: nodes turned [count] have become fluid and lose their bonds. */
+/* Process callback, statics: nodes turned [count] have become fluid and lose their bonds; the equilibrium is stale
+ * then. */
 static pd_status pdi_solid_coupling_process_changed(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count)
 {
     pd_solid_coupling *s = (pd_solid_coupling *)self;
@@ -561,7 +572,7 @@ static pd_status pdi_solid_coupling_process_changed(pd_ctx *ctx, void *self, con
     return PD_OK;
 }
 
-/* Process callback, statics: checkpoint. */
+/* Process callback, statics: checkpoint. After reading, stress and rate factors are computed anew. */
 static pd_status pdi_solid_coupling_process_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_solid_coupling *s = (pd_solid_coupling *)self;
@@ -575,7 +586,8 @@ static pd_status pdi_solid_coupling_process_store(pd_ctx *ctx, void *self, pd_ar
 
 /* ---- motion ---- */
 
-/* Loads at time t, and prescribed displacements at that time into s->target. */
+/* Sets s->load [N/m3] to the loads at time t [s], and s->target [m] to the present displacements with the prescribed
+ * ones of that time. */
 static pd_status pdi_solid_coupling_set_loads(pd_ctx *ctx, pd_solid_coupling *s, double t)
 {
     int64_t n = (int64_t)s->count * PD_DIM;
@@ -584,7 +596,8 @@ static pd_status pdi_solid_coupling_set_loads(pd_ctx *ctx, pd_solid_coupling *s,
     return s->desc.load(ctx, s->desc.user, t, s->target, s->load);
 }
 
-/* Process callback, dynamics: initial loads and prescribed displacements. */
+/* Process callback, dynamics: initial loads; moves the prescribed displacements to those of time t [s], and computes
+ * the stress. */
 static pd_status pdi_solid_coupling_dynamic_start(pd_ctx *ctx, void *self, double t)
 {
     pd_solid_coupling *s = (pd_solid_coupling *)self;
@@ -596,7 +609,8 @@ static pd_status pdi_solid_coupling_dynamic_start(pd_ctx *ctx, void *self, doubl
     return PD_OK;
 }
 
-/* Velocities of prescribed components: uniform motion to s->target in the step dt; adds the work of changing them. */
+/* Velocities of prescribed components: uniform motion to s->target in the step dt [s]. Adds the change of their kinetic
+ * energy [J] to the work of the solver. */
 static void pdi_solid_coupling_prescribe_velocities(pd_solid_coupling *s, double dt)
 {
     pdi_compensated_sum work = {0.0, 0.0};
@@ -609,7 +623,8 @@ static void pdi_solid_coupling_prescribe_velocities(pd_solid_coupling *s, double
     s->dynamic_solver.work += pdi_compensated_sum_total(&work);
 }
 
-/* Process callback, dynamics: one step with the loads of its middle. */
+/* Process callback, dynamics: one step. Loads that depend on time are those of its middle, prescribed displacements
+ * reach those of its end; other loads stay those of the start. */
 static pd_status pdi_solid_coupling_dynamic_attempt(pd_ctx *ctx, void *self, pd_step *step)
 {
     pd_solid_coupling *s = (pd_solid_coupling *)self;
@@ -622,14 +637,14 @@ static pd_status pdi_solid_coupling_dynamic_attempt(pd_ctx *ctx, void *self, pd_
     return motion.attempt(ctx, motion.self, step);
 }
 
-/* Process callback, dynamics: stable time step. */
+/* Process callback, dynamics: lowers step->dt to the stable time step. */
 static pd_status pdi_solid_coupling_dynamic_limit(pd_ctx *ctx, void *self, pd_step *step)
 {
     pd_physics motion = pd_verlet_process(&((pd_solid_coupling *)self)->dynamic_solver);
     return motion.limit(ctx, motion.self, step);
 }
 
-/* Process callback, dynamics: accepts the step; checks interpenetration now and then. */
+/* Process callback, dynamics: accepts the step; checks interpenetration after every 16th one. */
 static pd_status pdi_solid_coupling_dynamic_accept(pd_ctx *ctx, void *self, pd_step *step)
 {
     pd_solid_coupling *s = (pd_solid_coupling *)self;
@@ -646,7 +661,7 @@ static pd_status pdi_solid_coupling_dynamic_finish(pd_ctx *ctx, void *self, doub
     return pdi_solid_coupling_check_interpenetration(ctx, (pd_solid_coupling *)self, t);
 }
 
-/* Process callback, dynamics: checkpoint. */
+/* Process callback, dynamics: checkpoint. After reading, the stress is computed anew. */
 static pd_status pdi_solid_coupling_dynamic_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_solid_coupling *s = (pd_solid_coupling *)self;

@@ -107,13 +107,14 @@ typedef struct pd_solid_coupling {
 #define pd_solid_coupling_free PD_NAME(pd_solid_coupling_free)
 
 /* The grid is borrowed. PD_ERR_ARGUMENT: unequal spacings, rings, a number out of range; metal other than springs that
- * is plastic or breaks in dynamics; plasticity of a material that is neither correspondence nor Hencky.
- * PD_ERR_GEOMETRY: no metal; a node whose bonds do not span all directions; a pre-crack that crosses no bond. */
+ * is plastic or breaks in dynamics; plasticity of a material that is neither correspondence nor Hencky; cracks or
+ * breaking bonds with planes of symmetry. PD_ERR_GEOMETRY: no metal; a node whose bonds do not span all directions; a
+ * pre-crack that crosses no bond. */
 PD_API pd_status pd_solid_coupling_build(pd_ctx *ctx, const pd_grid *grid, const pd_solid_coupling_desc *desc,
                                          pd_solid_coupling *structure);
 /* The process table, statics or dynamics, to be added before that of the dissolution (NULL: the metal does not
- * dissolve), which is built with structure->factor. Bond-based bodies and those in dynamics do not dissolve:
- * PD_ERR_ARGUMENT at the start. */
+ * dissolve), which is built with structure->rate_factor. Keeps `dissolve` in the structure. Bond-based bodies and those
+ * in dynamics do not dissolve: PD_ERR_ARGUMENT at the start. */
 PD_API pd_physics pd_solid_coupling_process(pd_solid_coupling *structure, pd_dissolve *dissolve);
 PD_API void pd_solid_coupling_free(pd_ctx *ctx, pd_solid_coupling *structure);
 /* 1: dynamics; 0: statics. */
@@ -127,11 +128,12 @@ static inline const double *pd_solid_coupling_displacements(const pd_solid_coupl
 #ifdef PDI_INTERNAL
 /* Describes the arrays; stiffness factors, and in dynamics loads, are stored. */
 PDI_FN void pdi_solid_coupling_list(pdi_array_visitor *owner, void *structure);
-/* Sets body and description of the chosen material, without its arrays: for memory estimates. */
+/* Sets body and description of the chosen material in the structure, without its arrays: for memory estimates. */
 PDI_FN void pdi_solid_coupling_attach_material(pd_solid_coupling *structure);
-/* The pd_material_interface table of the chosen material. */
+/* The pd_material_interface table of the chosen material, without mirror images; it points into the structure. */
 PDI_FN pd_material_interface pdi_solid_coupling_material_interface(pd_solid_coupling *structure);
-/* Damage [-] of a point: share of its bonds that are broken. */
+/* Damage [-] of a point: share of the bonds of its family that are broken, by failure, cracks or dissolution; 0: it has
+ * none. */
 PDI_FN double pdi_solid_coupling_damage(const pd_solid_coupling *structure, int32_t point);
 /* 1: surfaces may interpenetrate: there are several components, gaps, cracks, or bonds that break. */
 PDI_FN int pdi_solid_coupling_can_interpenetrate(const pd_solid_coupling *structure);

@@ -26,7 +26,7 @@ pd_status pd_time_loop_build(pd_ctx *ctx, const pd_time_loop_desc *desc, pd_grid
     return PD_OK;
 }
 
-/* Index of the ledger of an element; c->elements: there is none yet. */
+/* Index of the ledger of an element, found by its name; c->elements: there is none yet. */
 static int pdi_time_loop_find_ledger(const pd_time_loop *c, const pd_element *element)
 {
     int e = 0;
@@ -51,7 +51,8 @@ pd_status pd_time_loop_add_process(pd_ctx *ctx, pd_time_loop *c, pd_physics proc
 
 /* ---- ledger ---- */
 
-/* Sums the amounts of all processes into the ledgers; at step 0 the initial amounts, too. */
+/* Sets the present amounts of all ledgers to the sums over the processes; before the first step the initial amounts,
+ * too. Imbalances stay as they are. */
 static void pdi_time_loop_sum_amounts(pd_ctx *ctx, pd_time_loop *c)
 {
     pd_amounts sum[PD_TIME_LOOP_MAX_ELEMENTS];
@@ -76,7 +77,8 @@ static void pdi_time_loop_sum_amounts(pd_ctx *ctx, pd_time_loop *c)
     }
 }
 
-/* Largest imbalance of processes that keep balances of their own. PD_ERR_BALANCE: above the tolerance. */
+/* Sets c->own_imbalance to the largest relative imbalance of processes that keep balances of their own. PD_ERR_BALANCE:
+ * it is above desc.ledger_tolerance. */
 static pd_status pdi_time_loop_check_own_balances(pd_ctx *ctx, pd_time_loop *c)
 {
     c->own_imbalance = 0.0;
@@ -92,7 +94,8 @@ static pd_status pdi_time_loop_check_own_balances(pd_ctx *ctx, pd_time_loop *c)
     return PD_OK;
 }
 
-/* Updates the ledgers and their imbalances. PD_ERR_BALANCE: amounts are not conserved within the tolerance. */
+/* Updates the ledgers, their imbalances and c->own_imbalance. PD_ERR_BALANCE: amounts are not conserved within the
+ * tolerance, in a ledger or in a balance of a process itself. */
 static pd_status pdi_time_loop_check_balance(pd_ctx *ctx, pd_time_loop *c)
 {
     pdi_time_loop_sum_amounts(ctx, c);
@@ -117,7 +120,8 @@ static pd_status pdi_time_loop_check_balance(pd_ctx *ctx, pd_time_loop *c)
 
 /* ---- steps ---- */
 
-/* Solid lost since the start by the elements of a process [unit]. */
+/* Solid lost since the start by the elements of a process [unit], summed over them, as of the last update of the
+ * ledgers. */
 static double pdi_time_loop_lost_solid(const pd_time_loop *c, const pd_physics *p)
 {
     double lost = 0.0;
@@ -128,7 +132,7 @@ static double pdi_time_loop_lost_solid(const pd_time_loop *c, const pd_physics *
     return lost;
 }
 
-/* Notes that process n is solved at time t [s], for progress messages. */
+/* Sets c->current, for progress messages, to process n at time t [s]; its other members become 0. */
 static void pdi_time_loop_set_current(pd_time_loop *c, int n, double t)
 {
     memset(&c->current, 0, sizeof c->current);
@@ -136,7 +140,8 @@ static void pdi_time_loop_set_current(pd_time_loop *c, int n, double t)
     c->current.time = t;
 }
 
-/* Solves all quasi-steady processes at time t [s]: the callback pd_step.at. */
+/* Solves all quasi-steady processes at time t [s]: the callback pd_step.solve_at; user: the pd_time_loop. Returns PD_OK
+ * or an error: a PD_NOT_CONVERGED of a process is dropped. After an error c->current names the process. */
 static pd_status pdi_time_loop_solve_quasi_steady(pd_ctx *ctx, void *user, double t)
 {
     pd_time_loop *c = (pd_time_loop *)user;
@@ -161,7 +166,8 @@ pd_status pd_time_loop_start(pd_ctx *ctx, pd_time_loop *c)
     return pdi_time_loop_check_balance(ctx, c);
 }
 
-/* Process n has made a step: clears its bits of nodes that have become fluid. */
+/* Process n has made a step: clears its bits in c->new_fluid, and c->has_new_fluid when no bit of any process is left.
+ */
 static void pdi_time_loop_clear_new_fluid(pd_time_loop *c, int n)
 {
     int left = 0;
@@ -169,7 +175,8 @@ static void pdi_time_loop_clear_new_fluid(pd_time_loop *c, int n)
     c->has_new_fluid = left != 0;
 }
 
-/* Nodes turned [count] have become fluid: updates bond data and all processes. */
+/* Nodes turned [count] have become fluid: updates bond data, sets the bits of c->new_fluid of all processes that step
+ * in time, and calls nodes_converted of all processes. */
 static pd_status pdi_time_loop_update_geometry(pd_ctx *ctx, pd_time_loop *c, const int32_t *turned, int32_t count)
 {
     if (!count) return PD_OK;
@@ -184,8 +191,8 @@ static pd_status pdi_time_loop_update_geometry(pd_ctx *ctx, pd_time_loop *c, con
     return PD_OK;
 }
 
-/* Step of the run where the first process takes several steps of its own in it: the longest that suits all, into
- * s->limit and s->dt. PD_ERR_STATE: it is below rounding. */
+/* Step of the run where the first process takes several steps of its own in it: sets s->dt and lowers s->latest_end to
+ * the longest step that suits all processes. PD_ERR_STATE: it is below rounding. */
 static pd_status pdi_time_loop_choose_step(pd_ctx *ctx, const pd_time_loop *c, pd_step *s)
 {
     double left = s->latest_end - s->time;
@@ -205,8 +212,9 @@ static pd_status pdi_time_loop_choose_step(pd_ctx *ctx, const pd_time_loop *c, p
     return PD_OK;
 }
 
-/* Advances a process to s->limit, or until those behind it have to follow (s->ends), or by one step (once 1). Returns
- * the worst status. */
+/* Advances a process from s->time to s->latest_end, or until those behind it have to follow (s->ends_substeps), or by
+ * one step (once 1); s->end: the time reached. Updates geometry after each step and calls `finish`. Returns the worst
+ * status. */
 static pd_status pdi_time_loop_advance_process(pd_ctx *ctx, pd_time_loop *c, const pd_physics *p, int once, pd_step *s)
 {
     pd_status worst = PD_OK;
@@ -226,7 +234,8 @@ static pd_status pdi_time_loop_advance_process(pd_ctx *ctx, pd_time_loop *c, con
     return worst;
 }
 
-/* Advances the processes from number n on from time `from` [s] to `end` [s]. */
+/* Advances the processes from number n on from time `from` [s] to `end` [s]; quasi-steady ones are skipped. Where one
+ * stops before `end`, those behind it follow to that time first. Returns the worst status. */
 static pd_status pdi_time_loop_advance_followers(pd_ctx *ctx, pd_time_loop *c, int n, double from, double end,
                                                  pd_step *s)
 {
@@ -254,7 +263,9 @@ static pd_status pdi_time_loop_advance_followers(pd_ctx *ctx, pd_time_loop *c, i
     return worst;
 }
 
-/* One step of all processes in their order. *end, *dt [s]: end and length of the step; on entry the limit. */
+/* One step of all processes in their order, from c->time, which stays. *end, *dt [s]: end and length of the step; on
+ * entry the limit and the time left to it. If no process steps in time, the step is at most max_step, and quasi-steady
+ * processes are solved at its end. Returns the worst status. */
 static pd_status pdi_time_loop_advance_all(pd_ctx *ctx, pd_time_loop *c, double *end, double *dt)
 {
     pd_step s;
@@ -353,7 +364,7 @@ double pd_time_loop_imbalance(const pd_time_loop *c)
 
 /* ---- state ---- */
 
-/* Checks that a checkpoint has the same lattice and processes. */
+/* Writes lattice and processes into a checkpoint, or checks that the checkpoint has the same ones. */
 static pd_status pdi_time_loop_check_compatible(pd_ctx *ctx, const pd_time_loop *c, pd_archive *archive)
 {
     const pd_grid *grid = c->grid;
@@ -372,8 +383,8 @@ static pd_status pdi_time_loop_check_compatible(pd_ctx *ctx, const pd_time_loop 
     return PD_OK;
 }
 
-/* Converts the metal nodes that `kind` [total] says are fluid. turned: work. PD_ERR_GEOMETRY: kinds differ
- * otherwise. */
+/* Converts the metal nodes that `kind` [total] says are fluid, then updates bonds and all processes. turned [solid
+ * nodes at the start]: work. PD_ERR_GEOMETRY: kinds differ otherwise. */
 static pd_status pdi_time_loop_restore_fluid(pd_ctx *ctx, pd_time_loop *c, const uint8_t *kind, int32_t *turned)
 {
     int32_t count = 0;
@@ -390,7 +401,8 @@ static pd_status pdi_time_loop_restore_fluid(pd_ctx *ctx, pd_time_loop *c, const
     return pdi_time_loop_update_geometry(ctx, c, turned, count);
 }
 
-/* Writes or restores the node kinds of the grid. */
+/* Writes the node kinds of the grid, or restores them and updates bonds and processes by the nodes that have turned
+ * fluid. */
 static pd_status pdi_time_loop_store_kinds(pd_ctx *ctx, pd_time_loop *c, pd_archive *archive)
 {
     uint8_t *kind = NULL;

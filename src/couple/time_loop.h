@@ -73,21 +73,22 @@ typedef int (*pd_observer_fn)(void *user, const pd_time_loop *couple);
 #define pd_time_loop_imbalance PD_NAME(pd_time_loop_imbalance)
 #define pd_time_loop_store PD_NAME(pd_time_loop_store)
 
-/* Grid and bonds are borrowed; nothing is allocated, so there is no free. PD_ERR_ARGUMENT: a knob is out of range. */
+/* Grid and bonds are borrowed; nothing is allocated, so there is no free. PD_ERR_ARGUMENT: a number is out of range. */
 PD_API pd_status pd_time_loop_build(pd_ctx *ctx, const pd_time_loop_desc *desc, pd_grid *grid, pd_bonds *bonds,
                                     pd_time_loop *couple);
-/* Append a process. PD_ERR_SIZE: there are too many processes or elements. */
+/* Append a process; its elements join the ledgers by name. PD_ERR_SIZE: there are too many processes or elements. */
 PD_API pd_status pd_time_loop_add_process(pd_ctx *ctx, pd_time_loop *couple, pd_physics process);
-/* Starts all processes and computes the initial mass balance. */
+/* Starts all processes at couple->time and sets the initial amounts of the ledgers. Errors: as of a step. */
 PD_API pd_status pd_time_loop_start(pd_ctx *ctx, pd_time_loop *couple);
-/* One step that does not pass t_limit [s]. PD_NOT_CONVERGED: the step is done, but a linear solver missed its
- * tolerance; what is missing is owed to the next step. */
+/* One step that does not pass t_limit [s]; updates time, dt, steps and ledgers. PD_ERR_BALANCE: amounts are not
+ * conserved. PD_NOT_CONVERGED: the step is done, but a linear solver missed its tolerance; what is missing is owed to
+ * the next step. */
 PD_API pd_status pd_time_loop_step(pd_ctx *ctx, pd_time_loop *couple, double t_limit);
 /* Start unless that is done, then steps up to t_end [s]; observer may be NULL. Steps end exactly on multiples of
  * `every` [s] (0: only on t_end). PD_NOT_CONVERGED: done, with such steps; `unsolved` counts them. */
 PD_API pd_status pd_time_loop_run(pd_ctx *ctx, pd_time_loop *couple, double t_end, double every,
                                   pd_observer_fn observer, void *user);
-/* Share [-] of the initial solid amount that is gone, all elements taken together. */
+/* Share [-] of the initial volume of the solid that is gone, all elements taken together; 0: there was none. */
 PD_API double pd_time_loop_volume_loss(const pd_time_loop *couple);
 /* Worst relative imbalance [-] of all ledgers, and of processes with balances of their own. */
 PD_API double pd_time_loop_imbalance(const pd_time_loop *couple);

@@ -6,7 +6,7 @@
 /* A node that belongs to no shape. */
 #define PDI_DEPLETION_NOTES_NO_SHAPE 255
 
-/* The last metal shape that x lies in. */
+/* Index in solid_shape of the last metal shape that x [m] lies in; PDI_DEPLETION_NOTES_NO_SHAPE: none. */
 static uint8_t pdi_depletion_notes_find_shape(const pd_setup *setup, const double *x)
 {
     for (int k = setup->solid_shapes; k-- > 0;)
@@ -24,7 +24,7 @@ static void pdi_depletion_notes_count_nodes(const pd_depletion_notes *d, int32_t
             left[d->shape_of_node[i]]++;
 }
 
-/* 1: fluid touches the electrode, and it carries no current. */
+/* 1: fluid touches the electrode, and its circuit carries no current, as no curve or law can close it. */
 static int pdi_depletion_notes_is_electrode_idle(const pd_model *m, int electrode)
 {
     pd_cell_electrode now;
@@ -54,14 +54,15 @@ pd_status pd_depletion_notes_build(pd_ctx *ctx, pd_model *model, pd_depletion_no
     return PD_OK;
 }
 
-/* Write a time such as "13.2 day"; returns text. */
+/* Write a time [s] such as "13.2 day" into text [PD_UNITS_TEXT]; returns text. */
 static const char *pdi_depletion_notes_format_time(double time, char *text)
 {
     pd_setup_format_value(time, "s", text);
     return text;
 }
 
-/* Print a note for each shape whose metal has dissolved since the last update. */
+/* Update nodes_left, and print a note for each shape whose metal has dissolved since the last update. print: NULL: no
+ * notes. */
 static void pdi_depletion_notes_print_consumed_shapes(pd_depletion_notes *d, pd_print_fn print, void *user)
 {
     const pd_setup *u = d->model->setup;
@@ -79,7 +80,7 @@ static void pdi_depletion_notes_print_consumed_shapes(pd_depletion_notes *d, pd_
     }
 }
 
-/* Print a note for each electrode that has stopped to carry current. */
+/* Update `idle`, and print a note for each electrode that has stopped to carry current. print: NULL: no notes. */
 static void pdi_depletion_notes_print_idle_electrodes(pd_depletion_notes *d, pd_print_fn print, void *user)
 {
     const pd_setup_potential *p = &d->model->setup->potential;

@@ -19,7 +19,7 @@ typedef struct pd_depletion_notes {
 #define pd_depletion_notes_free PD_NAME(pd_depletion_notes_free)
 #define pd_depletion_notes_update PD_NAME(pd_depletion_notes_update)
 
-/* Record to which shape each solid node belongs, and count them. */
+/* Record to which shape each solid node belongs, and count them. Does nothing where no metal dissolves. */
 PD_API pd_status pd_depletion_notes_build(pd_ctx *ctx, pd_model *model, pd_depletion_notes *depletion);
 /* Update after a step: print a note for each shape that has dissolved since, and each electrode that stopped to carry
  * current. print: NULL: update silently. */

@@ -17,8 +17,8 @@ typedef struct pdi_developed_flow {
     pd_steady steady;
 } pdi_developed_flow;
 
-/* Build the lattice of the duct: a slice of the box at a side, periodic along the flow, with inlets and outlets of
- * other sides as mirrors. PD_ERR_GEOMETRY: no wall. */
+/* Build the lattice of the duct, d->grid and d->bonds: a slice of the box at a side, periodic along the flow, with
+ * inlets and outlets of other sides as mirrors. After an error the caller frees. PD_ERR_GEOMETRY: no wall. */
 static pd_status pdi_developed_flow_build_duct(pd_ctx *ctx, const pd_inlet *inlet, const pd_flow *flow, int side,
                                                pdi_developed_flow *d)
 {
@@ -58,8 +58,8 @@ static pd_status pdi_developed_flow_build_duct(pd_ctx *ctx, const pd_inlet *inle
                    pd_setup_side_name(side));
 }
 
-/* Solve the steady duct flow, driven by a body force along `axis` that gives about the small Reynolds number.
- * PD_ERR_DIVERGED. */
+/* Build and solve the steady duct flow, d->flow and d->steady, driven by a body force along `axis` that gives about the
+ * small Reynolds number. PD_ERR_DIVERGED: the residual stays above PDI_DEVELOPED_FLOW_MAX_RESIDUAL. */
 static pd_status pdi_developed_flow_solve(pd_ctx *ctx, const pd_flow *flow, int axis, pdi_developed_flow *d)
 {
     pd_flow_desc fd;
@@ -83,7 +83,8 @@ static pd_status pdi_developed_flow_solve(pd_ctx *ctx, const pd_flow *flow, int 
                    "the developed profile of an opening is not found: its residual is %g", reached);
 }
 
-/* Store the axial velocities of the duct in inlet->profile[side], scaled so that their flux is area times mean. */
+/* Allocate inlet->profile[side] and store the axial velocities of the duct there, scaled so that their flux is
+ * inlet->area: those of a mean velocity of 1. Cells that are not fluid get 0. */
 static pd_status pdi_developed_flow_store_profile(pd_ctx *ctx, pd_inlet *inlet, int side, pdi_developed_flow *d)
 {
     int axis = side / 2, i[PD_DIM];

@@ -57,7 +57,8 @@ static double pdi_dissolution_laws_compute_rate(void *user, int32_t node, const 
     return metal->rate_scale * pd_expr_eval(&metal->rate, vars);
 }
 
-/* Update the factors of polarisation curves at all sites from the surface states as they are now. */
+/* Update the factors of polarisation curves (surface_solver.share) at all sites with an electrode from the surface
+ * states as they are now. PD_ERR_STATE: one is negative or not finite. */
 static pd_status pdi_dissolution_laws_update_electrode_factors(pd_ctx *ctx, pd_dissolution_laws *a)
 {
     pd_etch *s = &a->surface_solver;
@@ -68,8 +69,8 @@ static pd_status pdi_dissolution_laws_update_electrode_factors(pd_ctx *ctx, pd_d
     return PD_OK;
 }
 
-/* Bring rate laws and curve factors to time t [s] and to the present surface states. The `find` callback of
- * pd_surface_states. */
+/* Bring rate laws and curve factors to time t [s] and to the present surface states; nothing is solved. The `solve`
+ * callback of pd_surface_states; user: a pd_dissolution_laws. */
 static pd_status pdi_dissolution_laws_set_time(pd_ctx *ctx, void *user, double t)
 {
     pd_dissolution_laws *a = (pd_dissolution_laws *)user;
@@ -77,8 +78,8 @@ static pd_status pdi_dissolution_laws_set_time(pd_ctx *ctx, void *user, double t
     return pdi_dissolution_laws_update_electrode_factors(ctx, a);
 }
 
-/* Descriptor for the surface solver of metal number m, `kind` of the setup: its law, stoichiometry and the solutes it
- * depends on. A metal without a law in the species gets none. */
+/* Fill in a->law[m] and return the descriptor of metal m of the surface solver, `kind` of the setup: its law,
+ * stoichiometry and the solutes it depends on. A metal without a law in the species gets none. */
 static pd_etch_metal pdi_dissolution_laws_set_metal_desc(pd_dissolution_laws *a, int m, int kind,
                                                          const pd_reactive *reactive, const pd_surface_states *surfaces)
 {
@@ -100,8 +101,8 @@ static pd_etch_metal pdi_dissolution_laws_set_metal_desc(pd_dissolution_laws *a,
     return metal;
 }
 
-/* Set the descriptors metal[] of all metals with a law (the only one, or all) and the fields of desc that follow from
- * them. */
+/* Set a->law_count, a->law[], the descriptors metal[] of all metals with a law (the only one, or all metals of the
+ * setup) and the fields of desc that follow from them; desc->more points into metal[]. */
 static void pdi_dissolution_laws_set_metals_desc(pd_dissolution_laws *a, const pd_reactive *reactive,
                                                  const pd_surface_states *surfaces, pd_etch_metal *metal,
                                                  pd_etch_desc *desc)
@@ -204,8 +205,9 @@ static double pdi_dissolution_laws_compute_supply(const pd_dissolve *d, const pd
     return sum;
 }
 
-/* [mol s/m5] Concentration rise across a diffusion film per unit of speed and of film length: dissolvable content over
- * diffusivity, with the mean rate factor of the metals there. 0 for bond-based corrosion. */
+/* [mol s/m5] Concentration rise across a diffusion film per unit of speed of metal m and of film length: dissolvable
+ * content over diffusivity, with the mean rate factor of the metals there. 0 for bond-based corrosion, and without a
+ * diffusivity. */
 static double pdi_dissolution_laws_compute_film_factor(const pd_dissolution_laws *a, int m, const pdi_beside *beside)
 {
     const pd_dissolve *d = a->dissolve;
@@ -217,15 +219,15 @@ static double pdi_dissolution_laws_compute_film_factor(const pd_dissolution_laws
     return supply / diffusivity;
 }
 
-/* [mol s/m4] Concentration rise per unit of speed across the film as it is now. */
+/* [mol s/m4] Concentration rise per unit of speed of metal m across the film at a node as it is now. */
 static double pdi_dissolution_laws_compute_film_resistance(const pd_dissolution_laws *a, int m,
                                                            const pdi_beside *beside)
 {
     return pdi_dissolution_laws_compute_film_factor(a, m, beside) * (beside->film / beside->weight);
 }
 
-/* Set the film resistance (thick) and its growth per length of receded metal (rise) of site p; metal recedes by its
- * speed times the mean rate factor there. */
+/* Set the film resistance (`thick` [mol s/m4]) and its growth per length of receded metal (`rise` [mol s/m5]) of site p
+ * of metal m; metal recedes by its speed times the mean rate factor there. */
 static void pdi_dissolution_laws_set_film_length(pd_dissolution_laws *a, int32_t p, int m, const pdi_beside *beside)
 {
     const pd_dissolve *d = a->dissolve;
@@ -235,7 +237,7 @@ static void pdi_dissolution_laws_set_film_length(pd_dissolution_laws *a, int32_t
     a->surface_solver.rise[p] = all > 0.0 ? rise * (beside->flux * d->kind[0].supply / all) : 0.0;
 }
 
-/* Check that the speed of metal m at a node is finite and below 1e100 m/s. PD_ERR_STATE: the message names time, place
+/* Check that the speed of metal m at a node is a number below 1e100 m/s. PD_ERR_STATE: the message names time, place
  * and pH. */
 static pd_status pdi_dissolution_laws_check_speed(pd_ctx *ctx, const pd_dissolution_laws *a, int m, int32_t node)
 {
@@ -257,8 +259,9 @@ static int pdi_dissolution_laws_is_saturated(const pd_dissolve *d, int32_t node)
            d->transport->c[node] >= d->desc.saturation * (1.0 - PDI_DISSOLUTION_LAWS_SATURATION_TOLERANCE);
 }
 
-/* Speed of metal m at node i that has been converted to fluid within the step of the run: mean over its open bonds, by
- * Laplacian weights, of the speeds at fluid nodes, first those with sites. Returns 0 where there are none. */
+/* Speed [m/s] of metal m at node i that has been converted to fluid within the step of the run: mean over its open
+ * bonds, by Laplacian weights, of the speeds at fluid nodes, first those with sites. Returns 1: *speed is set; 0: there
+ * are none, and it stays. */
 static int pdi_dissolution_laws_find_previous_speed(const pd_dissolution_laws *a, int m, int32_t i, double *speed)
 {
     const pd_bond_paths *paths = &a->surface_solver.reactive->bonds->paths;
@@ -277,8 +280,9 @@ static int pdi_dissolution_laws_find_previous_speed(const pd_dissolution_laws *a
     return all > 0.0;
 }
 
-/* Dissolution speed of metal m at a node beside it: of its site where it has one. Else the film equation is solved with
- * the present concentrations or, after a step of the species, the speeds of neighbouring nodes are averaged. */
+/* Set and check the dissolution speed of metal m at a node beside it. A node with a site keeps that of its site. Else
+ * the film equation is solved with the present concentrations or, after a step of the species, the speeds of
+ * neighbouring nodes are averaged. */
 static pd_status pdi_dissolution_laws_update_speed(pd_ctx *ctx, pd_dissolution_laws *a, int m, const pdi_beside *beside)
 {
     const pd_dissolve *d = a->dissolve;
@@ -312,8 +316,8 @@ static double pdi_dissolution_laws_compute_ionic_charge(const pd_dissolution_law
     return sum;
 }
 
-/* Raise the speed at a node just converted to fluid to that of its neighbours: it has next to no ions to carry a
- * current, and the speed bounds the time step. */
+/* Raise the speed of metal m at a node just converted to fluid to what its law gives with the concentrations of a
+ * neighbour: the node has next to no ions to carry a current, and the speed bounds the time step. */
 static void pdi_dissolution_laws_limit_new_fluid(pd_dissolution_laws *a, int m, const pdi_beside *beside)
 {
     const pd_grid *grid = a->dissolve->grid;
@@ -332,7 +336,8 @@ static void pdi_dissolution_laws_limit_new_fluid(pd_dissolution_laws *a, int m, 
     }
 }
 
-/* Update the weights of existing sites within a step of the run, as the coverage of metal by minerals has changed. */
+/* Update the weights of existing sites within a step of the run, as the coverage of metal by minerals has changed.
+ * Without electrodes also their film resistances, and the weight is 0 where no metal is left beside a site. */
 static void pdi_dissolution_laws_update_weights(pd_dissolution_laws *a)
 {
     const pd_dissolve *d = a->dissolve;
@@ -374,7 +379,8 @@ static pd_status pdi_dissolution_laws_add_site(pd_ctx *ctx, pd_dissolution_laws 
     return PD_OK;
 }
 
-/* Add a site for each metal at a node whose law has none there yet, on the nearest electrode of that metal. */
+/* Add a site for each metal at a node whose law has none there yet, on the nearest electrode of that metal. beside
+ * NULL: the node has no metal, and nothing is done. */
 static pd_status pdi_dissolution_laws_add_other_metals(pd_ctx *ctx, pd_dissolution_laws *a, const pdi_beside *beside)
 {
     for (int m = 0; m < a->law_count && beside; m++)
@@ -412,8 +418,9 @@ static pd_status pdi_dissolution_laws_add_electrode_sites(pd_ctx *ctx, pd_dissol
     return PD_OK;
 }
 
-/* Rebuild the surface sites and solve rate laws, polarisation curves and circuit potentials for the present
- * concentrations. PD_ERR_STATE: no solution, or several potentials of a circuit. */
+/* Rebuild the surface sites and a->grain, and solve rate laws, polarisation curves and circuit potentials for the
+ * present concentrations, into the surface solver. Then updates the dissolution speeds of all nodes. PD_ERR_STATE: no
+ * solution, or several potentials of a circuit, for which it looks after 0, 1, 2, 4, ... steps. */
 static pd_status pdi_dissolution_laws_solve_surface(pd_ctx *ctx, pd_dissolution_laws *a)
 {
     const pd_dissolve *d = a->dissolve;
@@ -454,8 +461,9 @@ static pd_status pdi_dissolution_laws_solve_surface(pd_ctx *ctx, pd_dissolution_
     return d ? pdi_dissolution_laws_update_all_speeds(ctx, a) : PD_OK;
 }
 
-/* Callback of pdi_content_small: metal component `piece` (content `has`) gives metal to a node with a weight.
- * Accumulates the weight of the component at the site; several components there mark it as split. */
+/* Callback of pdi_content_small: metal component `piece` (content `has`) gives metal to a node with a weight [mol/m4].
+ * Accumulates the weight of the component at the site, in `split`; several components there make it -HUGE_VAL. user: a
+ * pd_dissolution_laws. */
 static void pdi_dissolution_laws_add_component_weight(void *user, int32_t piece, double has, int metal, int32_t node,
                                                       double weight)
 {
@@ -483,9 +491,9 @@ static int32_t pdi_dissolution_laws_find_only_component(const pd_etch *s, int m)
     return only;
 }
 
-/* Assign each site to the metal component that dissolves there and may be consumed within a step: the one that gives
- * most of the weight, or the only one. Edges and neighbouring metals make weights differ by a few percent; sums agree.
- */
+/* Assign each site, in `piece`, to the metal component that dissolves there and may be consumed within a step: the one
+ * that gives most of the weight, or the only one; -1: none. Edges and neighbouring metals make weights differ by a few
+ * percent; sums agree. */
 static void pdi_dissolution_laws_find_components(pd_dissolution_laws *a)
 {
     pd_etch *s = &a->surface_solver;

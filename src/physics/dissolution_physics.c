@@ -31,7 +31,8 @@ static double pdi_dissolution_physics_compute_rate(void *user, const pd_rate_at 
     return law->metal->rate_scale * pd_expr_eval(&law->metal->rate, vars);
 }
 
-/* Bounds *least, *most [m/s] of the speed over concentrations from .. to [mol/m3], by interval arithmetic. */
+/* Bounds *least, *most [m/s] of the speed over the times from .. to [s], by interval arithmetic. A pd_rate_bounds_fn;
+ * user: a pd_model_law. */
 static void pdi_dissolution_physics_compute_rate_bounds(void *user, const pd_rate_at *at, double from, double to,
                                                         double *least, double *most)
 {
@@ -43,7 +44,8 @@ static void pdi_dissolution_physics_compute_rate_bounds(void *user, const pd_rat
     *most = law->metal->rate_scale * range.high;
 }
 
-/* Mark nodes in front of a passive film. */
+/* Allocate m->passive and mark the nodes within the shape of the passive film in it; without such a shape nothing is
+ * done. */
 static pd_status pdi_dissolution_physics_mark_passive(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
@@ -72,7 +74,8 @@ static pd_metal pdi_dissolution_physics_set_metal_desc(const pd_model_law *law)
     return is;
 }
 
-/* Options of bond-based corrosion, from the setup into desc; marks the nodes under a passive film in the model. */
+/* Options of bond-based corrosion, from the setup into desc; marks the nodes within the shape of the passive film in
+ * the model. */
 static pd_status pdi_dissolution_physics_set_corrosion_desc(pd_ctx *ctx, pd_model *m, pd_dissolve_desc *desc)
 {
     const pd_setup *u = m->setup;
@@ -92,7 +95,8 @@ static pd_status pdi_dissolution_physics_set_corrosion_desc(pd_ctx *ctx, pd_mode
     return PD_OK;
 }
 
-/* 1: rate laws depend on the current density and on no other factor, so that Faraday's law can hold exactly. */
+/* 1: a rate law depends on the current density, and no factor field, migration or other drive changes its rate, so that
+ * Faraday's law can hold exactly. */
 static int pdi_dissolution_physics_is_faradaic(const pd_setup *setup, const pd_dissolve_desc *desc)
 {
     int sees = 0;
@@ -101,7 +105,8 @@ static int pdi_dissolution_physics_is_faradaic(const pd_setup *setup, const pd_d
     return sees && setup->has_potential && !setup->has_migration && !desc->factor && desc->drive == PD_DRIVE_CONSTANT;
 }
 
-/* Bring currents to time t [s] for the rate laws; with Faraday's law, match lost metal and charge. user: pd_model. */
+/* Bring currents that depend on time to time t [s] for the rate laws; with Faraday's law, match lost metal and charge.
+ * The `found` callback of pd_dissolve; user: pd_model. */
 static pd_status pdi_dissolution_physics_update_currents(pd_ctx *ctx, void *user, double t)
 {
     pd_model *m = (pd_model *)user;
@@ -112,7 +117,8 @@ static pd_status pdi_dissolution_physics_update_currents(pd_ctx *ctx, void *user
     return PD_OK;
 }
 
-/* Builds the dissolving metal: options, laws, grains, electrodes. */
+/* Builds the dissolving metal: options, laws, grains, electrodes. Allocates m->coverage_factor where minerals cover
+ * metal, and m->passive under a passive film. */
 static pd_status pdi_dissolution_physics_build(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
@@ -203,8 +209,8 @@ static void pdi_dissolution_physics_estimate(const pd_setup *setup, pdi_memory_p
     if (setup->passive >= 0) *bytes += b->nodes;
 }
 
-/* Describe the dissolution rate of metal m, as "surface rate 1 um/h at C = 0 (8.766 mm/year, 3.8 A/m2 with z = 2), Cs =
- * 71508 mol/m3". */
+/* Describe the dissolution rate of metal m in text [size], as "surface rate 1 um/h at C = 0 (8.766 mm/year, 3.8 A/m2
+ * with z = 2), Cs = 71508 mol/m3". */
 static void pdi_dissolution_physics_format_rate(const pd_setup *setup, int m, char *text, size_t size)
 {
     const pd_setup_metal *metal = &setup->metal[m];
@@ -274,12 +280,14 @@ static void pdi_dissolution_physics_free(pd_ctx *ctx, pd_model *m)
     PD_DELETE(ctx, m->grid.total, m->coverage_factor);
 }
 
+/* A `reads_bonds` callback: 0: bond-based corrosion under activation control; 1: other metal. */
 static int pdi_dissolution_physics_reads_bonds(const pd_setup *setup)
 {
     return !setup->has_corrode || !setup->activation;
 }
 
-/* Adds steps and solves of the metal to the statistics of the run. */
+/* Adds the Krylov iterations of the metal's transport to the statistics of the run, and sets its limiter iterations and
+ * residuals. */
 static void pdi_dissolution_physics_add_statistics(const pd_model *m, pd_model_statistics *e)
 {
     const pd_transport_result *r = &m->dissolve.result;
@@ -289,7 +297,7 @@ static void pdi_dissolution_physics_add_statistics(const pd_model *m, pd_model_s
     e->mass_defect = r->defect;
 }
 
-/* Speed of the fastest metal beside a fluid node, or damage of a node. */
+/* Speed [m/s] of the fastest metal beside a fluid node, NaN at other nodes; or the damage [-] of any node. */
 static double pdi_dissolution_physics_sample(const pd_model *m, pd_field field, int32_t i)
 {
     if (field == PD_FIELD_DAMAGE) return pdi_dissolve_damage(&m->dissolve, i);

@@ -59,7 +59,8 @@ static void pdi_electrode_map_compute_conductivity(void *user, double *field)
     }
 }
 
-/* Factors of the curves of contacts from surface states; the `share` callback of pd_cell_desc. */
+/* Set the factors of the curves of contact [count] from surface states at time t [s]; the `share` callback of
+ * pd_cell_desc. */
 static pd_status pdi_electrode_map_update_contact_factors(pd_ctx *ctx, void *user, pd_contact *contact, int32_t count,
                                                           double t)
 {
@@ -119,8 +120,8 @@ static void pdi_electrode_map_merge_circuits(int *wire, int count, int a, int b)
         if (wire[k] == high) wire[k] = low;
 }
 
-/* Assign all solid nodes to electrodes and merge circuits of those that touch, in wire. PD_ERR_GEOMETRY: metal without
- * an electrode, or an electrode without metal. */
+/* Check that all solid nodes belong to electrodes, and merge circuits of those that touch, in wire [electrodes].
+ * PD_ERR_GEOMETRY: metal without an electrode, or an electrode without metal, whose line becomes m->error_line. */
 static pd_status pdi_electrode_map_find_electrodes(pd_ctx *ctx, pd_electrode_map *m, int *wire)
 {
     const pd_setup_potential *p = &m->setup->potential;
@@ -152,7 +153,8 @@ static pd_status pdi_electrode_map_find_electrodes(pd_ctx *ctx, pd_electrode_map
     return PD_OK;
 }
 
-/* Number the circuits and find the prescribed value of each. PD_ERR_ARGUMENT: two prescribed values in one circuit. */
+/* Number the circuits, and set the prescribed electrode of each with its kind and its value at time 0. PD_ERR_ARGUMENT:
+ * two prescribed values in one circuit. */
 static pd_status pdi_electrode_map_build_circuits(pd_ctx *ctx, pd_electrode_map *m, const int *wire)
 {
     const pd_setup_potential *p = &m->setup->potential;

@@ -27,8 +27,9 @@ typedef struct pd_electrode_map {
 
 #ifdef PDI_INTERNAL
 /* Find electrodes and circuits on the lattice and build the potential solver `cell` with them. All is borrowed; metal
- * [total]: index of the metal of nodes, NULL: 0; reactive, dissolve, surfaces: NULL without. PD_ERR_GEOMETRY: metal
- * that is no electrode, an electrode without metal. PD_ERR_ARGUMENT: two prescribed values for metals that touch. */
+ * [total]: index of the metal of nodes, NULL: 0; reactive, dissolve, surfaces: NULL without. The caller then sets
+ * electrodes->cell and ->species. PD_ERR_GEOMETRY: metal that is no electrode, an electrode without metal.
+ * PD_ERR_ARGUMENT: two prescribed values for metals that touch. */
 PDI_FN pd_status pdi_electrode_map_build(pd_ctx *ctx, const pd_setup *setup, const pd_bonds *bonds,
                                          const pd_stencil *across, const uint8_t *metal, const pd_reactive *reactive,
                                          const pd_dissolve *dissolve, const pd_surface_states *surfaces,
@@ -43,9 +44,10 @@ PDI_FN void pdi_electrode_map_add_faradaic_source(void *user, double *source);
 /* Error message for a node where an electrode reaction consumes more of a solute than is there; it names the electrode.
  * The `drained` callback of pd_course. Returns PD_ERR_STATE. */
 PDI_FN pd_status pdi_electrode_map_report_depleted_species(pd_ctx *ctx, void *user, int32_t node, int solute, double t);
-/* 1: rate laws of metal depend on currents or potentials of the potential solver. */
+/* 1: rate laws of metal depend on currents or potentials of the potential solver. 0 with migrating ions. */
 PDI_FN int pdi_electrode_map_is_read_by_laws(const pd_setup *setup);
-/* 1: currents are solved before each species step: conductivity, surface states or mineral coverage depend on them. */
+/* 1: currents are solved before each species step, since they depend on what it changes: conductivity, surface states
+ * or, with values in time, mineral coverage. 0 with migrating ions. */
 PDI_FN int pdi_electrode_map_is_solved_per_species_step(const pd_setup *setup);
 /* 1: the species solve currents in each of their own steps; else they use those of the metal's step. */
 PDI_FN int pdi_electrode_map_is_solved_by_species(const pd_setup *setup);

@@ -6,7 +6,8 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Initial velocity, and the time integrator of an unsteady flow. PD_ERR_STATE: a velocity is not finite. */
+/* Sets the initial velocity, and builds the time integrator of an unsteady flow; a prescribed flow has none, and keeps
+ * its velocity. PD_ERR_STATE: a velocity is not finite. */
 static pd_status pdi_flow_physics_build_unsteady(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
@@ -36,7 +37,7 @@ static pd_status pdi_flow_physics_build_unsteady(pd_ctx *ctx, pd_model *m)
     return pd_weakly_compressible_build(ctx, &m->flow, &explicit_, &m->unsteady);
 }
 
-/* Builds inlets, flow and its solver, in time or at rest. */
+/* Builds the flow, its steady or implicit solver, the developed profiles of inlets, and what an unsteady flow needs. */
 static pd_status pdi_flow_physics_build(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
@@ -77,7 +78,8 @@ static pd_status pdi_flow_physics_build(pd_ctx *ctx, pd_model *m)
     return PD_OK;
 }
 
-/* [byte] Memory of the implicit flow solver (steady or in time): Jacobian, multigrids, scratch. */
+/* [byte] Memory of the implicit flow solver (steady or in time): Jacobian, multigrids, growth of the shared scratch.
+ * Adds the coarse levels to the runtime bytes of b. */
 static double pdi_flow_physics_estimate_solver(const pd_setup *setup, pdi_memory_plan *plan, pd_memory_estimate *b)
 {
     pd_steady steady;
@@ -102,7 +104,7 @@ static double pdi_flow_physics_estimate_solver(const pd_setup *setup, pdi_memory
     return bytes + pdi_memory_plan_add_scratch(plan, room);
 }
 
-/* Order of the flow discretisation, 4 where the run will use it or may, else 2. */
+/* Order of the flow discretisation for estimates: that of the setup, else 4 where the run may use it, else 2. */
 static int pdi_flow_physics_estimate_order(const pd_setup *setup, const pd_grid *grid)
 {
     if (setup->flow_order) return setup->flow_order;
@@ -154,14 +156,14 @@ static void pdi_flow_physics_print_summary(const pdi_summary_text *s)
 
 static int pdi_flow_physics_is_present(const pd_setup *setup) { return setup->has_flow; }
 
-/* What of the flow the setup leaves out. */
+/* What of the flow the setup leaves out, for summaries; NULL: nothing. */
 static const char *pdi_flow_physics_absent(const pd_setup *setup)
 {
     if (setup->has_flow) return setup->flow_time == PD_FLOW_STEADY ? "inertia of the flow in time" : NULL;
     return setup->has_gas ? "flow" : "flow, inertia of the flow in time";
 }
 
-/* Adds the process of the flow to the time loop. */
+/* Adds the process of the flow to the time loop; a prescribed flow has none. */
 static pd_status pdi_flow_physics_add_processes(pd_ctx *ctx, pd_model *m)
 {
     pd_time_loop *loop = &m->time_loop;
@@ -186,7 +188,7 @@ static void pdi_flow_physics_free(pd_ctx *ctx, pd_model *m)
 
 static const double *pdi_flow_physics_velocity(const pd_model *m) { return m->flow.u; }
 
-/* Adds evaluations, solves and residuals of the flow to the statistics of the run. */
+/* Sets evaluations, solves and residuals of the flow in the statistics of the run. */
 static void pdi_flow_physics_add_statistics(const pd_model *m, pd_model_statistics *e)
 {
     int moves = m->setup->flow_time == PD_FLOW_IMPLICIT || m->setup->flow_time == PD_FLOW_EXPLICIT;
@@ -197,7 +199,7 @@ static void pdi_flow_physics_add_statistics(const pd_model *m, pd_model_statisti
     e->continuity = m->quasi.result.continuity;
 }
 
-/* Value of a field of the liquid at a fluid node. */
+/* Value of a field of the liquid at a fluid node: density [kg/m3], pressure [Pa] or speed [m/s]; 0 at other nodes. */
 static double pdi_flow_physics_sample(const pd_model *m, pd_field field, int32_t i)
 {
     if (m->grid.kind[i] != PD_FLUID) return 0.0;
@@ -205,7 +207,7 @@ static double pdi_flow_physics_sample(const pd_model *m, pd_field field, int32_t
     return field == PD_FIELD_P ? m->flow.p[i] * m->flow.rho : pdi_model_compute_speed(m, m->flow.u, i);
 }
 
-/* Velocity, or pressure over density. */
+/* Array [total] of a velocity component [m/s], or of pressure over density [m2/s2]; NULL for the density. */
 static const double *pdi_flow_physics_get_values(const pd_model *m, pd_field field, int component)
 {
     if (field == PD_FIELD_DENSITY) return NULL;

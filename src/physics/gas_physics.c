@@ -4,7 +4,8 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Density rho [kg/m3], velocity v [m/s] and pressure p [Pa] of the gas at x [m], at the start and behind inlets. */
+/* Density rho [kg/m3], velocity v [PD_DIM] [m/s] and pressure p [Pa] of the gas at x [m], at the start and behind
+ * inlets. user: the pd_setup. */
 static void pdi_gas_physics_get_initial_state(void *user, const double *x, double *rho, double *v, double *p)
 {
     const pd_setup *u = (const pd_setup *)user;
@@ -13,7 +14,7 @@ static void pdi_gas_physics_get_initial_state(void *user, const double *x, doubl
     for (int d = 0; d < PD_DIM; d++) v[d] = pdi_setup_eval_expr(&u->initial_velocity[d], x, 0.0);
 }
 
-/* Builds the gas from the state at the start and the sides. */
+/* Builds the gas from the state at the start and the sides, and checks that state by asking for its stable step. */
 static pd_status pdi_gas_physics_build(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
@@ -61,9 +62,10 @@ static pd_status pdi_gas_physics_add_processes(pd_ctx *ctx, pd_model *m)
 
 static void pdi_gas_physics_free(pd_ctx *ctx, pd_model *m) { pd_gas_free(ctx, &m->gas); }
 
+/* [PD_DIM][total] [m/s] Velocity of the gas. */
 static const double *pdi_gas_physics_velocity(const pd_model *m) { return m->gas.primitive + m->grid.total; }
 
-/* Array of a gas field, components of the velocity one after another. */
+/* Array [total] of a gas field: density, pressure, total energy per volume, or else that component of the velocity. */
 static const double *pdi_gas_physics_get_values(const pd_model *m, pd_field field, int component)
 {
     int64_t last = (int64_t)(PD_GAS_FIELDS - 1) * m->grid.total;
@@ -73,7 +75,7 @@ static const double *pdi_gas_physics_get_values(const pd_model *m, pd_field fiel
     return m->gas.primitive + (int64_t)(1 + component) * m->grid.total;
 }
 
-/* Value of a gas field at a fluid node. */
+/* Value of a gas field at a fluid node, of the velocity its norm; 0 at other nodes. */
 static double pdi_gas_physics_sample(const pd_model *m, pd_field field, int32_t i)
 {
     if (m->grid.kind[i] != PD_FLUID) return 0.0;

@@ -4,7 +4,8 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Grain-boundary rate factor of nodes, 1 + (gb_factor - 1) * boundary fraction. fraction [total]: output. */
+/* Set fraction [total], the share of grain boundary of nodes, and m->grain_stats. Where metal dissolves and gb_factor
+ * is not 1, also allocate m->boundary_factor, 1 + (gb_factor - 1) * fraction. */
 static pd_status pdi_grain_physics_build_boundary_factor(pd_ctx *ctx, pd_model *m, float *fraction)
 {
     PD_TRY(pd_grain_fraction(ctx, &m->interface_stencil, &m->grid, &m->grain, fraction));
@@ -16,7 +17,7 @@ static pd_status pdi_grain_physics_build_boundary_factor(pd_ctx *ctx, pd_model *
     return PD_OK;
 }
 
-/* Grows the grains of all solids, and the share of grain boundary of each node. */
+/* Grows and measures the grains of all solids, and sets the rate factor of their boundaries. */
 static pd_status pdi_grain_physics_build(pd_ctx *ctx, pd_model *m)
 {
     float *fraction = NULL;
@@ -49,6 +50,7 @@ static void pdi_grain_physics_free(pd_ctx *ctx, pd_model *m)
     pd_grain_free(ctx, &m->grain);
 }
 
+/* Number of the grain of a solid node; -1 at other nodes. */
 static double pdi_grain_physics_sample(const pd_model *m, pd_field field, int32_t i)
 {
     (void)field;

@@ -12,7 +12,8 @@ typedef struct pdi_inlet_layer {
     double mean_magnitude; /* [m/s] mean of its absolute value */
 } pdi_inlet_layer;
 
-/* Set i [PD_DIM] to the first node in front of a side. Returns the face area of a cell there [m^(d-1)]. */
+/* Set i [PD_DIM] to the first node in front of a side. Returns the face area of a cell there [m^(d-1)], without the
+ * circumference of rings. */
 static double pdi_inlet_set_first_node(const pd_grid *grid, int side, int *i)
 {
     double face = 1.0;
@@ -23,7 +24,8 @@ static double pdi_inlet_set_first_node(const pd_grid *grid, int side, int *i)
     return face;
 }
 
-/* Advance i [PD_DIM] to the next node of the layer normal to `axis`; 0 at its end. */
+/* Advance i [PD_DIM] to the next node of the layer normal to `axis`. Returns 1; 0: the layer is done, and i is at its
+ * first node again. */
 static int pdi_inlet_set_next_node(const pd_grid *grid, int axis, int *i)
 {
     for (int d = 0; d < PD_DIM; d++) {
@@ -48,8 +50,8 @@ static void pdi_inlet_compute_expression(const pd_setup_side *side, const double
     for (int d = 0; d < PD_DIM; d++) u[d] = pdi_setup_eval_expr(&side->velocity[d], x, t);
 }
 
-/* Count the open and solid nodes of the layer inside a side and average its profile expression at time t [s] into
- * *layer. */
+/* Count the fluid (open) and solid nodes of the layer inside a side, and average its profile expression at time t [s]
+ * over the area of the fluid ones, into *layer; without an expression the averages are 0. */
 static void pdi_inlet_compute_layer(const pd_setup *setup, const pd_grid *grid, double t, int side,
                                     pdi_inlet_layer *layer)
 {
@@ -79,8 +81,8 @@ static void pdi_inlet_compute_layer(const pd_setup *setup, const pd_grid *grid, 
     layer->mean_magnitude = size / weight;
 }
 
-/* Coordinate [m] of the wall surface between the open node at index s and the closed one at s + step, along the side:
- * exact, by bisection, or halfway. */
+/* 2D: coordinate [m] of the wall surface between the open node at index s and the closed one at s + step (1 or -1),
+ * along the side: exact, by bisection, or halfway; the end of the box where that node lies outside. */
 static double pdi_inlet_find_wall_edge(const pd_grid *grid, int side, int s, int step)
 {
     int axis = side / 2, along = PD_DIM > 1 ? 1 - axis : 0, i[PD_DIM];
@@ -107,7 +109,7 @@ static double pdi_inlet_find_wall_edge(const pd_grid *grid, int side, int s, int
 }
 
 /* Radius [m] of a tube along `axis` among the wall shapes (complement of a cylinder, shape number `index` or its
- * parts); its centre. -1: there is none. */
+ * parts), with its centre [PD_DIM] [m]. -1: there is none. */
 static double pdi_inlet_find_tube_radius(const pd_grid *grid, int index, int axis, double *centre)
 {
     const pd_shape *s = &grid->shapes[index];
@@ -146,7 +148,8 @@ static pd_status pdi_inlet_reject(pd_ctx *ctx, int side, const char *why)
 }
 
 /* Axisymmetric opening from lo to hi [m]: an annulus or tube across the axis, a cylinder along it. Sets centre, inner
- * radius, width and *area [m2]; several: 1: the opening has gaps, and cell rings are added up. */
+ * radius and width of the side; *area: on entry its length [m], then [m2]. several: 1: the opening has gaps, and cell
+ * rings are added up. */
 static void pdi_inlet_measure_annulus(const pd_grid *grid, int side, double lo, double hi, int several, pd_inlet *inlet,
                                       double *area)
 {
@@ -167,8 +170,8 @@ static void pdi_inlet_measure_annulus(const pd_grid *grid, int side, double lo, 
         } while (pdi_inlet_set_next_node(grid, axis, i));
 }
 
-/* Open fraction of the cell face around x [m] on a side with normal `axis`, by samples where a wall may cut it; fluid:
- * kind of its node. */
+/* Open fraction of the cell face around x [m] on a side with normal `axis`, by samples where a wall may cut it. fluid:
+ * 1: its node is fluid, which decides elsewhere. */
 static double pdi_inlet_compute_open_fraction(const pd_grid *grid, int axis, const double *x, int fluid)
 {
     double at[PD_DIM], reach = 0.0, open = 0.0, all = 0.0;
@@ -214,7 +217,7 @@ static double pdi_inlet_integrate_open_area(const pd_grid *grid, int side)
 }
 
 /* Planar 2D: an opening that ends on a mirror side is half of a channel; width and centre become those of the whole.
- * PD_ERR_GEOMETRY: no walls, so that no profile develops. */
+ * One that ends on a periodic side needs a solved profile. PD_ERR_GEOMETRY: no walls, so that no profile develops. */
 static pd_status pdi_inlet_apply_symmetry(pd_ctx *ctx, const pd_grid *grid, int side, const pdi_inlet_layer *layer,
                                           pd_inlet *inlet)
 {
@@ -236,8 +239,8 @@ static pd_status pdi_inlet_apply_symmetry(pd_ctx *ctx, const pd_grid *grid, int 
     return PD_OK;
 }
 
-/* Width, centre and *area [m^(d-1)] of the open part of a side, and whether a parabola has a closed form there.
- * PD_ERR_GEOMETRY: closed, or no parabola possible. */
+/* Measure the open part of a side: its *area [m^(d-1)], and in inlet its width, centre, inner radius and needs_profile
+ * (1: a parabola has no closed form there). PD_ERR_GEOMETRY: closed, or no parabola possible. */
 static pd_status pdi_inlet_measure_opening(pd_ctx *ctx, const pd_grid *grid, int side, const pdi_inlet_layer *layer,
                                            pd_inlet *inlet, double *area)
 {
@@ -335,7 +338,7 @@ static int pdi_inlet_is_inside_box(const pd_grid *grid, int side, const pd_inlet
     return 1;
 }
 
-/* Inner part of the build: measures all inlet sides. */
+/* Inner part of the build: measures all inlet sides; error_side is the side at hand. */
 static pd_status pdi_inlet_build_inner(pd_ctx *ctx, const pd_setup *setup, const pd_grid *grid, pd_inlet *inlet)
 {
     memset(inlet, 0, sizeof *inlet);
@@ -404,7 +407,8 @@ static double pdi_inlet_compute_annulus_profile(double k, double s)
     return 2.0 * (1.0 - s * s + a * log(s)) / (1.0 + k * k - a);
 }
 
-/* Index of the cell in the layer of a side that x [m] lies in front of. */
+/* Index of the cell in the layer of a side with normal `axis` that x [m] lies in front of; places beyond the layer
+ * count to its last cells. */
 static int64_t pdi_inlet_find_cell(const pd_grid *grid, int axis, const double *x)
 {
     int64_t place = 0;

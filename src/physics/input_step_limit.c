@@ -40,8 +40,8 @@ static void pdi_input_step_limit_list(pdi_array_visitor *owner, void *object)
     PDI_ARRAY(owner, vary, value, vary->capacity, "");
 }
 
-/* Append a time-dependent expression at sample places of the box, or of one side (side < 0: the box). Without an array
- * the entries are only counted. */
+/* Append an expression, if it depends on time, at sample places of the box, or of one side (side < 0: the box). It is
+ * borrowed. Without an array the entries are only counted. */
 static void pdi_input_step_limit_add_expression(const pd_setup *setup, const pd_expr *expr, int side,
                                                 pd_input_step_limit *vary)
 {
@@ -127,8 +127,8 @@ static double pdi_input_step_limit_compute_efolding_voltage(const pd_setup_elect
     return term->cathodic > 0.0 ? pd_min(fold, term->cathodic) : fold;
 }
 
-/* Append prescribed potentials and currents of electrodes, which the potential solver takes at the midpoint of a step.
- */
+/* Append prescribed potentials and currents of electrodes, with whether the solver takes them at the midpoint of a step
+ * and the potential change that counts for their error. */
 static void pdi_input_step_limit_add_electrodes(const pd_setup *u, pd_input_step_limit *vary)
 {
     double fold = HUGE_VAL;
@@ -193,7 +193,8 @@ typedef struct pdi_input_step_limit_seen_range {
     double low, high, tolerance; /* the last: tolerance by which values may lie outside of them */
 } pdi_input_step_limit_seen_range;
 
-/* Range of a value between t and end [s], with the tolerance; most: least size that counts for it. */
+/* Range of a value between t and end [s], with the tolerance; most: least size [unit of the value] that counts for it.
+ */
 static pdi_input_step_limit_seen_range pdi_input_step_limit_compute_seen_range(const pd_input_value *value, double t,
                                                                                double end, double most)
 {
@@ -226,8 +227,8 @@ static int pdi_input_step_limit_is_continuous(const pd_input_value *value, doubl
 }
 
 /* First time [s] in t .. end at which the value leaves the range between both ends or jumps, found by bisection with
- * interval bounds; `end`: nowhere. A jump at the start of the step is ignored. most: largest size of the value to come.
- */
+ * interval bounds; `end`: nowhere. Where too many parts are needed: how far they reach, or the middle. A jump at the
+ * start of the step is ignored. most: largest size of the value to come. */
 static double pdi_input_step_limit_find_unseen_change(const pd_input_value *value, double most, double t, double end)
 {
     double stack[PDI_INPUT_STEP_LIMIT_MAX_HALVINGS + 2], from = t,
@@ -264,14 +265,15 @@ static double pdi_input_step_limit_find_unseen_change(const pd_input_value *valu
     return top > 0 && from > t ? from : top > 0 ? 0.5 * (t + end) : end;
 }
 
-/* The value at time t [s]. */
+/* The value at time t [s], by its lower bound there. */
 static double pdi_input_step_limit_get_value(const pd_input_value *value, double t)
 {
     return pdi_input_step_limit_compute_bounds(value, t, t).low;
 }
 
-/* Limit `end` for a value that is taken at the midpoint of a step: Simpson's rule gives the same mean within the
- * tolerance, and potential changes stay so small that the exponential current has its mean there, too. */
+/* Halve the step t .. end for a value that is taken at its midpoint, until Simpson's rule gives the same mean within
+ * the tolerance, and potential changes are so small that the exponential current has its mean there, too. Returns the
+ * end [s]; other values leave it. */
 static double pdi_input_step_limit_limit_midpoint_error(const pd_input_step_limit *vary, const pd_input_value *value,
                                                         double most, double t, double end)
 {

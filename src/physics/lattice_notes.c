@@ -29,7 +29,7 @@ static double pdi_lattice_notes_compute_distance(const pd_setup *u, int k, const
     return level;
 }
 
-/* Volume of a subcell with edges size [PD_DIM] [m] around x; of its ring with axisymmetry. */
+/* Volume [m^d] of a subcell with edges size [PD_DIM] [m] around x [m]; with axisymmetry [m3] of its ring. */
 static double pdi_lattice_notes_compute_cell_volume(const pd_grid *grid, const double *x, const double *size)
 {
     double volume = grid->circumference ? 2.0 * PD_PI * fabs(x[PD_DIM - 1]) : 1.0;
@@ -38,7 +38,7 @@ static double pdi_lattice_notes_compute_cell_volume(const pd_grid *grid, const d
 }
 
 /* Fraction of a subcell inside metal k, as if its surface were a plane along a face: exact for planes along the
- * lattice, and in the mean over subcells for others. */
+ * lattice, and in the mean over subcells for others. level: signed distance [m] of its centre x from the metal. */
 static double pdi_lattice_notes_compute_fraction(const pd_setup *setup, int k, const double *x, const double *size,
                                                  double level)
 {
@@ -57,8 +57,8 @@ static double pdi_lattice_notes_compute_fraction(const pd_setup *setup, int k, c
     return pd_max(0.0, pd_min(1.0, 0.5 - level / across));
 }
 
-/* Volume of metal k within a subcell by recursive subdivision (octree); subcells farther from the surface than half
- * their diagonal are full or empty. */
+/* Volume of metal k within a subcell by recursive subdivision (octree), halvings levels deep; subcells farther from the
+ * surface than half their diagonal are full or empty. */
 static double pdi_lattice_notes_integrate_volume(const pd_model *m, int k, const double *x, const double *size,
                                                  int halvings)
 {
@@ -79,7 +79,7 @@ static double pdi_lattice_notes_integrate_volume(const pd_model *m, int k, const
     return sum;
 }
 
-/* Number of cells that the surface of metal k cuts. */
+/* Number of cells of the box that the surface of metal k may cut: it is within half a diagonal of their centres. */
 static double pdi_lattice_notes_count_cut_cells(const pd_model *m, int k)
 {
     double count = 0.0, reach = 0.5 * pdi_vec_norm(m->grid.h), x[PD_DIM];

@@ -27,7 +27,7 @@ static int pdi_mechanical_bc_get_layer(const pd_mechanical_bc *g, int32_t i, int
     return side % 2 ? grid->n[side / 2] - 1 - at[side / 2] : at[side / 2];
 }
 
-/* Project place x [m] along its axis onto a side of the box. */
+/* Move place x [m] along the normal of a side of the box onto that side, in place. */
 static void pdi_mechanical_bc_project_to_side(const pd_mechanical_bc *g, int side, double *x)
 {
     x[side / 2] = side % 2 ? g->setup->hi[side / 2] : g->setup->lo[side / 2];
@@ -97,7 +97,7 @@ typedef struct pdi_mechanical_bc_reference_points {
 } pdi_mechanical_bc_reference_points;
 
 /* Next held point around point i, no farther off than any before, with a free layer behind it for component d; -1: none
- * is left. Updates the iterator. */
+ * is left. Updates the iterator: l->next, and count and distance of the nearest points met. */
 static int32_t pdi_mechanical_bc_next_reference_point(const pd_mechanical_bc *g, int k, int32_t i, int d,
                                                       pdi_mechanical_bc_reference_points *l)
 {
@@ -124,9 +124,9 @@ static int32_t pdi_mechanical_bc_next_reference_point(const pd_mechanical_bc *g,
     return -1;
 }
 
-/* Reference points of point i for component d: point i itself, or, where the metal there is too thin for a free layer,
- * the nearest ones along the side within as many cells as the side holds layers. Returns an iterator with their count.
- */
+/* Reference points of point i for component d: point i itself (positions 0), or, where the metal there is too thin for
+ * a free layer, the nearest ones along the side within as many cells as the side holds layers. Returns an iterator with
+ * their count, 0: none; next is to be set to 0 to go through them. */
 static pdi_mechanical_bc_reference_points pdi_mechanical_bc_find_reference_points(const pd_mechanical_bc *g, int k,
                                                                                   int32_t i, int d)
 {
@@ -143,8 +143,8 @@ static pdi_mechanical_bc_reference_points pdi_mechanical_bc_find_reference_point
     return l;
 }
 
-/* Check that condition k has at least one lattice line with a free layer behind the held ones for each prescribed
- * component; a body in motion needs none. PD_ERR_GEOMETRY. */
+/* Check that condition k has at least one lattice line with a free layer behind the held ones for each component that a
+ * side prescribes; a body in motion needs none. PD_ERR_GEOMETRY: there is none. */
 static pd_status pdi_mechanical_bc_check_free_layer(pd_ctx *ctx, const pd_mechanical_bc *g, int k)
 {
     const pd_setup_mechanical_bc *grip = &g->setup->metal_body.mechanical_bc[k];
@@ -178,8 +178,8 @@ static int pdi_mechanical_bc_count_loaded_layers(const pd_mechanical_bc *g)
     return 2 * (int)ceil(g->structure->desc.horizon_ratio + 1.0);
 }
 
-/* The run of metal that point i belongs to, from the side inward (rows = 0: the point carries no traction of that
- * side). */
+/* The run of metal that point i belongs to, from the side inward (layers = 0: the point carries no traction of that
+ * side). Layers are counted up to twice the loaded ones. */
 static pdi_mechanical_bc_metal_run pdi_mechanical_bc_find_metal_run(const pd_mechanical_bc *g, int32_t i, int side)
 {
     pdi_mechanical_bc_metal_run run = {0, 0, 0, 0, 0};
@@ -216,11 +216,10 @@ typedef struct pdi_mechanical_bc_load_weights {
     double takes_remainder[PD_DIM]; /* 1: the point takes part in the even distribution of the remaining load */
 } pdi_mechanical_bc_load_weights;
 
-/* Load weights of point i for the traction of condition k; 0: it carries none. In thick metal they are the c of (8.5).
- * In metal thinner than two of these layers the c of both faces overlap. If the opposite side holds a component, free
- * layers carry all of c, and held layers the remainder. Behind a plane of symmetry the mirror image is the other part
- * of c, along the axis. Else each half of the thickness carries its own c, and the remainder is spread evenly (theory:
- * 8.7). */
+/* Load weights of point i for the traction of condition k. Returns 1; 0: it carries none. In thick metal they are the c
+ * of (8.5). In thinner metal the c of both faces overlap: if the opposite side holds a component, free layers carry all
+ * of c, held layers the remainder; behind a plane of symmetry the image is the other part along the axis; else each
+ * half carries its own c, and the remainder is spread evenly (theory: 8.7). */
 static int pdi_mechanical_bc_compute_load_weights(const pd_mechanical_bc *g, int k, int32_t i,
                                                   pdi_mechanical_bc_load_weights *part)
 {
@@ -242,9 +241,9 @@ static int pdi_mechanical_bc_compute_load_weights(const pd_mechanical_bc *g, int
     return 1;
 }
 
-/* Sums over points of load weight times volume [m^(d-1)] for each component of the traction of condition k, and the
- * volume [m^d] that takes the remainder. Fixed-point sums do not depend on the order of points, so mirrored sides get
- * the same bits. */
+/* Sums over points for each component of the traction of condition k: bears [PD_DIM] [m^(d-1)], load weight times
+ * volume, and spreads [PD_DIM] [m^d], the volume that takes the remainder. Fixed-point sums do not depend on the order
+ * of points, so mirrored sides get the same bits. */
 static void pdi_mechanical_bc_integrate_load_weights(const pd_mechanical_bc *g, int k, double *bears, double *spreads)
 {
     int64_t units[PD_DIM] = {0}, points[PD_DIM] = {0};
@@ -281,8 +280,8 @@ static pd_status pdi_mechanical_bc_check_thickness(pd_ctx *ctx, const pd_mechani
                    run->layers, pd_setup_side_name(side ^ 1), pd_setup_side_name(side), expected);
 }
 
-/* Set faces[k] (what the opposite side holds) and borne[k] (area that load weights sum to at the start; the full area
- * in thick metal). */
+/* Set opposite_held[k], the components that the opposite side holds, and weighted_area[k], the area that load weights
+ * sum to at the start (the full area in thick metal). PD_ERR_GEOMETRY: metal too thin for the material. */
 static pd_status pdi_mechanical_bc_set_initial_load_area(pd_ctx *ctx, pd_mechanical_bc *g, int k)
 {
     const pd_setup_mechanics *b = &g->setup->metal_body;
@@ -418,7 +417,7 @@ PDI_FN int pdi_mechanical_bc_find_sides(const pd_mechanical_bc *g, int32_t i, in
 }
 
 /* Prescribed displacement *given [m] of component d by condition k at time t [s]: of a side, at the projection of place
- * x [m] onto it. */
+ * x [m] onto it. PD_ERR_STATE: it is not finite. */
 static pd_status pdi_mechanical_bc_get_displacement(pd_ctx *ctx, const pd_mechanical_bc *g, int k, const double *x,
                                                     int d, double t, double *given)
 {
@@ -455,7 +454,8 @@ static pd_status pdi_mechanical_bc_set_corner_displacement(pd_ctx *ctx, const pd
     return PD_OK;
 }
 
-/* Set the components of u [points][PD_DIM] [m] of point i that condition k prescribes. */
+/* Set the components of u [points][PD_DIM] [m] of point i that condition k prescribes, at its face or place; the others
+ * stay. */
 static pd_status pdi_mechanical_bc_set_displacement(pd_ctx *ctx, const pd_mechanical_bc *g, int k, int32_t i, double t,
                                                     double *u)
 {
@@ -548,8 +548,8 @@ static pd_status pdi_mechanical_bc_set_displacements(pd_ctx *ctx, pd_mechanical_
     return PD_OK;
 }
 
-/* Traction vector pull [PD_DIM] [Pa] of condition k at place x [m] of its side, pressure included, and its norm *size
- * [Pa]. PD_ERR_STATE: not finite. */
+/* Traction vector pull [PD_DIM] [Pa] of condition k at place x [m] of its side, and its norm *size [Pa]. A positive
+ * pressure is included along the inward normal. PD_ERR_STATE: not finite. */
 static pd_status pdi_mechanical_bc_compute_traction(pd_ctx *ctx, const pd_mechanical_bc *g, int k, const double *x,
                                                     double t, double *pull, double *size)
 {
@@ -597,14 +597,15 @@ static void pdi_mechanical_bc_compute_moment_basis(const pdi_mechanical_bc_resul
     for (int d = 0; d < PD_DIM; d++) basis[1 + d] = d == axis ? 0.0 : (x[d] - w->centre[d]) / w->size;
 }
 
-/* Add a force [N] of component d, times the basis functions, to the moments that nodal loads lack. */
+/* Add a force [N] of component d, times the basis functions, to the moments that nodal loads lack, w->moment_deficit.
+ */
 static void pdi_mechanical_bc_add_resultant(pdi_mechanical_bc_resultants *w, int d, double force, const double *basis)
 {
     for (int p = 0; p <= PD_DIM; p++) w->moment_deficit[d][p] += force * basis[p];
 }
 
-/* [m^(d-1)] Area of metal that is left on the side of condition k; also sets the centre of its faces (with mirror
- * images) and the length scale in w. */
+/* [m^(d-1)] Area of metal that is left on the side of condition k. Also sets the centre of its faces (with mirror
+ * images) and the length scale in w, which is zero before. */
 static double pdi_mechanical_bc_compute_loaded_area(const pd_mechanical_bc *g, int k, pdi_mechanical_bc_resultants *w)
 {
     const pd_solid_coupling *s = g->structure;
@@ -688,8 +689,9 @@ static int pdi_mechanical_bc_is_symmetric(const pd_mechanical_bc *g, int d, int 
     return 1;
 }
 
-/* Solve the small linear system for the corrections of component d by Gauss elimination. Basis functions along which
- * the loaded points hardly extend are left out. */
+/* Solve the small linear system for the corrections of component d, w->correction[d], by Gauss elimination; the deficit
+ * of that component is work. Basis functions along which the loaded points hardly extend, or that break a symmetry, are
+ * left out, with the correction 0. */
 static void pdi_mechanical_bc_solve_correction(const pd_mechanical_bc *g, int d, pdi_mechanical_bc_resultants *w)
 {
     double a[1 + PD_DIM][1 + PD_DIM], *rest = w->moment_deficit[d], *more = w->correction[d];
@@ -713,9 +715,10 @@ static void pdi_mechanical_bc_solve_correction(const pd_mechanical_bc *g, int d,
     }
 }
 
-/* Corrections that give the nodal loads of a nonuniform traction its exact force and moments: points near corners carry
- * a traction from farther outside than it acts. Tangential components first, then the normal one, which also balances
- * the moment of tangential loads that act at a depth. */
+/* Sets the corrections in w, zero before, that give the nodal loads of a nonuniform traction its exact force and
+ * moments: points near corners carry a traction from farther outside than it acts. Tangential components first, then
+ * the normal one, which also balances the moment of tangential loads that act at a depth. Without metal at the side
+ * they stay 0. */
 static pd_status pdi_mechanical_bc_solve_traction_correction(pd_ctx *ctx, const pd_mechanical_bc *g, int k, double t,
                                                              const pdi_mechanical_bc_load_scaling *shares,
                                                              pdi_mechanical_bc_resultants *w)
@@ -764,7 +767,7 @@ PDI_FN pd_status pdi_mechanical_bc_add_traction(pd_ctx *ctx, const pd_mechanical
     return PD_OK;
 }
 
-/* The dead load of each force acts on the stiffness that is left (s->stiff). */
+/* A body force acts in proportion to the stiffness factor that is left. */
 PDI_FN pd_status pdi_mechanical_bc_apply(pd_ctx *ctx, void *user, double t, double *u, double *load)
 {
     pd_mechanical_bc *g = (pd_mechanical_bc *)user;

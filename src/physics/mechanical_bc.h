@@ -22,11 +22,12 @@ typedef struct pd_mechanical_bc {
 } pd_mechanical_bc;
 
 #ifdef PDI_INTERNAL
-/* Build the mechanical boundary conditions of a setup: marks prescribed components in structure->held, measures loaded
- * areas, and sets structure->rest.desc.interpolation. All is borrowed. PD_ERR_GEOMETRY: a condition that touches no
- * metal, or metal too thin for it. */
+/* Build the mechanical boundary conditions of a setup: marks prescribed components in structure->prescribed, measures
+ * loaded areas, and lets structure->static_solver.desc.interpolation point into grips, which must not be moved. All is
+ * borrowed. PD_ERR_GEOMETRY: a condition that touches no metal, or metal too thin for it. */
 PDI_FN pd_status pdi_mechanical_bc_build(pd_ctx *ctx, const pd_setup *setup, pd_solid_coupling *structure,
                                          pd_mechanical_bc *grips);
+/* Free the interpolation rows. */
 PDI_FN void pdi_mechanical_bc_free(pd_ctx *ctx, pd_mechanical_bc *grips);
 /* Describe the arrays of pd_mechanical_bc, for allocation, freeing and counting. */
 PDI_FN void pdi_mechanical_bc_list(pdi_array_visitor *owner, void *grips);

@@ -9,7 +9,7 @@
 /* [byte] What does not grow with the lattice: tables of a run, small matrices of the solvers, the stencil. */
 #define PDI_MEMORY_ESTIMATE_FIXED_BYTES 0.22e6
 
-/* 1: x lies within near_to cells of a wall or inlet side, where its family is truncated. */
+/* 1: x [m] lies within near_to cells of a wall or inlet side, where its family is truncated. */
 static int pdi_memory_estimate_is_near_closed_side(const pd_setup *setup, const double *x, double near_to)
 {
     for (int d = 0; d < PD_DIM; d++)
@@ -21,7 +21,7 @@ static int pdi_memory_estimate_is_near_closed_side(const pd_setup *setup, const 
     return 0;
 }
 
-/* [m] Signed distance of x from metal and walls, negative within them. */
+/* [m] Signed distance of x from metal and walls, negative within them; HUGE_VAL: there are none. */
 static double pdi_memory_estimate_compute_distance(const pd_setup *setup, const double *x)
 {
     double away = HUGE_VAL;
@@ -31,7 +31,7 @@ static double pdi_memory_estimate_compute_distance(const pd_setup *setup, const 
 }
 
 /* 1: the family of fluid place x, at distance `away` [m] from metal and walls, is truncated by them: by the distance,
- * or, with unequal spacings, by steps along the axes. */
+ * or, with unequal spacings, by steps along the axes. reach: of a family [cells]. */
 static int pdi_memory_estimate_is_truncated(const pd_setup *setup, const double *x, double away, double reach)
 {
     double least = setup->h[0], most = setup->h[0];
@@ -49,8 +49,8 @@ static int pdi_memory_estimate_is_truncated(const pd_setup *setup, const double 
     return !(most > least);
 }
 
-/* Estimate the numbers of fluid, solid, truncated and medium nodes on a regular sample of the box. reach: of a family
- * [cells]. */
+/* Estimate the numbers of fluid, solid, truncated and medium nodes, into b, on a regular sample of the box. b->cells is
+ * set before. reach: of a family [cells]. */
 static void pdi_memory_estimate_nodes(const pd_setup *u, double reach, pd_memory_estimate *b)
 {
     int count[3] = {1, 1, 1}, i[3];
@@ -81,7 +81,7 @@ static void pdi_memory_estimate_nodes(const pd_setup *u, double reach, pd_memory
     b->near_medium = b->cells * near / points;
 }
 
-/* Add the memory of grid, stencils, ghosts and rows of bonds. */
+/* Set the memory of grid, stencils, ghosts and rows of bonds, the first share of PD_PART_GRID. */
 static void pdi_memory_estimate_grid(const pd_setup *setup, pdi_memory_plan *plan, pd_memory_estimate *b)
 {
     b->bytes[PD_PART_GRID] = b->nodes + b->bonds * (70.0 + 12.0 * PD_DIM);          /* kinds; the stencil */
@@ -92,7 +92,7 @@ static void pdi_memory_estimate_grid(const pd_setup *setup, pdi_memory_plan *pla
     b->bytes[PD_PART_GRID] += pdi_memory_plan_count_array_bytes(plan, pdi_bond_list_row_arrays, &plan->bonds);
 }
 
-/* Add the memory of output: copies of fields, and the largest picture. */
+/* Set the memory of output, b->output_bytes: copies of fields, and the largest picture. */
 static void pdi_memory_estimate_output(const pd_setup *setup, pd_memory_estimate *b)
 {
     double copies = 0.0;

@@ -37,7 +37,8 @@ pd_status pd_model_build_grid(pd_ctx *ctx, const pd_setup *setup, int *line, pd_
     return pd_grid_build(ctx, stencil, &box, grid);
 }
 
-/* Index of the metal of each solid node; later shapes override. */
+/* Allocate m->metal [total] and set the index of the metal of each solid node; later shapes override. Other nodes get
+ * 0. */
 static pd_status pdi_model_mark_metals(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
@@ -52,7 +53,8 @@ static pd_status pdi_model_mark_metals(pd_ctx *ctx, pd_model *m)
     return PD_OK;
 }
 
-/* Grid, metal of nodes, bonds, bonds across surfaces and inlets. */
+/* Build grid, metal of nodes, bonds, bonds across surfaces and inlets; error_line becomes that of the side measured
+ * last. */
 static pd_status pdi_model_build_lattice(pd_ctx *ctx, pd_model *m)
 {
     PD_TRY(pd_model_build_grid(ctx, m->setup, &m->error_line, &m->stencil, &m->grid));
@@ -67,7 +69,7 @@ static pd_status pdi_model_build_lattice(pd_ctx *ctx, pd_model *m)
     return status;
 }
 
-/* Build a part of the model and count its memory. */
+/* Build a part of the model and add its memory to m->bytes. error_line is set to the line of its section first. */
 static pd_status pdi_model_build_part(pd_ctx *ctx, pd_model *m, pd_part part, pd_status (*build)(pd_ctx *, pd_model *))
 {
     size_t before = ctx->in_use;
@@ -77,7 +79,7 @@ static pd_status pdi_model_build_part(pd_ctx *ctx, pd_model *m, pd_part part, pd
     return PD_OK;
 }
 
-/* Build the lattice and all physics that the setup has, in order. */
+/* Build the lattice and all physics that the setup has, in order; then connect these in order. */
 static pd_status pdi_model_build_parts(pd_ctx *ctx, pd_model *m)
 {
     PD_TRY(pdi_model_build_part(ctx, m, PD_PART_GRID, pdi_model_build_lattice));
@@ -124,7 +126,7 @@ static int pdi_model_needs_bond_updates(const pd_model *m)
     return reads;
 }
 
-/* The first present physics with a field samples it. */
+/* Set m->sampler of each field to that of the first present physics with the field; NULL: none has it. */
 static void pdi_model_set_samplers(pd_model *m)
 {
     for (int k = m->physics->count - 1; k >= 0; k--) {

@@ -102,7 +102,8 @@ PD_API int pd_model_is_undefined(const pd_model *m, pd_field field, int32_t i);
 /* [PD_DIM][total] [m/s] velocity of flow or gas; NULL: nothing moves. */
 PD_API const double *pd_model_velocity(const pd_model *model);
 #ifdef PDI_INTERNAL
-/* Set the variables of a rate law that are fields of the physics of the program, at a node. model: a pd_model. */
+/* Set the variables of a rate law, vars [PD_EXPR_VARS], that are fields of the physics of the program, at a node; 0 for
+ * those that the setup does not have. model: a pd_model. */
 PDI_FN void pdi_model_set_registered_variables(const void *model, int32_t node, double *vars);
 /* Norm [m/s] at a node of a velocity [PD_DIM][total] [m/s]. */
 PDI_FN double pdi_model_compute_speed(const pd_model *model, const double *velocity, int32_t node);

@@ -58,10 +58,11 @@ typedef struct pdi_physics_list {
     int count;
 } pdi_physics_list;
 
-/* Append a row with what every physics has; the caller fills in the rest. */
+/* Append a row with what every physics has; the caller fills in the rest of the returned row, which is 0. The list has
+ * room for it. */
 PDI_FN pdi_physics_row *pdi_physics_row_add(pdi_physics_list *list, const char *name, pd_part part,
                                             int (*is_present)(const pd_setup *setup));
-/* Append a sampler of the fields first .. last. */
+/* Append a sampler of the fields first .. last, which has all of them; get_values may be NULL. */
 PDI_FN void pdi_physics_row_add_fields(pdi_physics_row *row, pd_field first, pd_field last,
                                        double (*sample)(const pd_model *m, pd_field field, int32_t node),
                                        const double *(*get_values)(const pd_model *m, pd_field field, int component));

@@ -90,7 +90,8 @@ static pd_status pdi_potential_physics_add_processes(pd_ctx *ctx, pd_model *m)
 
 static void pdi_potential_physics_free(pd_ctx *ctx, pd_model *m) { pd_cell_free(ctx, &m->cell); }
 
-/* Value at a node: potential, current density in the fluid, or at the metal. With ions that migrate, of the species. */
+/* Value at a fluid node: potential [V], norm of the current density [A/m2] in the fluid, or current density [A/m2] from
+ * metal to fluid beside metal. Elsewhere NaN, the second 0. With ions that migrate, of the species. */
 static double pdi_potential_physics_sample(const pd_model *m, pd_field field, int32_t i)
 {
     const pd_species_electrodes *species = &m->dissolution_laws.species_electrodes;
@@ -106,6 +107,7 @@ static double pdi_potential_physics_sample(const pd_model *m, pd_field field, in
     return species->setup ? pdi_species_electrodes_compute_current_density(species, i) : pdi_cell_density(&m->cell, i);
 }
 
+/* Array [total] [V] of the potential; NULL: values at nodes are to be taken, of currents and of ions that migrate. */
 static const double *pdi_potential_physics_get_values(const pd_model *m, pd_field field, int component)
 {
     (void)component;

@@ -35,7 +35,7 @@ typedef struct pdi_rate_step_limit_local_law {
     double rtol;  /* [-] */
 } pdi_rate_step_limit_local_law;
 
-/* Value of the law at time t [s]. Integrand of pdi_time_quadrature. */
+/* Value of the law at time t [s], which is kept in its vars. Integrand of pdi_time_quadrature; user: the local law. */
 static double pdi_rate_step_limit_compute_law(void *user, double t)
 {
     pdi_rate_step_limit_local_law *law = (pdi_rate_step_limit_local_law *)user;
@@ -112,7 +112,8 @@ static double pdi_rate_step_limit_limit_law(pdi_rate_step_limit_local_law *law, 
 
 /* ---- all laws ---- */
 
-/* Limit `end` by the dissolution rate law at a surface site. law: work. */
+/* Latest end [s] up to `end` by the dissolution rate law at a surface site; `end` where it does not depend on time.
+ * law: work, with its rtol. */
 static double pdi_rate_step_limit_limit_metal_law(const pd_rate_step_limit *s, int32_t place, double t, double end,
                                                   pdi_rate_step_limit_local_law *law)
 {
@@ -133,8 +134,8 @@ static double pdi_rate_step_limit_limit_metal_law(const pd_rate_step_limit *s, i
     return pdi_rate_step_limit_limit_law(law, t, end);
 }
 
-/* Limit `end` by the rates of all surface states at a site; tried: 1: with the state at the end of the attempt. law:
- * work. */
+/* Latest end [s] up to `end` by the rates of all surface states at a site; tried: 1: with the state at the end of the
+ * attempt. law: work, with its rtol. */
 static double pdi_rate_step_limit_limit_surface_state(const pd_rate_step_limit *s, int32_t place, double t, double end,
                                                       int tried, pdi_rate_step_limit_local_law *law)
 {
@@ -156,7 +157,8 @@ static double pdi_rate_step_limit_limit_surface_state(const pd_rate_step_limit *
     return end;
 }
 
-/* Limit `end` by the factors of polarisation curves at a site. law: work. */
+/* Latest end [s] up to `end` by the factors of polarisation curves of all electrodes at a site. law: work, with its
+ * rtol. */
 static double pdi_rate_step_limit_limit_electrode_factor(const pd_rate_step_limit *s, int32_t place, double t,
                                                          double end, pdi_rate_step_limit_local_law *law)
 {
@@ -177,7 +179,7 @@ static double pdi_rate_step_limit_limit_electrode_factor(const pd_rate_step_limi
     return end;
 }
 
-/* Limit `end` by all laws at all sites. law: work, with its rtol. */
+/* Latest end [s] up to `end` by all laws at all sites, once each. law: work, with its rtol. */
 static double pdi_rate_step_limit_limit_all(const pd_rate_step_limit *s, double t, double end, int tried,
                                             pdi_rate_step_limit_local_law *law)
 {

@@ -18,11 +18,11 @@ typedef struct pd_rate_step_limit {
 } pd_rate_step_limit;
 
 #ifdef PDI_INTERNAL
-/* Note which laws of the setup depend on time. attack, surfaces: NULL where there are none. */
+/* Set which laws of the setup limit the step, as they depend on time. attack, surfaces: NULL where there are none. */
 PDI_FN void pdi_rate_step_limit_build(const pd_setup *setup, const pd_dissolution_laws *attack,
                                       const pd_surface_states *surfaces, pd_rate_step_limit *timed);
 /* Latest end [s] of a step of the species from t that is to end at `end` [s]. tried: 1: after an attempt, with the
- * state of its end. The `until` callback of pd_physics; user: a pd_rate_step_limit. */
+ * state of its end. The `time_limit` callback of pd_physics; user: a pd_rate_step_limit. */
 PDI_FN double pdi_rate_step_limit_compute(void *user, double t, double end, int tried);
 #endif
 

@@ -2,7 +2,8 @@
 #include "physics/reaction_force.h"
 #include <string.h>
 
-/* Sum of the nodal loads of the traction of condition k: force [PD_DIM] [N]. load [points][PD_DIM] [N/m3]: work. */
+/* Sum of the nodal loads of the traction of condition k: force [PD_DIM] [N]. load [points][PD_DIM] [N/m3]: work, zero
+ * before. */
 static pd_status pdi_reaction_force_compute_applied_load(pd_ctx *ctx, const pd_mechanical_bc *g, int k, double t,
                                                          double *load, double *force)
 {
@@ -32,7 +33,7 @@ static double pdi_reaction_force_get_residual(const pd_mechanical_bc *g, int32_t
 }
 
 /* Fit the stresses on `count` sides (holders) to the residual of component d at the points that all of them hold, in
- * the plane of their normals through point i. */
+ * the plane of their normals through point i, into fit->stress [Pa], in the order of holders. */
 static void pdi_reaction_force_fit_corner_stress(const pd_mechanical_bc *g, const int *holders, int count, int32_t i,
                                                  int d, pdi_reaction_force_corner_fit *fit)
 {

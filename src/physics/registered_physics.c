@@ -23,7 +23,8 @@ static int pdi_registered_physics_get_prescribed(const pd_physics_view *view, in
     return 1;
 }
 
-/* Builds the physics of programs that the scene has. */
+/* Builds the physics of programs that the scene has, with a view of the model for each. PD_ERR_INTERNAL: a builder gave
+ * no state. */
 static pd_status pdi_registered_physics_build(pd_ctx *ctx, pd_model *m)
 {
     for (int k = 0; k < m->setup->registered_count; k++) {
@@ -43,7 +44,7 @@ static pd_status pdi_registered_physics_build(pd_ctx *ctx, pd_model *m)
     return PD_OK;
 }
 
-/* Adds their processes to the time loop. */
+/* Adds the processes of these physics to the time loop. */
 static pd_status pdi_registered_physics_add_processes(pd_ctx *ctx, pd_model *m)
 {
     for (int k = 0; k < m->setup->registered_count; k++) {
@@ -55,7 +56,7 @@ static pd_status pdi_registered_physics_add_processes(pd_ctx *ctx, pd_model *m)
     return PD_OK;
 }
 
-/* Frees them. */
+/* Frees the states of these physics, and clears their views. */
 static void pdi_registered_physics_free(pd_ctx *ctx, pd_model *m)
 {
     for (int k = m->setup->registered_count; k-- > 0;) {
@@ -64,6 +65,7 @@ static void pdi_registered_physics_free(pd_ctx *ctx, pd_model *m)
     }
 }
 
+/* 1: the field is one of a physics of the program that the setup has. */
 static int pdi_registered_physics_has_field(const pd_setup *setup, pd_field field)
 {
     int index;
@@ -82,7 +84,7 @@ static double pdi_registered_physics_sample(const pd_model *m, pd_field field, i
     return stands ? type->values(m->registered[own].state, index)[i] : 0.0;
 }
 
-/* Add the memory that each asks for. */
+/* Add the memory that each of these physics asks for, to that of the grid. */
 static void pdi_registered_physics_estimate(const pd_setup *setup, pdi_memory_plan *plan, pd_memory_estimate *b)
 {
     (void)plan;
@@ -90,7 +92,7 @@ static void pdi_registered_physics_estimate(const pd_setup *setup, pdi_memory_pl
         b->bytes[PD_PART_GRID] += setup->registered[k].type->bytes_per_node * b->nodes;
 }
 
-/* Prints their sections and fields. */
+/* Prints section and meaning of each of these physics. */
 static void pdi_registered_physics_print_summary(const pdi_summary_text *s)
 {
     const pd_setup *u = s->model->setup;

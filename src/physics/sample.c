@@ -18,7 +18,8 @@
 /* [cells] within this distance a place lies on a smooth surface, else on a cell face */
 #define PDI_SAMPLE_SURFACE_TOLERANCE 1e-3
 
-/* Mass density [kg/m3] of a node: what moves, or metal that is left. */
+/* Mass density [kg/m3] of a node: of what moves, or of metal that is left in the whole cell; 0 where there is neither.
+ */
 static double pdi_sample_get_node_density(const pd_model *m, int32_t i)
 {
     const pdi_physics_sampler *moving = m->sampler[PD_FIELD_DENSITY];
@@ -46,7 +47,8 @@ void pd_sample_prepare(pd_ctx *ctx, pd_model *m, pd_fields fields)
     }
 }
 
-/* Nodes of the cells that x [m] touches, into node [PDI_SAMPLE_MAX_CELLS]; returns their number. */
+/* Nodes of the cells that x [m] touches, into node [PDI_SAMPLE_MAX_CELLS]; returns their number, at least 1: places
+ * outside count to the nearest cell of the box. */
 static int pdi_sample_find_cells(const pd_grid *grid, const double *x, int32_t *node)
 {
     int i[PD_DIM][2], choices[PD_DIM], at[PD_DIM], count = 1;
@@ -69,8 +71,8 @@ static int pdi_sample_find_cells(const pd_grid *grid, const double *x, int32_t *
     return count;
 }
 
-/* Multilinear interpolation at x [m] between the fluid nodes around; f [total], or NULL: node values of the field.
- * Without bonds, for potentials and pH. */
+/* Multilinear interpolation at x [m] between the fluid nodes around, with weights that add up to 1; NaN: there are
+ * none. f [total], or NULL: node values of the field. Used without bonds, for a gas, potentials and pH. */
 static double pdi_sample_interpolate_linear(const pd_model *m, pd_field field, const double *f, const double *x)
 {
     const pd_grid *grid = &m->grid;
@@ -113,7 +115,8 @@ static int pdi_sample_is_concentration(const pd_model *m, pd_field field)
     return field == PD_FIELD_C || pd_fields_species_index(m->setup, field) >= 0;
 }
 
-/* Signed distance [m] of x from the surface of the medium, negative inside; 0: there is none, or x lies on it. */
+/* Signed distance [m] of x from the surface of the medium, negative inside; 0: there is no medium, or x lies on its
+ * surface. */
 static double pdi_sample_compute_medium_distance(const pd_model *m, const double *x)
 {
     if (m->setup->medium < 0) return 0.0;
@@ -199,7 +202,8 @@ static void pdi_sample_add_get_nodes(pdi_sample_point_query *job, int32_t base)
     }
 }
 
-/* Add the condition of the surface next to the point; a point behind it moves onto it. */
+/* Start the fit around the point, and add the condition of the surface next to it; a point behind that surface moves
+ * onto it, in job->x. */
 static void pdi_sample_add_nearest_surface(pdi_sample_point_query *job, int32_t base)
 {
     double place[PD_DIM], normal[PD_DIM];
@@ -210,7 +214,8 @@ static void pdi_sample_add_nearest_surface(pdi_sample_point_query *job, int32_t 
     if (found) pdi_sample_add_surface_condition(job, place, normal, closed);
 }
 
-/* Value at x [m] of the quadratic fit around fluid node `base` (pressure: along its gradient). */
+/* Value at x [m] of the quadratic fit around fluid node `base`, as of job->values; pressure: along its gradient, of a
+ * liquid over density. Sets the point, the side of the medium and the fit of the job. */
 static double pdi_sample_fit_quadratic(pdi_sample_point_query *job, int32_t base, const double *x)
 {
     memcpy(job->x, x, sizeof job->x);

@@ -6,7 +6,8 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Failure criterion of bonds (principal stress, energy or stretch) of all materials but springs. */
+/* Failure criterion of bonds of all materials but springs: principal stress, else energy, else stretch, the first that
+ * is set; zero: none. */
 static pd_bond_failure_desc pdi_solid_physics_set_fracture_desc(const pd_setup_mechanics *b)
 {
     pd_bond_failure_desc breaks;
@@ -31,7 +32,8 @@ static int pdi_solid_physics_get_min_cells_across(const pd_setup_mechanics *b)
     return (int)ceil((b->material == PD_SOLID_COUPLING_ORDINARY_STATE ? 4.0 : 6.0) * b->m);
 }
 
-/* Builds the body of the metal with material, cracks, supports and loads. */
+/* Builds the body of the metal with material, cracks, supports and loads. Also sets the number of unknowns, and
+ * min_cells_across and thin_fraction of the model. */
 static pd_status pdi_solid_physics_build(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup_mechanics *b = &m->setup->metal_body;
@@ -169,7 +171,8 @@ static double pdi_solid_physics_estimate_material(const pdi_memory_plan *plan, p
            pdi_memory_plan_count_array_bytes(plan, pdi_j2_plasticity_list, &s->elastic.plastic);
 }
 
-/* Set the sizes of the bond table of a body on the lattice; it has no more entries than the box. */
+/* Set the sizes of the bond table of a body on the lattice, of body->count points; it has no more entries than the box.
+ */
 static void pdi_solid_physics_set_bond_table(const pd_setup *setup, const pdi_memory_plan *plan, pd_body *body)
 {
     double bonds = pdi_memory_plan_count_bonds(setup->metal_body.m), n[PD_DIM];
@@ -197,7 +200,7 @@ static double pdi_solid_physics_estimate_interpolation(const pd_setup *setup, co
     return pdi_memory_plan_count_array_bytes(plan, pdi_mechanical_bc_list, &grips);
 }
 
-/* Add the memory of the mechanics of the metal. */
+/* Set the memory of the mechanics of the metal, and the work of its equilibrium solver, in b. */
 static void pdi_solid_physics_estimate(const pd_setup *setup, pdi_memory_plan *plan, pd_memory_estimate *b)
 {
     double *bytes = &b->bytes[PD_PART_SOLID];
@@ -276,7 +279,8 @@ static void pdi_solid_physics_print_thin_metal(const pdi_summary_text *s)
     s->print(s->user, PD_PRINT_NOTE, text);
 }
 
-/* A Cartesian stress component [Pa] of a solid point. */
+/* A Cartesian stress component [Pa] of a solid point, by its field (xx, yy, zz, xy, yz, zx); in 2D zz is the
+ * out-of-plane stress. */
 static double pdi_solid_physics_get_stress(const pd_solid_coupling *s, pd_field field, int32_t point)
 {
     static const int row[6] = {0, 1, 2, 0, 1, 2}, column[6] = {0, 1, 2, 1, 2, 0};
@@ -285,7 +289,7 @@ static double pdi_solid_physics_get_stress(const pd_solid_coupling *s, pd_field 
     return s->stress[((int64_t)point * PD_DIM + p) * PD_DIM + q];
 }
 
-/* Value of a mechanical field at node i; 0 outside the metal. */
+/* Value of a mechanical field at node i, of the displacement its norm; 0 outside the metal. */
 static double pdi_solid_physics_sample(const pd_model *m, pd_field field, int32_t i)
 {
     const pd_solid_coupling *s = &m->solid;
@@ -322,7 +326,7 @@ static void pdi_solid_physics_free(pd_ctx *ctx, pd_model *m)
     pdi_mechanical_bc_free(ctx, &m->mechanical_bc);
 }
 
-/* Compute the energy density, which is found on request. */
+/* Compute the energy density [J/m3], which is found on request, into m->solid.density. */
 static void pdi_solid_physics_prepare_samples(pd_ctx *ctx, pd_model *m, pd_fields fields)
 {
     const pd_material_interface *solid = &m->solid.solid;

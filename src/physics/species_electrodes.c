@@ -50,7 +50,8 @@ static double pdi_species_electrodes_get_circuit_value(void *user, int circuit, 
 }
 
 /* Sample an expression over its variable number `of`, a potential, with the other vars fixed, and extend the range
- * p->low .. p->high where it decreases. Values below `least` are clamped to it. */
+ * p->decreasing_from .. decreasing_to where it decreases; has_decreasing_range is 1 then. Values below `least` are
+ * clamped to it. */
 static void pdi_species_electrodes_find_decrease(const pd_expr *law, int of, double *vars, double least,
                                                  pd_species_electrodes *p)
 {
@@ -77,8 +78,8 @@ static double pdi_species_electrodes_get_sample_state(const pd_setup_surface_sta
     return state->low + 0.5 * n * (state->high - state->low);
 }
 
-/* Find the range of potentials in which a rate law or polarisation curve decreases, by samples of concentrations, pH,
- * states and places. Negative dissolution rates count as 0. */
+/* Find the range of potentials in which a rate law or polarisation curve decreases, into p, by samples of
+ * concentrations, pH, states and places. Negative dissolution rates count as 0. */
 static void pdi_species_electrodes_find_decreasing_range(pd_species_electrodes *p)
 {
     const pd_setup *u = p->setup;
@@ -142,7 +143,7 @@ PDI_FN pd_status pdi_species_electrodes_build(pd_ctx *ctx, const pd_setup *setup
     return PD_OK;
 }
 
-/* Error message for a circuit with several potentials, root [found] [V]. Returns PD_ERR_STATE. */
+/* Error message for a circuit with `found` potentials, root [4] [V] the first of them. Returns PD_ERR_STATE. */
 static pd_status pdi_species_electrodes_reject_multiple_roots(pd_ctx *ctx, const pd_species_electrodes *p, int circuit,
                                                               int found, const double *root)
 {
@@ -281,7 +282,7 @@ PDI_FN void pdi_species_electrodes_update_surface_range(pd_species_electrodes *p
         pdi_species_electrodes_extend_surface_range(p, e, &p->cell->met[e]);
 }
 
-/* [V] Potential of a circuit; NaN: it is not prescribed, and none of its metal is wetted. */
+/* [V] Potential of a circuit; NaN: it is not prescribed, and none of its metal is wetted or it carries no current. */
 static double pdi_species_electrodes_get_potential(const pd_species_electrodes *p, int circuit)
 {
     const pd_etch *s = p->etch;

@@ -37,8 +37,9 @@ PD_API void pd_species_electrodes_get_electrode(const pd_species_electrodes *p, 
  * with a prescribed current. */
 PD_API double pd_species_electrodes_compute_total_current(const pd_species_electrodes *p, double *off);
 #ifdef PDI_INTERNAL
-/* Set up electrodes among migrating ions, and the descriptor `electrodes` for a surface solver pd_etch that is built
- * afterwards. All is borrowed. */
+/* Set up electrodes among migrating ions, and the descriptor `electrodes`, which points into p, for a surface solver
+ * pd_etch that is built afterwards. All is borrowed. saved_rates are the caller's to allocate where
+ * has_decreasing_range is 1. */
 PDI_FN pd_status pdi_species_electrodes_build(pd_ctx *ctx, const pd_setup *setup, pd_electrode_map *map, pd_cell *cell,
                                               const pd_reactive *reactive, pd_etch *etch, pd_species_electrodes *p,
                                               pd_etch_electrodes *electrodes);
@@ -47,17 +48,18 @@ PDI_FN void pdi_species_electrodes_free(pd_ctx *ctx, pd_species_electrodes *p);
 PDI_FN int pdi_species_electrodes_has_unwetted(const pd_species_electrodes *p);
 /* Extend the range of potentials at which each tabulated polarisation curve was evaluated, by those of now. */
 PDI_FN void pdi_species_electrodes_update_surface_range(pd_species_electrodes *p);
-/* Contacts of one node, from index `first` to the returned end; *own: the one of metal `kind` with the largest area,
- * -1: none (kind < 0: none is looked for). */
+/* Contacts of one node, from index `first` to before the returned end; *own: index of the one of metal `kind` with the
+ * largest area, -1: none (kind < 0: none is looked for). */
 PDI_FN int32_t pdi_species_electrodes_find_node_contacts(const pd_species_electrodes *p, int32_t first, int kind,
                                                          int32_t *own);
-/* Electrode of the nearest solid node of metal `kind` around a fluid node; 0 if none is near. */
+/* Electrode of the nearest solid node of metal `kind` around a fluid node; the first electrode (0) if none is near. */
 PDI_FN int pdi_species_electrodes_find_nearest_electrode(const pd_species_electrodes *p, const pd_dissolve *dissolve,
                                                          int32_t node, int kind);
 /* [A/m2] Mean current density from metal to fluid at the electrodes beside a fluid node; NaN where there are none. */
 PDI_FN double pdi_species_electrodes_compute_current_density(const pd_species_electrodes *p, int32_t node);
-/* Check that circuits with a prescribed current have one potential only, by a search around the present one.
- * PD_ERR_STATE: there are several (bistability of a passivating metal). */
+/* Check that circuits with a prescribed current have one potential only, by a search around the present one; speeds,
+ * electron fluxes and potentials are as before afterwards. saved_rates are allocated. PD_ERR_STATE: there are several
+ * (bistability of a passivating metal). */
 PDI_FN pd_status pdi_species_electrodes_check_unique_potential(pd_ctx *ctx, pd_species_electrodes *p);
 /* Check that a potential was found for each circuit. PD_ERR_STATE: none gives a circuit its current; the message names
  * the electrode. */

@@ -5,7 +5,8 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Set the composition of fluid within the shape `solution`, in equilibrium, and restart the reactive solver. */
+/* Set the composition of fluid within the shape `solution`, in equilibrium of electrolyte e, and restart the reactive
+ * solver. */
 static pd_status pdi_species_physics_set_initial_solution(pd_ctx *ctx, const pd_electrolyte *e, pd_model *m)
 {
     const pd_setup *u = m->setup;
@@ -23,7 +24,7 @@ static pd_status pdi_species_physics_set_initial_solution(pd_ctx *ctx, const pd_
     return pd_reactive_begin(ctx, &m->reactive);
 }
 
-/* Surface states; potential solver and rate laws, which depend on them, are built later. */
+/* Allocate and build the surface states; potential solver and rate laws, to which they point, are built later. */
 static pd_status pdi_species_physics_build_surface_states(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
@@ -65,7 +66,9 @@ static pd_status pdi_species_physics_build(pd_ctx *ctx, pd_model *m)
     return u->states ? pdi_species_physics_build_surface_states(ctx, m) : PD_OK;
 }
 
-/* Dissolution sources [mol/m3/s] for the next step of the species, whose middle is at t [s]. PD_RETRY: shorten it. */
+/* Set species_integrator.ahead [total] [mol/m3/s], the dissolution sources for the next step of the species, whose
+ * middle is at t [s], and the time of the dissolution. PD_RETRY: shorten it. A `find` callback of pd_course; user: the
+ * pd_model. */
 static pd_status pdi_species_physics_update_metal_source(pd_ctx *ctx, void *user, double t)
 {
     pd_model *m = (pd_model *)user;
@@ -80,13 +83,14 @@ static pd_status pdi_species_physics_update_metal_source(pd_ctx *ctx, void *user
     return status;
 }
 
-/* Solve the potential at time t [s]. user: the pd_cell. */
+/* Solve the potential at time t [s]. The `bring` callback of pd_course; user: the pd_cell. */
 static pd_status pdi_species_physics_solve_currents(pd_ctx *ctx, void *user, double t)
 {
     return pdi_cell_bring(ctx, (pd_cell *)user, t);
 }
 
-/* Time integrator of the species with its couplings: rate laws, electrodes, states, released metal, coverage. */
+/* Build the rate laws in the species, and the time integrator of the species with its couplings: rate laws, electrodes,
+ * states, released metal, coverage. */
 static pd_status pdi_species_physics_build_integrator(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
@@ -133,7 +137,7 @@ static pd_status pdi_species_physics_build_integrator(pd_ctx *ctx, pd_model *m)
     return pd_course_build(ctx, &m->reactive, &desc, &m->species_integrator);
 }
 
-/* The species as a process, with the step limit of time-dependent surface laws. */
+/* The species as a process. Also sets m->rate_step_limit, which limits its steps where surface laws depend on time. */
 static pd_physics pdi_species_physics_get_process(pd_model *m)
 {
     pd_physics course = pd_course_process(&m->species_integrator);
@@ -146,7 +150,7 @@ static pd_physics pdi_species_physics_get_process(pd_model *m)
     return course;
 }
 
-/* [byte] Memory of surface states. */
+/* [byte] Memory of surface states; 0: the setup has none. */
 static double pdi_species_physics_estimate_surface_states(const pd_setup *setup, pdi_memory_plan *plan, pd_reactive *r)
 {
     pd_coat coat;
@@ -158,7 +162,8 @@ static double pdi_species_physics_estimate_surface_states(const pd_setup *setup,
     return pdi_memory_plan_count_array_bytes(plan, pdi_coat_list, &coat);
 }
 
-/* Add the memory of the species: reactive transport, surface solver, time integrator, surface states. */
+/* Set the memory of the species: reactive transport, surface solver, time integrator, surface states; add that of
+ * mineral coverage to the dissolution, and multigrid levels to the runtime. */
 static void pdi_species_physics_estimate(const pd_setup *setup, pdi_memory_plan *plan, pd_memory_estimate *b)
 {
     double *bytes = &b->bytes[PD_PART_CHEMISTRY];
@@ -223,7 +228,8 @@ static void pdi_species_physics_estimate(const pd_setup *setup, pdi_memory_plan 
                                       b);
 }
 
-/* Print the species released or consumed by dissolution of metal m, per formula unit. */
+/* Print the species and gas released (+) or consumed (-) by dissolution of metal m, per formula unit. Where no metal
+ * has a law in the species, of the first one alone, else of those that have one. */
 static void pdi_species_physics_print_released(const pdi_summary_text *s, int m)
 {
     const pd_setup *u = s->model->setup;
@@ -270,7 +276,7 @@ static const double *pdi_species_physics_get_field(const pd_model *m, pd_field f
 
 static int pdi_species_physics_is_present(const pd_setup *setup) { return setup->has_chemistry; }
 
-/* The species lead the metal where laws or films of the metal depend on them. */
+/* The stage of the species: before the metal where laws or films of the metal depend on them, else after it. */
 static pdi_physics_stage pdi_species_physics_get_stage(const pd_model *m)
 {
     int leads = m->dissolution_laws.setup || m->coverage_factor ||
@@ -307,7 +313,7 @@ static void pdi_species_physics_prepare_samples(pd_ctx *ctx, pd_model *m, pd_fie
         pd_ghosts_set_scalar(&m->bonds.ghosts, m->reactive.c + (int64_t)n * m->grid.total);
 }
 
-/* Behind its fields follow those of the physics of the program. */
+/* 1: a field of the species, minerals or states; behind these follow the fields of the physics of the program. */
 static int pdi_species_physics_has_field(const pd_setup *setup, pd_field field)
 {
     return (int)field < pd_fields_first_registered(setup);
@@ -319,7 +325,8 @@ static const double *pdi_species_physics_get_values(const pd_model *m, pd_field 
     return pdi_species_physics_get_field(m, field);
 }
 
-/* Value at a node of a field of the species, of minerals or of a state of surfaces. */
+/* Value at a node of a field of the species, of minerals or of a state of surfaces. At nodes that are not fluid 0 for
+ * concentrations and amounts, NaN for pH, saturation index, potential and states. */
 static double pdi_species_physics_sample(const pd_model *m, pd_field field, int32_t i)
 {
     const double *species = pdi_species_physics_get_field(m, field);

@@ -14,7 +14,8 @@ typedef struct pdi_step_diagnostics_parabola_envelope {
     double *interval_start; /* [n] [spacings] where their parts of it begin */
 } pdi_step_diagnostics_parabola_envelope;
 
-/* One-dimensional distance transform: to[q] = min over p of from[p] + (distance of p and q)^2 [m2], along a line. */
+/* One-dimensional distance transform along a line: to[q] = min over p of from[p] + (distance of p and q)^2 [m2], the
+ * infinite distance where all of `from` are. w: work. */
 static void pdi_step_diagnostics_distance_transform_line(const pdi_step_diagnostics_parabola_envelope *w,
                                                          const float *from, float *to)
 {
@@ -42,7 +43,7 @@ static void pdi_step_diagnostics_distance_transform_line(const pdi_step_diagnost
     }
 }
 
-/* Distance transform along all lines of one axis, from [total] to [total] [m2]. */
+/* Distance transform along all lines of one axis in the box, from [total] to another array [total] [m2]. w: work. */
 static void pdi_step_diagnostics_distance_transform_axis(const pd_grid *grid, int axis,
                                                          pdi_step_diagnostics_parabola_envelope *w, const float *from,
                                                          float *to)
@@ -58,7 +59,8 @@ static void pdi_step_diagnostics_distance_transform_axis(const pd_grid *grid, in
     }
 }
 
-/* Inner part of pdi_step_diagnostics_compute_depths: allocates work and transforms all axes. */
+/* Inner part of pdi_step_diagnostics_compute_depths: allocates work, which the caller frees, and transforms all axes.
+ */
 static pd_status pdi_step_diagnostics_compute_depths_inner(pd_ctx *ctx, const pd_grid *grid, int64_t longest,
                                                            pdi_step_diagnostics_parabola_envelope *w, float **work,
                                                            pd_step_diagnostics *o)
@@ -76,7 +78,7 @@ static pd_status pdi_step_diagnostics_compute_depths_inner(pd_ctx *ctx, const pd
     return PD_OK;
 }
 
-/* Distance [m] of each node from the nearest initial fluid node, into o->depth. */
+/* Allocate o->initial_depth and set the distance [m] of each node of the box from the nearest initial fluid node. */
 static pd_status pdi_step_diagnostics_compute_depths(pd_ctx *ctx, const pd_grid *grid, pd_step_diagnostics *o)
 {
     pdi_step_diagnostics_parabola_envelope way;
@@ -160,8 +162,8 @@ static void pdi_step_diagnostics_choose_planes(const pd_grid *grid, int axis, in
     if (*high > n - 1) *high = n - 1;
 }
 
-/* Volume flux [m^d/s] through each layer of nodes, from node velocities: the sums of pdi_flow_integrate_nodal_section
- * in one sweep. */
+/* Volume flux [m^d/s] through each layer of nodes, towards +, from node velocities, into o->layer_flux: the sums of
+ * pdi_flow_integrate_nodal_section in one sweep. */
 static void pdi_step_diagnostics_compute_layer_fluxes(const pd_model *m, pd_step_diagnostics *o)
 {
     const pd_grid *grid = &m->grid;
@@ -177,7 +179,7 @@ static void pdi_step_diagnostics_compute_layer_fluxes(const pd_model *m, pd_step
 }
 
 /* Relative difference of the conserved flux downstream and upstream, and largest deviation of layer fluxes; the worst
- * so far are kept. */
+ * so far are kept. With values in time they are relative to the largest flux so far. */
 static void pdi_step_diagnostics_compute_flux_error(pd_ctx *ctx, pd_model *m, pd_step_diagnostics *o)
 {
     int low, high;

@@ -36,8 +36,8 @@ typedef struct pd_step_diagnostics {
  * there is no flow with species. */
 PD_API double pd_step_diagnostics_compute_peclet(const pd_model *model, const char **slowest);
 PD_API pd_status pd_step_diagnostics_build(pd_ctx *ctx, const pd_model *model, pd_step_diagnostics *o);
-/* Update the diagnostics. The two sections for the flux error lie a quarter of the free length away from the ends;
- * without solid at 1/4 and 3/4. */
+/* Update the diagnostics, the flux errors after new flow solves. The two sections for the flux error lie a quarter of
+ * the free length away from the ends; without solid at 1/4 and 3/4. */
 PD_API void pd_step_diagnostics_update(pd_ctx *ctx, pd_model *model, pd_step_diagnostics *o);
 PD_API void pd_step_diagnostics_free(pd_ctx *ctx, pd_step_diagnostics *o);
 /* Store or load the worst values so far in a checkpoint. Depths are those of the start and are built before the model

@@ -38,7 +38,7 @@ static pd_status pdi_surface_states_mark_nodes(pd_ctx *ctx, void *user, int anew
     return PD_OK;
 }
 
-/* Initial value of a state at a node, by its expression. */
+/* Initial value of a state at a node, by its expression. The `initial` callback of pd_coat_desc. */
 static double pdi_surface_states_get_initial(void *user, int state, int32_t node)
 {
     const pd_surface_states *s = (const pd_surface_states *)user;
@@ -48,7 +48,7 @@ static double pdi_surface_states_get_initial(void *user, int state, int32_t node
 }
 
 /* Current density around[0] [A/m2] and electrode potential around[1] [V] at a node: area-weighted means over its
- * contacts that carry states. */
+ * contacts that carry states; 0: it has none. The `around` callback of pd_coat_desc. */
 static void pdi_surface_states_average_electrode(void *user, int32_t node, double *around)
 {
     const pd_surface_states *s = (const pd_surface_states *)user;
@@ -81,7 +81,8 @@ PDI_FN void pdi_surface_states_set_variables(const pd_surface_states *s, int k, 
     for (int n = 0; n < s->setup->states; n++) vars[next++] = y[n];
 }
 
-/* Rates of all states at a place: rate [states] [unit of each per s] for the states y. */
+/* Rates of all states at a place: rate [states] [unit of each per s] for the states y. The `rate` callback of
+ * pd_coat_desc. */
 static void pdi_surface_states_compute_rates(void *user, const pd_coat_at *at, const double *y, double *rate)
 {
     const pd_surface_states *s = (const pd_surface_states *)user;
@@ -93,7 +94,7 @@ static void pdi_surface_states_compute_rates(void *user, const pd_coat_at *at, c
 }
 
 /* Add to flows [components] [mol/m3] the concentration difference between surface and node by what dissolves and by
- * electrode currents: a diffusion film of half a cell. */
+ * electrode currents: a diffusion film of half a cell. The `film` callback of pd_coat_desc. */
 static void pdi_surface_states_add_film_flux(void *user, int32_t node, double *flows)
 {
     const pd_surface_states *s = (const pd_surface_states *)user;
@@ -115,7 +116,8 @@ static void pdi_surface_states_add_film_flux(void *user, int32_t node, double *f
 }
 
 /* With migrating ions: area-weighted means over the sites of a node of the concentrations c [solutes] [mol/m3], current
- * density around[0] [A/m2] and electrode potential around[1] [V] at the surface. 0: the surface has no solution. */
+ * density around[0] [A/m2] and electrode potential around[1] [V] at the surface; without sites that carry states, c of
+ * the node and 0. Returns 1; 0: the surface has no solution. The `surface` callback of pd_coat_desc. */
 static int pdi_surface_states_average_ion_surface(void *user, int32_t node, double *c, double *around)
 {
     const pd_surface_states *s = (const pd_surface_states *)user;

@@ -11,7 +11,8 @@
 /* Additional Krylov vectors that transport without flow allocates during a run. */
 #define PDI_TRANSPORT_PHYSICS_KRYLOV_VECTORS 3.0
 
-/* Initial concentration field [total] [mol/m3] of fluid nodes. PD_ERR_STATE: negative or not finite. */
+/* Set field [total] [mol/m3] to the initial concentration at fluid nodes; other nodes stay. PD_ERR_STATE: negative or
+ * not finite. */
 static pd_status pdi_transport_physics_set_initial_concentration(pd_ctx *ctx, const pd_model *m, double *field)
 {
     for (int32_t node = 0; node < m->grid.total; node++) {
@@ -27,7 +28,7 @@ static pd_status pdi_transport_physics_set_initial_concentration(pd_ctx *ctx, co
     return PD_OK;
 }
 
-/* Signed distance [m] of x from the surface of the medium (porous body). user: the pd_inlet. */
+/* Signed distance [m] of x from the surface of the medium (porous body), negative within it. user: the pd_inlet. */
 static double pdi_transport_physics_compute_interface_distance(void *user, const double *x)
 {
     const pd_inlet *inlet = (const pd_inlet *)user;
@@ -43,7 +44,8 @@ static double pdi_transport_physics_get_diffusivity(void *user, const double *x)
                : u->diffusivity;
 }
 
-/* Builds the transport of the dissolved substance, with media and boundary values. */
+/* Builds the transport of the dissolved substance, with media, boundary values and initial concentration; its time
+ * integrator only where no metal dissolves. */
 static pd_status pdi_transport_physics_build(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
@@ -144,7 +146,7 @@ static void pdi_transport_physics_print_summary(const pdi_summary_text *s)
 
 static int pdi_transport_physics_is_present(const pd_setup *setup) { return setup->has_transport; }
 
-/* Dissolving metal steps the concentration itself. */
+/* Adds transport to the time loop where no metal dissolves: dissolving metal steps the concentration itself. */
 static pd_status pdi_transport_physics_add_processes(pd_ctx *ctx, pd_model *m)
 {
     if (m->setup->has_dissolve) return PD_OK;
@@ -157,7 +159,8 @@ static void pdi_transport_physics_free(pd_ctx *ctx, pd_model *m)
     pd_transport_free(ctx, &m->transport);
 }
 
-/* Adds iterations and steps of the transport to the statistics of the run. */
+/* Adds the Krylov iterations of transport to the statistics of the run and sets its residuals; nothing with dissolving
+ * metal. */
 static void pdi_transport_physics_add_statistics(const pd_model *m, pd_model_statistics *e)
 {
     const pd_transport_result *r = &m->transport_integrator.result;
@@ -168,7 +171,8 @@ static void pdi_transport_physics_add_statistics(const pd_model *m, pd_model_sta
     e->mass_defect = r->defect;
 }
 
-/* Behind outlets there is no gradient (eq. 5.1); inlets hold their own values. */
+/* Copies the concentration to ghosts from their sources, also behind outlets, where there is no gradient (eq. 5.1);
+ * inlets hold their own values. */
 static void pdi_transport_physics_prepare_samples(pd_ctx *ctx, pd_model *m, pd_fields fields)
 {
     const pd_ghosts *g = &m->bonds.ghosts;
@@ -178,7 +182,7 @@ static void pdi_transport_physics_prepare_samples(pd_ctx *ctx, pd_model *m, pd_f
     for (int32_t k = 0; k < g->outlets_end; k++) c[g->node[k]] = c[g->source[k]];
 }
 
-/* Value of a field of the transport at node i: C [mol/m3] or D [m2/s]. */
+/* Value of a field of the transport at node i: C [mol/m3] or D [m2/s]; 0 at nodes that are not fluid. */
 static double pdi_transport_physics_sample(const pd_model *m, pd_field field, int32_t i)
 {
     const double *diffusivity = m->transport.diffusion.field;
