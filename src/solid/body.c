@@ -83,7 +83,8 @@ static double pdi_body_max_bond_length(const pd_body *body)
     return body->spacing > 0.0 ? body->horizon + 0.5 * body->spacing : body->horizon * (1.0 + PDI_BODY_ROUNDING);
 }
 
-/* Number of the cell that holds position x; its index along the axes into index, unless that is NULL. */
+/* Number of the cell that holds position x; its index along the axes into index [PD_DIM], unless that is NULL. A
+ * position outside of the grid gets the nearest cell along each axis. */
 static int32_t pdi_body_find_cell(const pdi_body_cell_list *c, const double *x, int32_t *index)
 {
     int32_t cell = 0;
@@ -96,7 +97,8 @@ static int32_t pdi_body_find_cell(const pdi_body_cell_list *c, const double *x, 
     return cell;
 }
 
-/* Chooses number and width of the cells: at least a bond length wide, and at most `count` cells in all. */
+/* Sets lo, n, width and count of the cell list: cells are at least a bond length wide, and at most body->count in
+ * all. */
 static void pdi_body_init_cell_grid(const pd_body *body, pdi_body_cell_list *c)
 {
     double size[PD_DIM], reach = pdi_body_max_bond_length(body);
@@ -121,7 +123,8 @@ static void pdi_body_init_cell_grid(const pd_body *body, pdi_body_cell_list *c)
     for (int d = 0; d < PD_DIM; d++) c->count *= c->n[d];
 }
 
-/* Ranks all points by position. PD_ERR_GEOMETRY: two points at the same position. */
+/* Ranks all points by position, into rank_of_point and point_of_rank. PD_ERR_GEOMETRY: two points at the same
+ * position. */
 static pd_status pdi_body_sort_points(pd_ctx *ctx, const pd_body *body, pdi_body_cell_list *c)
 {
     pdi_body_sort_entry *place = NULL;
@@ -143,7 +146,8 @@ static pd_status pdi_body_sort_points(pd_ctx *ctx, const pd_body *body, pdi_body
                    (int)c->point_of_rank[twin]);
 }
 
-/* Builds the cell list; points of a cell stand by rank. */
+/* Allocates and fills the arrays of a cell list whose grid is set; points of a cell stand by rank. PD_ERR_GEOMETRY: two
+ * points at one position. The caller frees, after an error too. */
 static pd_status pdi_body_build_cell_list(pd_ctx *ctx, const pd_body *body, pdi_body_cell_list *c)
 {
     PD_TRY(PD_NEW(ctx, "body", c->count + 1, c->first));
@@ -164,7 +168,7 @@ static pd_status pdi_body_build_cell_list(pd_ctx *ctx, const pd_body *body, pdi_
     return PD_OK;
 }
 
-/* 1: a point at xi [m] with |xi|^2 = square belongs to the family. */
+/* 1: a point at xi [m] with |xi|^2 = square [m2] belongs to the family. reach [m]: pdi_body_max_bond_length. */
 static int pdi_body_is_in_family(const pd_body *body, const double *xi, double square, double reach)
 {
     if (square > reach * reach) return 0;
@@ -172,7 +176,8 @@ static int pdi_body_is_in_family(const pd_body *body, const double *xi, double s
     return !(body->spacing > 0.0) || sqrt(square) < reach;
 }
 
-/* Neighbours of point i of the periodic image `image`, as ranks, into `to` unless it is NULL. Returns how many. */
+/* Neighbours of point i among the images number `image` of all points (0: the points themselves), as ranks, unsorted,
+ * into `to` unless it is NULL. Returns how many. */
 static int32_t pdi_body_find_family(const pd_body *body, const pdi_body_cell_list *c, int32_t i, int image, int32_t *to)
 {
     const double *x = body->position + (int64_t)i * PD_DIM;
@@ -217,7 +222,8 @@ static int pdi_body_max_image(const pd_body *body)
     return pd_body_is_periodic(body) ? (int)(pdi_body_max_bond_length(body) / body->period[PD_DIM - 1]) + 1 : 0;
 }
 
-/* Stores the family of point i: sorted by image number, then by position. */
+/* Stores the family of point i in point_table and bond_image from bond first_bond[i] on: sorted by image number, then
+ * by position. */
 static void pdi_body_store_family(pd_body *body, const pdi_body_cell_list *c, int32_t i)
 {
     int64_t begin = body->first_bond[i];
@@ -232,7 +238,8 @@ static void pdi_body_store_family(pd_body *body, const pdi_body_cell_list *c, in
     }
 }
 
-/* Turns family sizes in row[i + 1] into the number of the first bond of each. Returns the largest size. */
+/* Turns family sizes in first_bond[i + 1] into the number of the first bond of each family; sets bonds. Returns the
+ * largest size. */
 static int32_t pdi_body_number_bonds(pd_body *body)
 {
     int64_t longest = 0;
@@ -245,7 +252,8 @@ static int32_t pdi_body_number_bonds(pd_body *body)
     return (int32_t)longest;
 }
 
-/* Finds and stores the families of all points from the cell list. */
+/* Finds the families of all points from the cell list; allocates and fills the arrays of families and numbers the
+ * bonds. */
 static pd_status pdi_body_build_families(pd_ctx *ctx, pd_body *body, const pdi_body_cell_list *c)
 {
     int most = pdi_body_max_image(body);
@@ -297,7 +305,8 @@ PDI_FN double pdi_body_count_table_entries(const double *n, double steps)
     return lead + stride;
 }
 
-/* Lattice box around all points. Returns 0: its table would have too many entries. */
+/* Lattice box around all points: grid of the axes, and the number of table entries of the body. Returns 1; 0: its table
+ * would have too many entries. */
 static int pdi_body_init_lattice_box(pd_body *body, pdi_body_lattice_axes *a)
 {
     double n[PD_DIM], most = 1.0;
@@ -326,8 +335,8 @@ static int pdi_body_init_lattice_box(pd_body *body, pdi_body_lattice_axes *a)
     return 1;
 }
 
-/* Finds the coordinates that all points share along each axis, and the range of distances between points `s` steps
- * apart. 0: a point is off the lattice, or two differ along an axis. */
+/* Finds the coordinates that all points share along each axis, into x, and the range of distances between points `s`
+ * steps apart, into distance_range. Returns 1; 0: a point is off the lattice, or two differ along an axis. */
 static int pdi_body_try_coordinates(const pd_body *body, const pdi_body_lattice_axes *a)
 {
     for (int32_t k = 0; k < a->begin[PD_DIM]; k++) a->x[k] = HUGE_VAL;
@@ -353,7 +362,8 @@ static int pdi_body_try_coordinates(const pd_body *body, const pdi_body_lattice_
     return 1;
 }
 
-/* 1: offset k is in the family, by its least and largest length; 0: not; -1: they disagree. *shift: of index. */
+/* 1: lattice offset number k (axis 0 fastest) is in the family, by its least and largest length; 0: it is not, or no
+ * points are so far apart; -1: the two lengths disagree. *shift: distance of table entries over this offset. */
 static int pdi_body_is_step_in_family(const pd_body *body, const pdi_body_lattice_axes *a, int64_t k, int64_t *shift)
 {
     int wide = 2 * a->steps + 1, belongs[2];
@@ -377,7 +387,8 @@ static int pdi_body_is_step_in_family(const pd_body *body, const pdi_body_lattic
     return belongs[0] == belongs[1] ? belongs[0] : -1;
 }
 
-/* Shifts of a complete family in order, into `to` unless it is NULL. Returns how many; -1: rounding decides on them. */
+/* Table shifts of a complete family in order, into `to` unless it is NULL. Returns how many; -1: rounding of positions
+ * decides on one of them. */
 static int32_t pdi_body_find_stencil(const pd_body *body, const pdi_body_lattice_axes *a, int32_t *to)
 {
     int64_t all = 1, shift;
@@ -392,7 +403,8 @@ static int32_t pdi_body_find_stencil(const pd_body *body, const pdi_body_lattice
     return found;
 }
 
-/* Fills the table of lattice positions. Returns 0: two points at one position, or stored families are shorter. */
+/* Fills stencil_shift, point_table and table_index of a lattice and numbers the bonds. Returns 1; 0: two points at one
+ * position, or stored families take less memory. */
 static int pdi_body_build_lattice_table(const pd_ctx *ctx, pd_body *body, const pdi_body_lattice_axes *a)
 {
     int nt = pd_par_threads(ctx, (int64_t)body->count * body->stencil_bonds);
@@ -420,8 +432,9 @@ static int pdi_body_build_lattice_table(const pd_ctx *ctx, pd_body *body, const 
     return body->table_entries + body->count <= 2 * body->bonds;
 }
 
-/* Families by a shared stencil where that takes less memory; body->lattice says so. They equal those of the cell list:
- * coordinates along an axis are equal, and membership does not depend on rounding. */
+/* Families by a shared stencil where that takes less memory: body->lattice says so, and PD_OK is returned in both
+ * cases. They equal those of the cell list: coordinates along an axis are equal, and membership does not depend on
+ * rounding. */
 static pd_status pdi_body_build_lattice_families(pd_ctx *ctx, pd_body *body)
 {
     pdi_body_lattice_axes axes;
@@ -479,7 +492,7 @@ static int64_t pdi_body_count_left(const pd_body *body, const uint8_t *lost, int
     return left;
 }
 
-/* Bond numbers after the removal of the lost ones. */
+/* Sets first_bond and bonds to the bond numbers without the lost [bonds] ones. */
 static void pdi_body_renumber_bonds(pd_body *body, const uint8_t *lost)
 {
     int64_t begin = 0;
@@ -491,7 +504,8 @@ static void pdi_body_renumber_bonds(pd_body *body, const uint8_t *lost)
     body->first_bond[body->count] = body->bonds = begin;
 }
 
-/* Lattice: points whose families lack bonds get lists of their own. PD_ERR_SIZE: too many. */
+/* Lattice: points whose families lose bonds get lists of their own, in point_table and table_index; arrays grow.
+ * first_bond stays: pdi_body_renumber_bonds has to follow. PD_ERR_SIZE: too many lists. */
 static pd_status pdi_body_store_incomplete_families(pd_ctx *ctx, pd_body *body, const uint8_t *lost)
 {
     int64_t lists = 0, room = body->table_entries;
@@ -520,7 +534,8 @@ static pd_status pdi_body_store_incomplete_families(pd_ctx *ctx, pd_body *body, 
     return PD_OK;
 }
 
-/* No lattice: removes the lost bonds from the stored families. */
+/* No lattice: removes the lost [bonds] ones from the stored families, and shortens the arrays. first_bond stays:
+ * pdi_body_renumber_bonds has to follow. */
 static pd_status pdi_body_remove_lost_bonds(pd_ctx *ctx, pd_body *body, const uint8_t *lost)
 {
     int64_t left = 0, longest = 0, bonds = body->bonds;
@@ -541,7 +556,8 @@ static pd_status pdi_body_remove_lost_bonds(pd_ctx *ctx, pd_body *body, const ui
     return pd_body_is_periodic(body) ? PD_GROW(ctx, "body", bonds, left, body->bond_image) : PD_OK;
 }
 
-/* As pdi_body_mark_leaving_bonds, with the visibility criterion by the faces of the surface. *count: how many. */
+/* As pdi_body_mark_leaving_bonds, by the faces of the surface instead of desc->joined (visibility criterion). *count:
+ * how many entries of lost are set. */
 static pd_status pdi_body_mark_crossing_bonds(pd_ctx *ctx, const pd_body *body, const pd_body_desc *desc, uint8_t *lost,
                                               int64_t *count)
 {
@@ -559,7 +575,8 @@ static pd_status pdi_body_mark_crossing_bonds(pd_ctx *ctx, const pd_body *body, 
     return status;
 }
 
-/* Removes all bonds that leave the body, by faces and by desc->joined. */
+/* Removes all bonds that leave the body, by faces and by desc->joined, and renumbers the others. Nothing changes
+ * without faces and callback. */
 static pd_status pdi_body_remove_leaving_bonds(pd_ctx *ctx, pd_body *body, const pd_body_desc *desc)
 {
     int64_t bonds = body->bonds, count = 0;
@@ -577,7 +594,7 @@ static pd_status pdi_body_remove_leaving_bonds(pd_ctx *ctx, pd_body *body, const
     return status;
 }
 
-/* Table of the exact cell fractions within the horizon. */
+/* Fills cell_fraction with the exact volume fractions of cells within the horizon, by their lattice offsets. */
 static void pdi_body_tabulate_fractions(pd_body *body)
 {
     int64_t all = 1;
@@ -633,7 +650,7 @@ int pd_body_is_intact(const pd_body *body)
     return byte == bytes;
 }
 
-/* Number of the bond of point j to that periodic image of point i; -1: none. */
+/* Number, within the family of point j, of the bond to periodic image number `image` of point i; -1: none. */
 static int32_t pdi_body_find_bond_to_image(const pd_body *body, int32_t i, int32_t j, int image)
 {
     for (pd_bond_iterator f = pd_body_bonds_begin(body, j); pd_body_bonds_next(&f);)
@@ -712,7 +729,8 @@ PDI_FN int32_t pdi_body_find_component(const pd_body *body, int32_t i, uint8_t *
     return count;
 }
 
-/* The points have to lie within one period along the last axis, so that no point meets an image. */
+/* PD_ERR_ARGUMENT: the points do not lie within one period along the last axis, so that a point could meet an image, or
+ * the period is too short. Without a period it is PD_OK. */
 static pd_status pdi_body_check_period(pd_ctx *ctx, const pd_body_desc *desc)
 {
     double lo = HUGE_VAL, hi = -HUGE_VAL, least = PDI_BODY_MIN_PERIOD * (desc->horizon + desc->spacing);

@@ -108,13 +108,14 @@ typedef struct pd_bond_iterator {
 #define pd_body_break PD_NAME(pd_body_break)
 #define pd_body_is_intact PD_NAME(pd_body_is_intact)
 
-/* PD_ERR_ARGUMENT: no point, a horizon that is not positive, a place, a face or a volume that is not finite or not
- * positive, faces with a period, a period within which the points do not lie, or of less than a hundredth of the
- * horizon. PD_ERR_GEOMETRY: two points at one place (the message names both). */
+/* Finds the families of all points; copies positions and volumes. No bond is broken; after an error the body is empty.
+ * PD_ERR_ARGUMENT: no point; a horizon not positive or below the spacing; a place, face or volume not finite or not
+ * positive; faces with a period; points beyond a period, or one of less than a hundredth of horizon and spacing.
+ * PD_ERR_GEOMETRY: two points at one place (the message names both). PD_ERR_SIZE: too many cut families. */
 PD_API pd_status pd_body_build(pd_ctx *ctx, const pd_body_desc *desc, pd_body *body);
 PD_API void pd_body_free(pd_ctx *ctx, pd_body *body);
-/* Lists the family of point i: neighbours into to, 1 for each broken bond into broken; both [row[i + 1] - row[i]], or
- * NULL. A neighbour stands there once for each of its periodic images. Returns the number of bonds. */
+/* Lists the family of point i: neighbours into to, 1 (broken) or 0 (intact) into broken, an entry for each bond; NULL:
+ * not wanted. Each periodic image of a point has an entry. Returns the number of bonds, broken ones too. */
 PD_API int32_t pd_body_family(const pd_body *body, int32_t i, int32_t *to, uint8_t *broken);
 /* Breaks the bond of two points at both ends; bonds of their images stay. Returns 1: it was intact; 0: it was
  * broken, or there is none. */
@@ -122,7 +123,7 @@ PD_API int pd_body_break(pd_body *body, int32_t i, int32_t j);
 /* 1: the body is periodic. */
 static inline int pd_body_is_periodic(const pd_body *body) { return body->period[PD_DIM - 1] > 0.0; }
 /* Iterator that stands before the first bond of point i. Use: for (pd_bond_iterator f = pd_body_bonds_begin(body, i);
- * pd_body_bonds_next(&f);) ... f.to ... */
+ * pd_body_bonds_next(&f);) ... f.neighbour ... */
 static inline pd_bond_iterator pd_body_bonds_begin(const pd_body *body, int32_t i)
 {
     pd_bond_iterator f;
@@ -136,7 +137,7 @@ static inline pd_bond_iterator pd_body_bonds_begin(const pd_body *body, int32_t 
     f.number = f.stencil_position = f.neighbour = -1;
     return f;
 }
-/* Moves to the next bond of the family, broken ones too. Returns 0: there is none. */
+/* Moves to the next bond, broken ones too. Returns 1; 0: the family has ended, and no further call is allowed. */
 static inline int pd_body_bonds_next(pd_bond_iterator *f)
 {
     if (++f->number == f->bonds) return 0;
@@ -157,17 +158,17 @@ PD_API int pd_body_is_intact(const pd_body *body);
 PDI_FN void pdi_body_list_state(pdi_array_visitor *owner, void *body);
 /* Describes the arrays of points: position, volume, first bond of each family, table of cell fractions. */
 PDI_FN void pdi_body_list_points(pdi_array_visitor *owner, void *body);
-/* Describes the arrays of families: member, shift, place and periodic images. */
+/* Describes the arrays of families: point_table, stencil_shift, table_index (lattice), bond_image (period). */
 PDI_FN void pdi_body_list_families(pdi_array_visitor *owner, void *body);
 
 /* Number of the current bond among all bonds of the body: index of arrays [bonds]. */
 static inline int64_t pdi_body_bond_number(const pd_bond_iterator *f) { return f->first + f->number; }
 
-/* Number of periods between the other end of the current bond and the point that it is an image of; 0 without a
- * period. */
+/* Number of periods between the other end of the current bond and the point that it is an image of: the other end is at
+ * the position of f->neighbour plus this number times the period. 0 without a period. */
 static inline int pdi_body_bond_image(const pd_bond_iterator *f) { return f->image ? f->image[f->number] : 0; }
 
-/* xi = x_j - x_i [m], the positions of two points. */
+/* xi = x_j - x_i [m], from point i to point j itself, not to a periodic image. */
 static inline void pdi_body_compute_offset(const pd_body *body, int32_t i, int32_t j, double *xi)
 {
     const double *from = body->position + (int64_t)i * PD_DIM;
@@ -199,22 +200,24 @@ static inline double pdi_body_compute_stretch(const double *xi, const double *et
 PDI_FN int64_t pdi_body_count_intact(const pd_body *body, int32_t i);
 /* Breaks all bonds of point i at both ends. Returns how many were intact. */
 PDI_FN int64_t pdi_body_break_all_bonds(pd_body *body, int32_t i);
-/* Marks bond n of point i as broken at this end only; the caller has to mark the other end, too. */
+/* Marks bond number n of the family of point i as broken at this end only; the caller has to mark the other end,
+ * too. */
 PDI_FN void pdi_body_mark_broken(pd_body *body, int32_t i, int32_t n);
 /* Number of the current bond of point i within the family of its other end. */
 PDI_FN int32_t pdi_body_find_reverse_bond(const pd_body *body, int32_t i, const pd_bond_iterator *f);
-/* Breaks the current bond of point i at both ends. Returns 1: it was intact; 0: it was broken. */
+/* Breaks the current bond of point i at both ends. Returns 1: it was intact; 0: it was broken, and nothing changes. */
 PDI_FN int pdi_body_break_bond(pd_body *body, int32_t i, const pd_bond_iterator *f);
 /* Number of the bond to point i within the family of point j (no periodic image); -1: none. */
 PDI_FN int32_t pdi_body_find_bond(const pd_body *body, int32_t i, int32_t j);
 /* Entries of the table of a lattice of n [PD_DIM] positions whose bonds span at most `steps` spacings along an axis,
  * with the empty margin before the first position. */
 PDI_FN double pdi_body_count_table_entries(const double *n, double steps);
-/* Sets felt [count] (0 before) to 1 for real points (no mirror images) and for all points in their families. Forces on
- * real points depend on these families alone, so other families need not be computed. */
+/* Sets felt [count] (0 before) to 1 for real points (no mirror images) and for all points in their families, over
+ * broken bonds too. Forces on real points depend on these families alone, so other families need not be computed. */
 PDI_FN void pdi_body_mark_influential(const pd_body *body, uint8_t *felt);
-/* Connected component of the bond graph that contains point i: points that unbroken bonds join to it, into piece [0 ..]
- * [count]. seen [count] marks them. Returns how many. */
+/* Connected component of the bond graph that contains point i: points that unbroken bonds join to it, i first, into the
+ * begin of piece [count]. Points with seen [count] set before are left out; those found get seen 1. Returns how
+ * many. */
 PDI_FN int32_t pdi_body_find_component(const pd_body *body, int32_t i, uint8_t *seen, int32_t *piece);
 /* Weight w [-] of a bond xi [m]: influence function times the volume fraction of the end cell that lies within the
  * horizon; 0: no bond. Even in xi, so both ends get the same bits. */

@@ -32,7 +32,8 @@ typedef struct pdi_bond_extension_bond {
 } pdi_bond_extension_bond;
 
 /* Kinematics of a bond of point n of a batch: own and other: fields of the point and its neighbour, shift [m] of a
- * periodic image or NULL, way: PDI_BOND_EXTENSION_LINEAR and so on. most [PD_POINT_BATCH_MAX]: updated largest |e|. */
+ * periodic image or NULL, kinematics: PDI_BOND_EXTENSION_LINEAR and so on. Without its mask bit it has no stretch.
+ * max_e [PD_POINT_BATCH_MAX]: largest |e|, updated with PDI_BOND_EXTENSION_SMALL alone. */
 PDI_INLINE void pdi_bond_extension_compute_bond(const double *PD_RESTRICT own, const double *PD_RESTRICT other,
                                                 int64_t stride, const double *shift, uint32_t mask, int kinematics,
                                                 int n, double *PD_RESTRICT max_e,
@@ -63,7 +64,8 @@ PDI_INLINE void pdi_bond_extension_compute_bond(const double *PD_RESTRICT own, c
     bond->stretch = pull * (1.0 + e) * bond->length_ratio;
 }
 
-/* Adds one bond to the moments A of `count` points; squares 1: to sum w V e^2, too. */
+/* Adds one bond to the moments A of `count` points, without the root of 2 off the diagonal; squares 1: to sum w V e^2,
+ * too. */
 PDI_INLINE_HOT void pdi_bond_extension_add_moment(const double *PD_RESTRICT own, const double *PD_RESTRICT other,
                                                   int64_t stride, const double *shift, double w, uint32_t mask,
                                                   int squares, int kinematics, int count, double *PD_RESTRICT max_e,
@@ -122,7 +124,8 @@ PDI_INLINE_HOT void pdi_bond_extension_add_bond(const double *own, const double 
                                      count, loop->max_e, loop->sum);
 }
 
-/* Sum over all bonds of batch k with the given kinematics. Inlined with constants. */
+/* Sum over all bonds of batch k with the given kinematics, into loop, which is cleared before. Inlined with
+ * constants. */
 PDI_INLINE_HOT void pdi_bond_extension_sum_bonds(const pd_point_batch *band, int32_t k, int what, int kinematics,
                                                  pdi_bond_extension_loop *loop)
 {

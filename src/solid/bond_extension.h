@@ -16,17 +16,19 @@ enum {
     PDI_BOND_EXTENSION_FIELDS = PDI_BOND_EXTENSION_Q + PDI_SYM_COMPONENTS
 };
 
-/* Moments A of batch k, as vectors of mandel.h, and sum w V e^2 [PD_POINT_BATCH_MAX], or NULL. linear 1: small
- * displacements, 0: of any size. Returns how many points the batch has. */
+/* Moments A [PDI_SYM_COMPONENTS] [m^(d+2)] of batch k, as vectors of mandel.h, and sum w V e^2 [m^(d+2)] into square
+ * [PD_POINT_BATCH_MAX], or NULL. linear 1: small displacements, 0: of any size. Returns how many points the batch
+ * has. */
 PDI_FN int32_t pdi_bond_extension_compute_moment(const pd_point_batch *band, int32_t k, int linear,
                                                  double (*shape)[PD_POINT_BATCH_MAX], double *square);
 /* Stores the fields of point i that the force reads: alpha [Pa/m^(d+2)], and Q as a vector of mandel.h. */
 PDI_FN void pdi_bond_extension_set_fields(const pd_point_batch *band, int32_t i, double alpha, const double *q);
-/* Stress [Pa] of the points of batch k by their own families, over the reference volume: sum w V t y y^T/|y|. Rows:
- * diagonal entries, then those off the diagonal. */
+/* Stress [PDI_SYM_COMPONENTS] [Pa] of the points of batch k by their own families, over the reference volume: sum w V t
+ * y y^T/|y|. Rows: diagonal entries, then those off the diagonal, not multiplied. Reads the fields of the force. */
 PDI_FN void pdi_bond_extension_compute_stress(const pd_point_batch *band, int32_t k, int linear,
                                               double (*stress)[PD_POINT_BATCH_MAX]);
-/* force [count][PD_DIM] [N/m3] of the points of batch k. */
+/* force [count][PD_DIM] [N/m3] of the points of batch k, from their fields and those of their neighbours; others
+ * stay. */
 PDI_FN void pdi_bond_extension_compute_force(const pd_point_batch *band, int32_t k, int linear, double *force);
 #endif
 

@@ -25,7 +25,8 @@ PDI_FN void pdi_bond_failure_list(pdi_array_visitor *owner, void *object)
 
 /* ---- calibration ---- */
 
-/* Sum of beta V r over a complete family of the lattice, or of beta V |n.xi| where n is not NULL [m^(d+1)]. */
+/* Sum of beta V r over a complete family of the lattice, or of beta V |n.xi| where n is not NULL [m^(d+1)]; beta: cell
+ * fraction within the horizon, V: cell volume. */
 static double pdi_bond_failure_sum_family(const pd_body *body, const double *n)
 {
     double sum = 0.0, xi[PD_DIM];
@@ -43,13 +44,14 @@ PDI_FN double pdi_bond_failure_crack_energy(const pd_bond_failure *c, const doub
     return 0.5 * c->critical * pdi_bond_failure_sum_family(c->solid.body, n) / pdi_vec_norm(n);
 }
 
-/* The same as a callback of the anisotropy. */
+/* pdi_bond_failure_crack_energy as a callback of the anisotropy; self: the pd_bond_failure. */
 static double pdi_bond_failure_crack_energy_of(const void *self, const double *n)
 {
     return pdi_bond_failure_crack_energy((const pd_bond_failure *)self, n);
 }
 
-/* Critical bond energy for the wanted fracture energy, mean over all crack directions (theory: eq. 8.29). */
+/* Sets `critical`, the bond energy for the wanted fracture energy as a mean over all crack directions (theory: eq.
+ * 8.29), and `anisotropy`. */
 static void pdi_bond_failure_calibrate(pd_bond_failure *c)
 {
     static const double mean[3] = {1.0, 2.0 / PD_PI, 0.5}; /* of |n.e| */
@@ -87,7 +89,8 @@ static void pdi_bond_failure_bond_vectors(const pd_bond_failure *c, const double
     for (int d = 0; d < PD_DIM; d++) eta[d] = far[d] - own[d];
 }
 
-/* Failure measure of the current bond of point i; 0: it is broken or spared. */
+/* Failure measure of the current bond of point i, in the unit of the kind; 0: it is broken, spared, or by energy not
+ * stretched. A stretch may be negative. Energies and stresses are those that pdi_bond_failure_find_max has prepared. */
 static double pdi_bond_failure_compute_measure(const pd_bond_failure *c, const double *u, int32_t i,
                                                const pd_bond_iterator *f)
 {
@@ -123,8 +126,9 @@ static double pdi_bond_failure_inverse_load_factor(const pd_bond_failure *c, con
 /* A measure of bonds: pdi_bond_failure_compute_measure or pdi_bond_failure_inverse_load_factor. */
 typedef double (*pdi_bond_failure_fn)(const pd_bond_failure *c, const double *u, int32_t i, const pd_bond_iterator *f);
 
-/* Prepares energies or stresses at u, and finds the largest measure of the bonds of each point, into c->most. A bond
- * belongs to the point with the lower number, so both ends see the same. Returns the largest of all. */
+/* Prepares energies or stresses at u, and finds the largest measure of the bonds of each point, at least 0, into
+ * max_measure. A bond belongs to the point with the lower number, so both ends see the same. Returns the largest of
+ * all. */
 static double pdi_bond_failure_find_max(const pd_ctx *ctx, pd_bond_failure *c, const double *u,
                                         pdi_bond_failure_fn measure)
 {
@@ -156,7 +160,8 @@ static double pdi_bond_failure_breaking_threshold(const pd_bond_failure *c, doub
     return pd_max(c->critical, (max_measure - eager * (max_measure - c->critical)) * (1.0 - PDI_BOND_FAILURE_TIE));
 }
 
-/* Displacement gradient h of the unbroken bonds of point i. Returns 0: singular shape tensor. */
+/* Displacement gradient h [PD_DIM^2] [-] by the unbroken bonds of point i. Returns 1; 0: the shape tensor is singular,
+ * and h stays. */
 static int pdi_bond_failure_compute_gradient(const pd_bond_failure *c, const double *u, int32_t i, double *h)
 {
     const pd_body *body = c->solid.body;
@@ -181,8 +186,9 @@ static int pdi_bond_failure_compute_gradient(const pd_bond_failure *c, const dou
     return 1;
 }
 
-/* Largest stretch that the gradient of point i would give to its broken bonds; 0: none. Finds points whose remaining
- * bonds no longer resist the load. */
+/* Largest stretch that the gradient of point i would give to its broken bonds, at least 0; 0 also where all bonds are
+ * intact or broken, the point is spared, or there is no gradient. Finds points whose remaining bonds no longer resist
+ * the load. */
 static double pdi_bond_failure_lost_stretch(const pd_bond_failure *c, const double *u, int32_t i)
 {
     const pd_body *body = c->solid.body;
@@ -204,8 +210,9 @@ static double pdi_bond_failure_lost_stretch(const pd_bond_failure *c, const doub
     return most;
 }
 
-/* Breaks all bonds of points whose gradient would stretch a broken bond beyond the critical value: their remaining
- * bonds do not feel it. Returns how many broke. */
+/* Breaks all bonds, but those to spared points, of points whose gradient would stretch a broken bond beyond the
+ * critical value: their remaining bonds do not feel it. Overwrites max_measure. eager: as of pd_bond_failure_break.
+ * Returns how many bonds broke. */
 static int64_t pdi_bond_failure_break_blind_points(const pd_ctx *ctx, pd_bond_failure *c, const double *u, double eager)
 {
     pd_body *body = c->solid.body;
@@ -269,7 +276,8 @@ void pd_bond_failure_find_first(const pd_ctx *ctx, pd_bond_failure *c, const dou
 
 /* ---- build ---- */
 
-/* Checks the description against the material. PD_ERR_ARGUMENT. */
+/* PD_ERR_ARGUMENT: a value of the description is out of range, or the material has no bond energies or stress for
+ * it. */
 static pd_status pdi_bond_failure_check(pd_ctx *ctx, const pd_material_interface *solid,
                                         const pd_bond_failure_desc *desc)
 {

@@ -31,7 +31,8 @@ static int32_t pdi_bond_force_find_max_steps(const pd_body *body, int32_t i)
     return most;
 }
 
-/* The same of all points. */
+/* Largest number of spacings of any bond of the body along an axis; above PDI_BOND_FORCE_MAX_STEPS: one is no lattice
+ * vector. */
 static int32_t pdi_bond_force_find_extent(const pd_ctx *ctx, const pd_body *body)
 {
     enum { parts = 64 };
@@ -60,7 +61,8 @@ PDI_FN void pdi_bond_force_list(pdi_array_visitor *owner, void *object)
     PDI_ARRAY(owner, springs, work, springs->kinds + 1, "1");
 }
 
-/* Sector of a family by the signs of a bond, in base 3: digit 0: zero, 1: positive, 2: negative. */
+/* Sector of a family by the signs of a bond, in base 3, axis 0 in the lowest digit: 0: zero within rounding [m], 1:
+ * positive, 2: negative. */
 static int pdi_bond_force_find_sector(const double *xi, double rounding)
 {
     int part = 0;
@@ -80,7 +82,7 @@ static int pdi_bond_force_compare_kinds(const void *a, const void *b)
     return 0;
 }
 
-/* Index of the lattice vector xi among all of the box of vectors. */
+/* Index of the lattice vector xi in the box of all vectors, axis 0 fastest. */
 static int32_t pdi_bond_force_offset_index(const pd_bond_force *s, const double *xi)
 {
     int32_t box = 0;
@@ -89,7 +91,7 @@ static int32_t pdi_bond_force_offset_index(const pd_bond_force *s, const double 
     return box;
 }
 
-/* Builds the bond kinds of a lattice, and sorts them. */
+/* Builds the bond kinds of a lattice, sorts them, and sets `order`. */
 static void pdi_bond_force_sort_kinds(pd_bond_force *s)
 {
     int32_t wide = 2 * s->max_steps + 1;
@@ -143,7 +145,7 @@ PDI_FN void pdi_bond_force_compute_offset(const pd_bond_force *s, int32_t i, int
     for (int d = 0; d < PD_DIM && s->lattice; d++) xi[d] = floor(xi[d] / s->body->spacing + 0.5) * s->body->spacing;
 }
 
-/* Kind of a bond of batch k, by the first of its points that has it. */
+/* Kind of a bond of batch k, by the first of its points that has it; off the lattice its sector. */
 static int32_t pdi_bond_force_find_kind(const pd_bond_force *s, int32_t k, const pd_point_batch_bond *bond)
 {
     const pd_body *body = s->body;
@@ -156,7 +158,8 @@ static int32_t pdi_bond_force_find_kind(const pd_bond_force *s, int32_t k, const
                       : pdi_bond_force_find_sector(xi, PDI_BOND_FORCE_ROUNDING * body->horizon);
 }
 
-/* Sorts the bonds of batch k by kind; those of one kind keep their order. old, kind: work. */
+/* Sorts the bonds of batch k by kind, and sets bond_kind; those of one kind keep their order. old, kind: work for all
+ * bonds of the batch. */
 static void pdi_bond_force_sort_bonds(pd_bond_force *s, int32_t k, pd_point_batch_bond *old, int32_t *kind)
 {
     int64_t begin = s->band.begin[k], bonds = s->band.begin[k + 1] - begin;
@@ -203,7 +206,8 @@ typedef struct pdi_bond_force_sums {
     double max_e[PD_POINT_BATCH_MAX], min_e[PD_POINT_BATCH_MAX]; /* [-] largest and least e, and 0 */
 } pdi_bond_force_sums;
 
-/* Adds one bond of `count` points on a lattice by the series of small e; weight: w/r. Inlined with a constant mask or
+/* Adds one bond of `count` points on a lattice to the sums of its sector and to max_e, min_e, by the series of small e;
+ * weight: w/r [1/m]. own, other: fields of the points and of their neighbours. Inlined with a constant mask or
  * count. */
 PDI_INLINE void pdi_bond_force_add_bond(const double *PD_RESTRICT own, const double *PD_RESTRICT other, int64_t stride,
                                         const pd_bond_force_kind *PD_RESTRICT kind, double weight, uint32_t mask,
@@ -230,7 +234,8 @@ PDI_INLINE void pdi_bond_force_add_bond(const double *PD_RESTRICT own, const dou
     }
 }
 
-/* Sums of batch k of a lattice, valid while all |e| are within the range of the series; whole: padded count. */
+/* Adds the bonds of batch k of a lattice to the sums, which are valid while all |e| are within the range of the series;
+ * whole: padded count. */
 static void pdi_bond_force_sum_batch(const pd_bond_force *s, int32_t k, int whole, pdi_bond_force_sums *sums)
 {
     const pd_point_batch *band = &s->band;
@@ -270,8 +275,9 @@ static void pdi_bond_force_mark_broken(pd_bond_force *s, int32_t i, int32_t j)
     pdi_body_mark_broken(s->body, i, pdi_body_find_bond(s->body, j, i));
 }
 
-/* Sums of point n of batch k, bond by bond: any e, any positions, and bonds break. Returns how many broke; adds to
- * *released. */
+/* Adds the bonds of point n of batch k to its sums, bond by bond: any e, any positions, and bonds beyond the critical
+ * stretch break at this end. Returns how many broke; adds their energies over c/4 to *released. max_e and min_e
+ * stay. */
 static int64_t pdi_bond_force_sum_point(pd_bond_force *s, const pdi_bond_force_state *state, int32_t k, int32_t n,
                                         pdi_bond_force_sums *sums, double *released)
 {
@@ -310,7 +316,7 @@ static int64_t pdi_bond_force_sum_point(pd_bond_force *s, const pdi_bond_force_s
     return broken;
 }
 
-/* Sets the sums of a batch to zero. */
+/* Sets the sums of a batch to zero; whole: padded count, 1: only those of point 0. */
 static void pdi_bond_force_clear_sums(int whole, pdi_bond_force_sums *sums)
 {
     if (whole > 1) {
@@ -321,7 +327,8 @@ static void pdi_bond_force_clear_sums(int whole, pdi_bond_force_sums *sums)
     sums->max_e[0] = sums->min_e[0] = 0.0;
 }
 
-/* Adds the sums of all sectors into the first one: along each axis the middle, and the sum of both sides. */
+/* Adds the sums of all sectors into sector 0: along each axis the middle, and the sum of both sides. whole: padded
+ * count. */
 static void pdi_bond_force_fold_sectors(int whole, pdi_bond_force_sums *sums)
 {
     for (int stride = 1; stride < PD_BOND_FORCE_SECTORS; stride *= 3)
@@ -333,7 +340,9 @@ static void pdi_bond_force_fold_sectors(int whole, pdi_bond_force_sums *sums)
             }
 }
 
-/* Force densities on the points of batch k. Returns how many bonds broke, each at one end. */
+/* Force densities on the points of batch k, into state->force: by the series, or point by point where a bond is beyond
+ * its range or the critical stretch. Returns how many bonds broke, each at one end; adds their energies over c/4 to
+ * *released. */
 static int64_t pdi_bond_force_compute_batch(pd_bond_force *s, const pdi_bond_force_state *state, int32_t k,
                                             double *released)
 {

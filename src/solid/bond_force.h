@@ -47,7 +47,8 @@ typedef struct pdi_bond_force_state {
 
 /* Describes the arrays of bond kinds. */
 PDI_FN void pdi_bond_force_list(pdi_array_visitor *owner, void *springs);
-/* Finds the bond kinds of the body; body and weights are borrowed. pdi_bond_force_update has to follow. */
+/* Finds the bond kinds of the body and prepares the batches; body and weights are borrowed. pdi_bond_force_update has
+ * to follow. After an error the object is empty. */
 PDI_FN pd_status pdi_bond_force_build(pd_ctx *ctx, pd_body *body, const pd_bond_weights *weights,
                                       pd_bond_force *springs);
 PDI_FN void pdi_bond_force_free(pd_ctx *ctx, pd_bond_force *springs);
@@ -55,8 +56,8 @@ PDI_FN void pdi_bond_force_free(pd_ctx *ctx, pd_bond_force *springs);
 PDI_FN pd_status pdi_bond_force_update(pd_ctx *ctx, pd_bond_force *springs);
 /* Reference vector xi [m] from point i to j, rounded to whole spacings on a lattice. */
 PDI_FN void pdi_bond_force_compute_offset(const pd_bond_force *springs, int32_t i, int32_t j, double *xi);
-/* Force densities of all points. Bonds beyond the critical stretch break, in the body and in the batches. Returns how
- * many. */
+/* Force densities of all points, into state->force; bonds beyond the critical stretch break, in the body and in the
+ * batches, and state->released becomes their energy. Returns how many. */
 PDI_FN int64_t pdi_bond_force_compute_force(const pd_ctx *ctx, pd_bond_force *springs, pdi_bond_force_state *state);
 #endif
 

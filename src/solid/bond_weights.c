@@ -28,7 +28,7 @@ PDI_FN void pdi_bond_weights_free(pd_ctx *ctx, pd_bond_weights *w)
     memset(w, 0, sizeof *w);
 }
 
-/* Sets stencil weights that are still unset from the bonds of point i. Returns how many it set. */
+/* Sets stencil weights that are still unset (HUGE_VAL) from the bonds of point i. Returns how many it set. */
 static int32_t pdi_bond_weights_set_stencil_weights(const pd_bond_weights *w, pdi_bond_weights_fn weigh,
                                                     const void *self, int32_t i)
 {
@@ -41,7 +41,7 @@ static int32_t pdi_bond_weights_set_stencil_weights(const pd_bond_weights *w, pd
     return found;
 }
 
-/* Bonds of a point and of its neighbours: most for a point deep in the bulk. */
+/* Sum of the family sizes of point i and of its neighbours: largest for a point deep in the bulk. */
 static int64_t pdi_bond_weights_count_nearby_bonds(const pd_body *body, int32_t i)
 {
     int64_t bonds = body->first_bond[i + 1] - body->first_bond[i];
@@ -68,7 +68,7 @@ static void pdi_bond_weights_init_stencil_weights(const pd_bond_weights *w, pdi_
         known += pdi_bond_weights_set_stencil_weights(w, weigh, self, i);
 }
 
-/* 1: a bond of point i has another weight than the stencil has. */
+/* 1: a bond of point i has another weight, in single precision, than the stencil has. */
 static int pdi_bond_weights_has_own(const pd_bond_weights *w, pdi_bond_weights_fn weigh, const void *self, int32_t i)
 {
     for (pd_bond_iterator f = pd_body_bonds_begin(w->body, i); pd_body_bonds_next(&f);) {
@@ -78,7 +78,7 @@ static int pdi_bond_weights_has_own(const pd_bond_weights *w, pdi_bond_weights_f
     return 0;
 }
 
-/* Lattice: which points need lists of their own, and where they begin. Returns the length of all lists. */
+/* Lattice: begin of the list of each point that needs one, -1: none, into w->list. Returns the length of all lists. */
 static int64_t pdi_bond_weights_mark_own(const pd_ctx *ctx, const pd_bond_weights *w, pdi_bond_weights_fn weigh,
                                          const void *self)
 {
@@ -96,7 +96,7 @@ static int64_t pdi_bond_weights_mark_own(const pd_ctx *ctx, const pd_bond_weight
     return all;
 }
 
-/* Room for list offsets of `listed` points and for `room` weights. */
+/* Room for list offsets of `listed` points and for `room` weights; 0 frees the array. */
 static pd_status pdi_bond_weights_resize(pd_ctx *ctx, pd_bond_weights *w, int64_t listed, int64_t room)
 {
     if (!listed) PD_DELETE(ctx, w->listed, w->list);
@@ -140,7 +140,7 @@ typedef struct pdi_bond_weights_influence_params {
     pd_influence influence;
 } pdi_bond_weights_influence_params;
 
-/* The pdi_bond_weights_fn of the influence function. */
+/* The pdi_bond_weights_fn of the influence function and cell fraction; self: pdi_bond_weights_influence_params. */
 static double pdi_bond_weights_compute_by_length(const void *self, int32_t i, const pd_bond_iterator *bond)
 {
     const pdi_bond_weights_influence_params *by = (const pdi_bond_weights_influence_params *)self;

@@ -67,7 +67,8 @@ static void pdi_coarse_fe_precond_list_level_blocks(pdi_array_visitor *owner, vo
 
 /* ---- sets that unite ---- */
 
-/* Replaces the roots of n members of disjoint sets by set numbers, in place. Returns how many sets. */
+/* Replaces the roots of n members of disjoint sets by set numbers 0, 1, .., in place; each root is its first member.
+ * Returns how many sets. */
 static int32_t pdi_coarse_fe_precond_number_sets(int32_t *set, int32_t n)
 {
     int32_t count = 0;
@@ -77,7 +78,7 @@ static int32_t pdi_coarse_fe_precond_number_sets(int32_t *set, int32_t n)
 
 /* ---- parts and nodes ---- */
 
-/* Index of the box of a point along the axes. */
+/* Index of the box of point i along the axes, into box [PD_DIM]. */
 static void pdi_coarse_fe_precond_find_box(const pd_coarse_fe_precond *s, int32_t i, int32_t *box)
 {
     for (int d = 0; d < PD_DIM; d++)
@@ -92,7 +93,8 @@ static int pdi_coarse_fe_precond_is_same_box(const int32_t *a, const int32_t *b)
     return 1;
 }
 
-/* Elements of level 0: points of a box that bonds within it connect. */
+/* Elements of level 0: points of a box that bonds within it connect. Sets element, first_point, point and the boxes of
+ * elements, and allocates the arrays by elements. */
 static pd_status pdi_coarse_fe_precond_build_elements(pd_ctx *ctx, pd_coarse_fe_precond *s)
 {
     const pd_body *body = s->body;
@@ -121,7 +123,8 @@ static pd_status pdi_coarse_fe_precond_build_elements(pd_ctx *ctx, pd_coarse_fe_
     return PD_OK;
 }
 
-/* Merges the nodes of elements p and q that their boxes share. set: disjoint sets of element corners. */
+/* Merges the nodes of elements p and q that their boxes share, none where the boxes do not touch. set: disjoint sets of
+ * element corners, number 2^d p + corner. */
 static void pdi_coarse_fe_precond_merge_nodes(const pd_coarse_fe_level *level, int32_t p, int32_t q, int32_t *set)
 {
     for (int a = 0; a < PDI_COARSE_FE_PRECOND_CORNERS; a++) {
@@ -136,7 +139,7 @@ static void pdi_coarse_fe_precond_merge_nodes(const pd_coarse_fe_level *level, i
     }
 }
 
-/* Merges nodes of level-0 elements that a bond connects. seen [parts]: work. */
+/* Merges nodes of level-0 elements that an unbroken bond connects, in set. seen [elements]: work, 0 before. */
 static void pdi_coarse_fe_precond_connect_elements(const pd_coarse_fe_precond *s, int32_t *seen, int32_t *set)
 {
     const pd_body *body = s->body;
@@ -150,7 +153,8 @@ static void pdi_coarse_fe_precond_connect_elements(const pd_coarse_fe_precond *s
             }
 }
 
-/* Nodes of a level, which are the sets of corners: numbered by colour, with the corners of each. */
+/* Nodes of a level, which are the sets of corners: numbered by colour, with the corners of each; allocates the arrays
+ * by nodes. set: work afterwards. */
 static pd_status pdi_coarse_fe_precond_build_nodes(pd_ctx *ctx, pd_coarse_fe_level *level, int32_t *set)
 {
     int32_t corners = level->elements * PDI_COARSE_FE_PRECOND_CORNERS, colour[PDI_COARSE_FE_PRECOND_CORNERS + 1] = {0};
@@ -182,7 +186,8 @@ static pd_status pdi_coarse_fe_precond_build_nodes(pd_ctx *ctx, pd_coarse_fe_lev
     return PD_OK;
 }
 
-/* Elements of the next level: connected elements within a box of twice the width. */
+/* Elements of the next level: connected elements within a box of twice the width. Sets parent of this level; allocates
+ * the arrays of the next one by elements and sets its boxes. */
 static pd_status pdi_coarse_fe_precond_build_coarse_elements(pd_ctx *ctx, pd_coarse_fe_level *level,
                                                              pd_coarse_fe_level *next)
 {
@@ -218,7 +223,7 @@ static void pdi_coarse_fe_precond_connect_coarse_elements(const pd_coarse_fe_lev
             }
 }
 
-/* Block pattern of the matrix: nodes that share an element. Counts first, then fills. */
+/* Block pattern of the matrix, into row and column: nodes that share an element. Counts first, then fills. */
 static pd_status pdi_coarse_fe_precond_build_pattern(pd_ctx *ctx, pd_coarse_fe_level *level)
 {
     int32_t *seen = NULL;
@@ -246,7 +251,7 @@ static pd_status pdi_coarse_fe_precond_build_pattern(pd_ctx *ctx, pd_coarse_fe_l
     return status;
 }
 
-/* Nodes and matrix pattern of level k. */
+/* Nodes and matrix pattern of level k, whose elements exist. */
 static pd_status pdi_coarse_fe_precond_build_level(pd_ctx *ctx, pd_coarse_fe_precond *s, int k)
 {
     pd_coarse_fe_level *level = &s->level[k];
@@ -273,7 +278,7 @@ static int pdi_coarse_fe_precond_is_coarsest(const pd_coarse_fe_level *level)
     return 1;
 }
 
-/* Inner part of the build; after an error the caller frees. */
+/* Inner part of the build: adds levels until one has a single box. After an error the caller frees. */
 static pd_status pdi_coarse_fe_precond_build_inner(pd_ctx *ctx, pd_coarse_fe_precond *s)
 {
     const pd_body *body = s->body;
@@ -351,7 +356,8 @@ typedef struct pdi_coarse_fe_precond_element {
     double mu[PDI_COARSE_FE_PRECOND_CORNERS][PDI_COARSE_FE_PRECOND_CORNERS][PDI_COARSE_FE_PRECOND_BLOCK];
 } pdi_coarse_fe_precond_element;
 
-/* Shape function of a corner at a position in the unit box; its derivative along axis p unless p is -1. */
+/* Shape function of a corner at a position [PD_DIM] in the unit box, 0 to 1; p >= 0: its derivative along axis p; -1:
+ * the value. */
 static inline double pdi_coarse_fe_precond_shape_function(int corner, const double *at, int p)
 {
     double value = 1.0;
@@ -385,7 +391,8 @@ static void pdi_coarse_fe_precond_integrate_element(pdi_coarse_fe_precond_elemen
     }
 }
 
-/* Matrix and inverse diagonal blocks of a level with boxes of this width. */
+/* Matrix [N/m] and inverse diagonal blocks [m/N] of a level with boxes of this width [m], from its moduli and springs;
+ * the inverse is zero where a block is singular. */
 static void pdi_coarse_fe_precond_assemble_level(const pd_ctx *ctx, const pd_coarse_fe_level *level, double width)
 {
     pdi_coarse_fe_precond_element e;
@@ -420,7 +427,7 @@ static void pdi_coarse_fe_precond_assemble_level(const pd_ctx *ctx, const pd_coa
     }
 }
 
-/* Element of the next level that contains node v, and its position in the box of that. */
+/* Element of the next level that contains node v, and its position `at` [PD_DIM] in the box of that, 0 to 1. */
 static int32_t pdi_coarse_fe_precond_find_parent(const pd_coarse_fe_level *level, const pd_coarse_fe_level *next,
                                                  int32_t v, double *at)
 {
@@ -430,7 +437,7 @@ static int32_t pdi_coarse_fe_precond_find_parent(const pd_coarse_fe_level *level
     return part;
 }
 
-/* Adds nodal values of a level to the next one: transpose of the interpolation. */
+/* Adds nodal values from [nodes][PD_DIM] of a level to those of the next one: transpose of the interpolation. */
 static void pdi_coarse_fe_precond_restrict_nodes(const pd_coarse_fe_level *level, const pd_coarse_fe_level *next,
                                                  const double *from, double *to)
 {
@@ -445,7 +452,7 @@ static void pdi_coarse_fe_precond_restrict_nodes(const pd_coarse_fe_level *level
     }
 }
 
-/* Adds the interpolated correction of the next level to this one. */
+/* Adds the interpolated correction x of the next level to x of this one. */
 static void pdi_coarse_fe_precond_prolong_nodes(const pd_coarse_fe_level *level, const pd_coarse_fe_level *next)
 {
     for (int32_t v = 0; v < level->nodes; v++) {
@@ -502,7 +509,7 @@ PDI_FN void pdi_coarse_fe_precond_assemble(const pd_ctx *ctx, pd_coarse_fe_preco
 
 /* ---- cycle ---- */
 
-/* b - A x of node v. */
+/* rest [PD_DIM] = b - A x [N] of node v. */
 static inline void pdi_coarse_fe_precond_node_residual(const pd_coarse_fe_level *level, int32_t v, double *rest)
 {
     for (int d = 0; d < PD_DIM; d++) rest[d] = level->b[v * PD_DIM + d];
@@ -514,7 +521,7 @@ static inline void pdi_coarse_fe_precond_node_residual(const pd_coarse_fe_level 
     }
 }
 
-/* Gauss-Seidel over the nodes of one colour, which are not adjacent: the part of one thread. */
+/* Gauss-Seidel over the nodes of one colour, which are not adjacent, in x: the part of one thread. */
 static void pdi_coarse_fe_precond_sweep_colour(const pd_coarse_fe_level *level, int colour)
 {
     PDI_FOR_NOWAIT
@@ -543,7 +550,8 @@ static void pdi_coarse_fe_precond_compute_residual(const pd_coarse_fe_level *lev
     for (int32_t v = 0; v < level->nodes; v++) pdi_coarse_fe_precond_node_residual(level, v, level->r + v * PD_DIM);
 }
 
-/* V-cycle from level k on, with one sweep before and a reverse one after the coarse correction. */
+/* V-cycle from level k on, from x = 0 for b to x, with one sweep before and a reverse one after the coarse correction;
+ * more sweeps on the coarsest level. */
 static void pdi_coarse_fe_precond_v_cycle(const pd_ctx *ctx, const pd_coarse_fe_precond *s, int k)
 {
     const pd_coarse_fe_level *level = &s->level[k], *next = level + 1;
@@ -565,7 +573,7 @@ static void pdi_coarse_fe_precond_v_cycle(const pd_ctx *ctx, const pd_coarse_fe_
     pdi_coarse_fe_precond_sweep_all(ctx, level, 1);
 }
 
-/* Forces f of points to the nodes of level 0. */
+/* Forces f [count][PD_DIM] [N] of points to the nodes of level 0, into its b. */
 static void pdi_coarse_fe_precond_restrict_points(const pd_ctx *ctx, const pd_coarse_fe_precond *s, const double *f)
 {
     const pd_coarse_fe_level *level = &s->level[0];

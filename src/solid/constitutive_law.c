@@ -78,8 +78,8 @@ static double pdi_constitutive_law_yield_stress(const pd_constitutive_law *law, 
 
 /* ---- neo-Hookean ---- */
 
-/* Logarithm of the stretch of stress-free directions, neo-Hookean: Newton's method for mu (t^2 - 1) + lambda ln J = 0,
- * J = det t^free, which is convex and increasing. */
+/* Logarithm of the stretch t of stress-free directions, neo-Hookean; 0 where there are none: Newton's method for mu
+ * (t^2 - 1) + lambda ln J = 0, J = det t^free, which is convex and increasing. log_det: ln det. */
 static double pdi_constitutive_law_stress_free_stretch(const pdi_constitutive_law_params *m, double log_det)
 {
     double y = m->free ? -m->lambda * log_det / (2.0 * m->mu + m->free * m->lambda) : 0.0;
@@ -91,8 +91,8 @@ static double pdi_constitutive_law_stress_free_stretch(const pdi_constitutive_la
     return y;
 }
 
-/* First Piola-Kirchhoff stress p of a neo-Hookean material at f; its derivative along df unless that is NULL. Returns
- * 0: det F <= 0. */
+/* Neo-Hookean material at f, into p [PD_DIM^2] [Pa]: the first Piola-Kirchhoff stress where df is NULL, otherwise its
+ * derivative along df alone. Returns 1; 0: det F <= 0, and p stays. */
 static int pdi_constitutive_law_neo_hookean(const pdi_constitutive_law_params *m, const double *f, const double *df,
                                             double *p)
 {
@@ -125,7 +125,8 @@ static double pdi_constitutive_law_neo_hookean_energy(const pdi_constitutive_law
 
 /* ---- principal logarithmic strains ---- */
 
-/* Jacobi rotation that makes b_pq zero; axis takes the rotation, too. */
+/* Jacobi rotation of the symmetric tensor b in place that makes b_pq zero; the columns of axis take the rotation,
+ * too. */
 static void pdi_constitutive_law_jacobi_rotate(double *b, double *axis, int p, int q)
 {
     double across = b[p * PD_DIM + q];
@@ -165,7 +166,7 @@ static void pdi_constitutive_law_eigen_decompose(double *b, double *axis)
     }
 }
 
-/* Elastic left Cauchy-Green tensor b = F G F^T; state NULL: G = 1. */
+/* Elastic left Cauchy-Green tensor b = F G F^T [PD_DIM^2]; state holds G - 1, NULL: G = 1. */
 static void pdi_constitutive_law_compute_left_cauchy_green(const double *f, const double *state, double *b)
 {
     double g[PDI_TENSOR], part[PDI_TENSOR], more[PDI_TENSOR];
@@ -181,8 +182,9 @@ static void pdi_constitutive_law_compute_left_cauchy_green(const double *f, cons
     for (int k = 0; k < PDI_TENSOR; k++) b[k] += more[k];
 }
 
-/* Increment of the equivalent plastic strain that brings the equivalent stress down to the yield stress. The residual
- * is convex and decreasing, so Newton's method from 0 converges from one side. */
+/* Increment of the equivalent plastic strain that brings the equivalent stress [Pa] down to the yield stress; before:
+ * equivalent plastic strain of the state. The residual is convex and decreasing, so Newton's method from 0 converges
+ * from one side. */
 static double pdi_constitutive_law_plastic_increment(const pdi_constitutive_law_params *m, double equivalent,
                                                      double before)
 {
@@ -196,8 +198,8 @@ static double pdi_constitutive_law_plastic_increment(const pdi_constitutive_law_
     return flow;
 }
 
-/* Principal Kirchhoff stresses and moduli of the trial strains: radial return. before: equivalent plastic strain of the
- * state. */
+/* Radial return of the trial strains s->strain: sets principal Kirchhoff stresses, moduli, slope and flow of s. before:
+ * equivalent plastic strain of the state. */
 static void pdi_constitutive_law_return_map(const pdi_constitutive_law_params *m, double before,
                                             pdi_constitutive_law_spectrum *s)
 {
@@ -225,7 +227,8 @@ static void pdi_constitutive_law_return_map(const pdi_constitutive_law_params *m
     }
 }
 
-/* Finds the strain of the stress-free directions (safeguarded Newton), and condenses the moduli. */
+/* Finds the strain of the stress-free directions (safeguarded Newton), into s->strain, with the results of the radial
+ * return at it; condenses the moduli. */
 static void pdi_constitutive_law_solve_stress_free(const pdi_constitutive_law_params *m, double before,
                                                    pdi_constitutive_law_spectrum *s)
 {
@@ -248,7 +251,8 @@ static void pdi_constitutive_law_solve_stress_free(const pdi_constitutive_law_pa
         for (int b = 0; b < PD_DIM; b++) s->moduli[a * 3 + b] -= m->free * out[a] * out[b] / slope;
 }
 
-/* Principal strains, stresses and moduli at the deformation gradient f. Returns 0: det F <= 0. */
+/* Fills s with principal strains, stresses and moduli of the step from `state` (NULL: virgin) to f. Returns 1; 0: det F
+ * <= 0, or rounding leaves b not positive. */
 static int pdi_constitutive_law_compute_spectrum(const pdi_constitutive_law_params *m, const double *f,
                                                  const double *state, pdi_constitutive_law_spectrum *s)
 {

@@ -52,24 +52,27 @@ typedef struct pdi_constitutive_law_params {
 PDI_FN pd_status pdi_constitutive_law_init(pd_ctx *ctx, const pd_constitutive_law *law, pdi_constitutive_law_params *m);
 /* Lame's lambda [Pa] of small strains for PD_DIM directions, with stress-free directions condensed. */
 PDI_FN double pdi_constitutive_law_plane_lambda(const pdi_constitutive_law_params *m);
-/* First Piola-Kirchhoff stress p [PD_DIM^2] [Pa] of the deformation gradient f. state: plastic state, NULL but for J2.
- * Returns 0: det F <= 0. */
+/* First Piola-Kirchhoff stress p [PD_DIM^2] [Pa] of the deformation gradient f, under J2 at the end of a step from
+ * `state`, which stays. state: plastic state, NULL but for J2. Returns 1; 0: det F <= 0, and p stays. */
 PDI_FN int pdi_constitutive_law_compute_stress(const pdi_constitutive_law_params *m, const double *f,
                                                const double *state, double *p);
-/* Directional derivative dp [Pa] of the stress along df; zeros where det F <= 0. */
+/* Directional derivative dp [PD_DIM^2] [Pa] of that stress along df (consistent tangent); zeros where det F <= 0. */
 PDI_FN void pdi_constitutive_law_apply_tangent(const pdi_constitutive_law_params *m, const double *f,
                                                const double *state, const double *df, double *dp);
-/* The same derivative as the upper triangle of the matrix d p/d F [PDI_CONSTITUTIVE_LAW_TANGENT] [Pa]. */
+/* The same derivative as the upper triangle, row by row, of the matrix d p/d F [PDI_CONSTITUTIVE_LAW_TANGENT] [Pa];
+ * zeros where det F <= 0. */
 PDI_FN void pdi_constitutive_law_compute_tangent(const pdi_constitutive_law_params *m, const double *f,
                                                  const double *state, double *moduli);
-/* Cauchy stress [PD_DIM^2] [Pa], and in 2D the out-of-plane normal one. Returns 0: det F <= 0. */
+/* Cauchy stress [PD_DIM^2] [Pa] of the step from `state` to f; *across [Pa], never NULL: in 2D the out-of-plane normal
+ * stress. Returns 1; 0: det F <= 0, and *across stays. */
 PDI_FN int pdi_constitutive_law_compute_cauchy(const pdi_constitutive_law_params *m, const double *f,
                                                const double *state, double *stress, double *across);
-/* Energy density [Pa]; HUGE_VAL where det F <= 0. plastic 1: with the plastic work [Pa] from the virgin state up to F;
- * the stress is the derivative of this sum. */
+/* Elastic energy density [Pa] at the end of the step from `state` to f; HUGE_VAL where det F <= 0. plastic 1: with the
+ * plastic work [Pa] from the virgin state up to F; the stress is the derivative of this sum. */
 PDI_FN double pdi_constitutive_law_compute_energy(const pdi_constitutive_law_params *m, const double *f,
                                                   const double *state, int plastic);
-/* Updates the plastic state to that of F. Returns the increment of plastic work [Pa]. */
+/* Updates the plastic state to that of F. Returns the increment of plastic work [Pa]; 0: the step is elastic or det F
+ * <= 0, and the state stays. */
 PDI_FN double pdi_constitutive_law_commit(const pdi_constitutive_law_params *m, const double *f, double *state);
 #endif
 

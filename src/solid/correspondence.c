@@ -24,7 +24,7 @@ static inline double pdi_correspondence_dot(const double *a, const double *b)
     return sum;
 }
 
-/* Current bond of point i: xi [m], 1/r^2 [1/m2], weight w V_j [m^d]. Returns 0: it is broken. */
+/* Current bond of point i: xi [m], 1/r^2 [1/m2], weight w V_j [m^d]. Returns 1; 0: it is broken, and weight is 0. */
 static inline int pdi_correspondence_get_bond(const pd_correspondence *e, int32_t i, const pd_bond_iterator *f,
                                               double *xi, double *inv_r2, double *weight)
 {
@@ -64,13 +64,13 @@ static inline double pdi_correspondence_trace(const double *a)
     return sum;
 }
 
-/* Factor of E of point i. */
+/* Factor [-] of E and of the yield stress of point i. */
 static inline double pdi_correspondence_stiffness_factor(const pd_correspondence *e, int32_t i)
 {
     return e->desc.stiffness_factor ? e->desc.stiffness_factor[i] : 1.0;
 }
 
-/* Elastic stress p [Pa] of a displacement gradient h by Hooke's law, with the full E. */
+/* Elastic stress p [PD_DIM^2] [Pa] of a displacement gradient h by Hooke's law, without the factor of E of a point. */
 static inline void pdi_correspondence_hooke_stress(const pd_correspondence *e, const double *h, double *p)
 {
     double trace = pdi_correspondence_trace(h);
@@ -109,7 +109,8 @@ static inline int pdi_correspondence_fourth_index(int p, int q, int r, int s)
     return z * (11 - z) / 2 + y;
 }
 
-/* Adds a bond to the fourth moments of its family. */
+/* Adds a bond of weight w V_j [m^d] to the sum of fourth moments of its family, fourth [PDI_CORRESPONDENCE_FOURTH]
+ * [m^d]. */
 static void pdi_correspondence_add_fourth(const double *xi, double inv_r2, double weight, double *fourth)
 {
     double x[5], y[5], z[5];
@@ -125,8 +126,8 @@ static void pdi_correspondence_add_fourth(const double *xi, double inv_r2, doubl
             fourth[c * (11 - c) / 2 + b] += x[4 - c - b] * y[b] * z[c];
 }
 
-/* Inverse shape tensor, second and fourth direction moments and total weight of the family of point i. Returns 0: the
- * shape tensor is singular, and they are zero. */
+/* Sets inverse shape tensor, second and fourth direction moments and weight_sum of point i. Returns 1; 0: there are no
+ * bonds or the shape tensor is singular: its inverse is zero, the others may be not. */
 static int pdi_correspondence_compute_family(const pd_correspondence *e, int32_t i)
 {
     const pd_body *body = e->body;
@@ -161,8 +162,8 @@ static int pdi_correspondence_compute_family(const pd_correspondence *e, int32_t
     return 1;
 }
 
-/* Fields of point i for the surface vectors: these are the forces of the displacements u = x with 1/w_0, A = (1 - M)
- * K^-1, lambda = -1 and mu = 1 (theory: eq. 8.5). */
+/* Stiffness, gradient, force tensor and plastic stress fields of point i for the surface vectors: these are the forces
+ * of the displacements u = x with 1/w_0, A = (1 - M) K^-1, lambda = -1 and mu = 1 (theory: eq. 8.5). */
 static void pdi_correspondence_set_surface_fields(const pd_correspondence *e, int32_t i)
 {
     const double *mean = e->second_moment + (int64_t)i * PDI_CORRESPONDENCE_TENSOR;
@@ -178,7 +179,8 @@ static void pdi_correspondence_set_surface_fields(const pd_correspondence *e, in
     }
 }
 
-/* Computes the surface vectors of all points, then stores the stiffness fields. */
+/* Computes the surface vectors of all points, then stores the stiffness fields. Displacement fields are positions
+ * afterwards. */
 static void pdi_correspondence_compute_edges(const pd_ctx *ctx, const pd_correspondence *e)
 {
     int nt = pd_par_threads(ctx, e->body->bonds * 20);
@@ -193,7 +195,8 @@ static void pdi_correspondence_compute_edges(const pd_ctx *ctx, const pd_corresp
         pdi_point_batch_get_field(&e->band, PDI_POINT_BATCH_STIFFNESS)[i] *= pdi_correspondence_stiffness_factor(e, i);
 }
 
-/* Tensors of all families. Returns the first point with a singular shape tensor; -1: none. */
+/* Tensors of all families; weight_sum is 0 where the shape tensor is singular. Returns the first of these points, with
+ * detach_singular the first one that has intact bonds; -1: there is none. */
 static int32_t pdi_correspondence_compute_families(const pd_ctx *ctx, const pd_correspondence *e)
 {
     const pd_body *body = e->body;
@@ -288,7 +291,8 @@ static inline void pdi_correspondence_relative_displacement(const double *u, int
     for (int d = 0; d < PD_DIM; d++) eta[d] = to[d] - from[d];
 }
 
-/* Displacement gradient h of point i, number n of its batch; average, unless NULL: mean of the bond gradients H_b. */
+/* Displacement gradient h [PD_DIM^2] of point i, number n of its batch; average, unless NULL: mean of the bond
+ * gradients H_b. */
 static void pdi_correspondence_compute_gradient(const pd_correspondence *e, const pdi_point_batch_sums *sums, int32_t i,
                                                 int32_t n, double *h, double *average)
 {
@@ -325,7 +329,8 @@ static void pdi_correspondence_compute_nonuniform_moment(const pd_correspondence
         }
 }
 
-/* Fields of point i that bonds read: the tensors of eq. 8.4 for the gradient h. */
+/* Fields of point i, number n of its batch, that bonds read: the tensors of eq. 8.4 for the gradient h; subtracts the
+ * plastic stress that is set. */
 static void pdi_correspondence_set_force_fields(const pd_correspondence *e, const pdi_point_batch_sums *sums, int32_t i,
                                                 int32_t n, const double *h)
 {
@@ -359,8 +364,8 @@ static int pdi_correspondence_batch_is_influential(const pd_correspondence *e, i
     return 0;
 }
 
-/* First pass of a force: gradients, plastic strains and force tensors of all families at displacements u. tangent 1: u
- * is an increment, and the plastic part is its derivative (tangent). */
+/* First pass of a force: gradients, plastic stresses and force tensors of all influential families at displacements u.
+ * tangent 1: u is an increment, and the plastic part is its derivative by the step of the last force. */
 static void pdi_correspondence_update_fields(const pd_ctx *ctx, const pd_correspondence *e, const double *u,
                                              int tangent)
 {
@@ -383,7 +388,8 @@ static void pdi_correspondence_update_fields(const pd_ctx *ctx, const pd_corresp
     }
 }
 
-/* Second pass of a force: sums over bonds, into force [count][PD_DIM] [N/m3]. */
+/* Second pass of a force: sums over bonds, into force [count][PD_DIM] [N/m3]. Entries of batches that hold mirror
+ * images alone stay. */
 static void pdi_correspondence_sum_forces(const pd_ctx *ctx, const pd_correspondence *e, double *force)
 {
     int nt = pd_par_threads(ctx, e->body->bonds * 40);
@@ -399,8 +405,8 @@ void pd_correspondence_force(const pd_ctx *ctx, const pd_correspondence *e, cons
     pdi_correspondence_sum_forces(ctx, e, force);
 }
 
-/* w_0 times the energy density of the family of point i [J m^d/m3]. bond_energy [bonds]: energy density of bonds
- * times w [J/m3]; may be NULL. */
+/* w_0 times the elastic energy density of the family of point i [J m^d/m3], without stiffness factor and plasticity.
+ * bond_energy [bonds]: energy density of the bonds of this family times w [J/m3], 0: broken; may be NULL. */
 static double pdi_correspondence_family_energy(const pd_correspondence *e, const double *u, int32_t i, const double *h,
                                                double *bond_energy)
 {
@@ -421,7 +427,8 @@ static double pdi_correspondence_family_energy(const pd_correspondence *e, const
     return sum;
 }
 
-/* Energy density [J/m3] of point i, number n of its batch, less that of the plastic strain. */
+/* Energy density [J/m3] of point i, number n of its batch, less that of the plastic strain; 0 without bonds. Plastic
+ * stress and flow direction of the point are then those of u. */
 static double pdi_correspondence_energy_density(const pd_correspondence *e, const double *u,
                                                 const pdi_point_batch_sums *sums, int32_t i, int32_t n)
 {
@@ -451,7 +458,8 @@ double pd_correspondence_energy(const pd_ctx *ctx, const pd_correspondence *e, c
     return pdi_compensated_sum_total(&all);
 }
 
-/* Stress p [Pa] of point i by its gradient h, or with plasticity by the mean gradient of its bonds; 0 without bonds. */
+/* Stress p [PD_DIM^2] [Pa] of point i by its gradient h, or with plasticity by the mean gradient of its bonds, of which
+ * plastic stress and flow direction then are; 0 without bonds. */
 static void pdi_correspondence_point_stress(const pd_correspondence *e, int32_t i, const double *h,
                                             const double *average, double *p)
 {
@@ -552,7 +560,7 @@ static double pdi_correspondence_ops_energy(const pd_ctx *ctx, void *self, const
     return pd_correspondence_energy(ctx, (const pd_correspondence *)self, u);
 }
 
-/* pd_material_interface.bond_energy, without plasticity. */
+/* pd_material_interface.bond_energy, of materials without plasticity. */
 static void pdi_correspondence_ops_bond_energy(const pd_ctx *ctx, void *self, const double *u, double *energy)
 {
     const pd_correspondence *e = (const pd_correspondence *)self;
@@ -590,7 +598,7 @@ static void pdi_correspondence_ops_density(const pd_ctx *ctx, void *self, const 
     }
 }
 
-/* pd_material_interface.slip: equivalent plastic strain. */
+/* pd_material_interface.plastic_strain. */
 static void pdi_correspondence_ops_plastic_strain(const pd_ctx *ctx, const void *self, double *strain)
 {
     const pd_correspondence *e = (const pd_correspondence *)self;
@@ -604,7 +612,7 @@ static void pdi_correspondence_ops_stress(const pd_ctx *ctx, void *self, const d
     pd_correspondence_stress(ctx, (const pd_correspondence *)self, u, stress);
 }
 
-/* pd_material_interface.dissipated: plastic dissipation. */
+/* pd_material_interface.dissipated: plastic work, with the part that hardening stores, of the real points. */
 static double pdi_correspondence_ops_dissipated(const void *self)
 {
     const pd_correspondence *e = (const pd_correspondence *)self;
@@ -615,8 +623,8 @@ static double pdi_correspondence_ops_dissipated(const void *self)
     return pdi_compensated_sum_total(&all);
 }
 
-/* pd_material_interface.normal: out-of-plane stress in plane strain, with the out-of-plane plastic strain; 0 in plane
- * stress. */
+/* pd_material_interface.out_of_plane_stress: that of plane strain, with the out-of-plane plastic strain; 0 in plane
+ * stress and for a point without stiffness or bonds. */
 static double pdi_correspondence_ops_normal_stress(const void *self, int32_t i, const double *stress)
 {
     const pd_correspondence *e = (const pd_correspondence *)self;
@@ -656,7 +664,7 @@ static pd_status pdi_correspondence_ops_commit(pd_ctx *ctx, void *self, const do
     return PD_OK;
 }
 
-/* pd_material_interface.store: broken bonds and plastic strains. */
+/* pd_material_interface.store: broken bonds and plastic strains; after reading the material is updated. */
 static pd_status pdi_correspondence_ops_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_correspondence *e = (pd_correspondence *)self;
@@ -665,8 +673,8 @@ static pd_status pdi_correspondence_ops_store(pd_ctx *ctx, void *self, pd_archiv
     return archive->is_reading ? pd_correspondence_update(ctx, e) : PD_OK;
 }
 
-/* pd_material_interface.limit: upper bound of the highest frequency. |H|^2 is at most tr K^-1 times sum w V |eta|^2,
- * and |eta|^2 at most twice the squares of both ends. */
+/* pd_material_interface.stable_step, by an upper bound of the highest frequency: |H|^2 is at most tr K^-1 times sum w V
+ * |eta|^2, and |eta|^2 at most twice the squares of both ends. HUGE_VAL: there are no bonds. */
 static double pdi_correspondence_ops_stable_step(const void *self, double density)
 {
     const pd_correspondence *e = (const pd_correspondence *)self;

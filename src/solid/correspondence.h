@@ -61,10 +61,10 @@ typedef struct pd_correspondence {
  * as of pd_correspondence_update. */
 PD_API pd_status pd_correspondence_build(pd_ctx *ctx, pd_body *body, const pd_correspondence_desc *desc,
                                          pd_correspondence *elastic);
-/* Bonds have broken: shape tensors, and the normals of the surface. A uniform stress P gives the point the force
- * density P edge: zero in the bulk, and over the layer at a surface of normal n  sum V edge = -n  per area. So a
- * traction t = P n on it is the load -P edge, and a uniform stress in a body of any shape is in balance to rounding
- * (theory: eq. 8.5). PD_ERR_GEOMETRY: the bonds of a point do not span all directions (the message names it). */
+/* Bonds have broken: recomputes shape tensors and surface vectors c. A uniform stress P gives the point the force
+ * density P c: zero in the bulk, and over the layer at a surface of normal n sum V c = -n per area. So a traction t = P
+ * n on it is the load -P c, and a uniform stress in a body of any shape is in balance to rounding (theory: eq. 8.5).
+ * PD_ERR_GEOMETRY: the bonds of a point do not span all directions; with detach_singular it loses them instead. */
 PD_API pd_status pd_correspondence_update(pd_ctx *ctx, pd_correspondence *elastic);
 /* force [count][PD_DIM] [N/m3] of displacements u [count][PD_DIM] [m] (theory: eq. 8.4). Those of images behind planes
  * of symmetry are not computed, at least in part. With plasticity the plastic strain is that of a step from the last

@@ -43,7 +43,7 @@ static void pdi_crack_list(pdi_array_visitor *owner, void *object)
     PDI_ARRAY(owner, crack, density, crack->solid->force_state ? crack->count : 0, "J/m3");
 }
 
-/* Scales x to length 1. Returns 0: it has no length. */
+/* Scales x [PD_DIM] to length 1. Returns 1; 0: it has no length or no finite one, and stays. */
 static int pdi_crack_normalise(double *x)
 {
     double length = pdi_vec_norm(x);
@@ -52,7 +52,8 @@ static int pdi_crack_normalise(double *x)
     return 1;
 }
 
-/* Checks the description and the material, and normalises way and front. PD_ERR_ARGUMENT: out of range. */
+/* Checks the description and the material, and normalises direction and front in place. PD_ERR_ARGUMENT: out of
+ * range. */
 static pd_status pdi_crack_check(pd_ctx *ctx, pdi_crack_fields *c)
 {
     pd_crack_desc *desc = &c->desc;
@@ -72,7 +73,8 @@ static pd_status pdi_crack_check(pd_ctx *ctx, pdi_crack_fields *c)
     return PD_OK;
 }
 
-/* Weight function q of point i and its gradient: q falls from 1 to 0 between the radii by a polynomial of degree 5. */
+/* Sets the weight function q of point i and q_gradient: q falls from 1 to 0 between the radii by a polynomial of degree
+ * 5. */
 static void pdi_crack_compute_q(const pdi_crack_fields *c, int64_t i)
 {
     const double *x = c->solid->body->position + i * PD_DIM;
@@ -98,7 +100,8 @@ static int pdi_crack_needs_gradient(const pdi_crack_fields *c, int32_t i)
     return 0;
 }
 
-/* Displacement gradient of u at point i (theory: eq. 8.1). Returns 0: singular shape tensor, and it stays zero. */
+/* Displacement gradient of u at point i by its unbroken bonds, into c->gradient (theory: eq. 8.1). Returns 1; 0: the
+ * shape tensor is singular, and it stays zero. */
 static int pdi_crack_compute_gradient(const pdi_crack_fields *c, const double *u, int32_t i)
 {
     const pd_body *body = c->solid->body;
@@ -125,7 +128,8 @@ static int pdi_crack_compute_gradient(const pdi_crack_fields *c, const double *u
     return 1;
 }
 
-/* Displacement gradients of all points that count. PD_ERR_GEOMETRY: as of pd_crack_j. */
+/* Displacement gradients of all points that count; checks the domain before. PD_ERR_GEOMETRY: as of pd_crack_j; a point
+ * without unbroken bonds is no error. */
 static pd_status pdi_crack_compute_gradients(pd_ctx *ctx, const pdi_crack_fields *c, const double *u)
 {
     const pd_body *body = c->solid->body;
@@ -157,7 +161,7 @@ static void pdi_crack_derivative_along(const pdi_crack_fields *c, int64_t i, dou
         along[a] = pdi_vec_dot(c->gradient + i * PDI_CRACK_TENSOR + a * PD_DIM, c->desc.direction);
 }
 
-/* Integrand of J at point i [J/m] by its stress: equivalent domain integral (theory: eq. 8.10). */
+/* Integrand of J at point i [J/m4] by its stress: equivalent domain integral (theory: eq. 8.10). */
 static double pdi_crack_local_integrand(const pdi_crack_fields *c, int64_t i)
 {
     const double *stress = c->stress + i * PDI_CRACK_TENSOR, *slope = c->q_gradient + i * PD_DIM;
@@ -170,7 +174,7 @@ static double pdi_crack_local_integrand(const pdi_crack_fields *c, int64_t i)
     return sum - density * pdi_vec_dot(slope, c->desc.direction);
 }
 
-/* Integrand of J at point i by its bond forces (theory: eq. 8.11; Silling and Lehoucq 2010). */
+/* Integrand of J at point i [J/m4] by its bond forces (theory: eq. 8.11; Silling and Lehoucq 2010). */
 static double pdi_crack_bond_integrand(const pdi_crack_fields *c, const double *u, int32_t i)
 {
     const pd_body *body = c->solid->body;
@@ -185,7 +189,8 @@ static double pdi_crack_bond_integrand(const pdi_crack_fields *c, const double *
     return sum;
 }
 
-/* Domain integral *j [J/m2] of displacements u, less the work of external forces within the domain. */
+/* Domain integral *j [J/m2] of displacements u, less the work of external forces within the domain. Checks the
+ * description and allocates the fields, which the caller frees. */
 static pd_status pdi_crack_compute_j(pd_ctx *ctx, pdi_crack_fields *c, const double *u, double *j)
 {
     const pd_material_interface *solid = c->solid;
@@ -224,15 +229,15 @@ pd_status pd_crack_j(pd_ctx *ctx, const pd_material_interface *solid, const pd_c
 
 /* ---- tip ---- */
 
-/* 1: point i has lost at least this share of its bonds. */
+/* 1: point i has lost at least this share of its bonds, by their number; 0 also for a point without bonds. */
 static int pdi_crack_is_damaged(const pd_body *body, int32_t i, double share)
 {
     double all = (double)(body->first_bond[i + 1] - body->first_bond[i]);
     return all > 0.0 && all - (double)pdi_body_count_intact(body, i) >= share * all;
 }
 
-/* Mean position of the damaged points that lie farthest along `unit`, into tip; among [count]: candidates, NULL: all.
- * PD_RETRY: there is none. */
+/* Mean position of the damaged points that lie farthest along `unit`, into tip; among [count]: 1 for candidates, NULL:
+ * all. PD_RETRY: there is none, and tip stays. */
 static pd_status pdi_crack_find_farthest(const pd_body *body, const uint8_t *among, const double *unit, double share,
                                          double *tip)
 {
@@ -277,7 +282,8 @@ static double pdi_crack_segment_distance(const double *from, const double *to, c
     return pdi_vec_dot(off, off);
 }
 
-/* 1: point i lies within a horizon of an edge of the polyline or polygon. */
+/* 1: point i lies within a horizon of an edge of the polyline (1D, 2D) or closed polygon (3D) corner
+ * [corners][PD_DIM]. */
 static int pdi_crack_is_near_edge(const pd_body *body, int corners, const double *corner, int32_t i)
 {
     const double *x = body->position + (int64_t)i * PD_DIM;

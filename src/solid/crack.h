@@ -24,8 +24,8 @@ typedef struct pd_crack_desc {
 
 /* *j [J/m2] (1D: [N]) of displacements u [count][PD_DIM] [m] (theory: eqs. 8.10 and 8.11). PD_ERR_ARGUMENT: a place, a
  * direction or a radius out of range, or a material of which neither stress nor bonds are known. PD_ERR_GEOMETRY: no
- * points lie between the radii, their bonds do not span all directions, or a surface lies there that is not parallel
- * to the crack. PD_RETRY: u is no state of the material. */
+ * points lie between the radii, their bonds do not span all directions, or a surface lies there that is not parallel to
+ * the crack. PD_RETRY: u is no state of the material. A later tangent of the material is that of u. */
 PD_API pd_status pd_crack_j(pd_ctx *ctx, const pd_material_interface *solid, const pd_crack_desc *desc, const double *u,
                             double *j);
 /* The farthest point along `way` that has lost at least `share` (0: 0.15) of its bonds: the mean of all that are as

@@ -34,7 +34,8 @@ static void pdi_dynamic_relaxation_list(pdi_array_visitor *owner, void *object)
     PDI_ARRAY(owner, relaxation, momentum, relaxation->problem.n, "N");
 }
 
-/* Starts from rest at u with the present mass: residual, blocks, zero momentum. */
+/* Starts from rest at u with the present mass: residual and *norm [N], blocks, zero momentum and damping. PD_RETRY: u
+ * is no state of the material. */
 static pd_status pdi_dynamic_relaxation_restart(pdi_dynamic_relaxation *r, const double *u, double *norm)
 {
     pd_status status = pdi_equilibrium_compute_residual(&r->problem, u, norm);
@@ -45,8 +46,8 @@ static pd_status pdi_dynamic_relaxation_restart(pdi_dynamic_relaxation *r, const
     return PD_OK;
 }
 
-/* One step of length 1 of the damped motion (theory: eq. 8.12). *quotient: Rayleigh quotient of stiffness and mass
- * along the step. */
+/* One step of length 1 of the damped motion of u (theory: eq. 8.12). *norm [N]: residual after it; *quotient: Rayleigh
+ * quotient of stiffness and mass along the step. PD_RETRY: the new u is no state of the material. */
 static pd_status pdi_dynamic_relaxation_step(pdi_dynamic_relaxation *r, double *u, double *norm, double *quotient)
 {
     pdi_equilibrium *q = &r->problem;
@@ -64,7 +65,8 @@ static pd_status pdi_dynamic_relaxation_step(pdi_dynamic_relaxation *r, double *
     return PD_OK;
 }
 
-/* Steps until the norm of the residual is below target [N]; adapts damping and mass. */
+/* Steps until the norm [N] of the residual is at most target [N]; adapts damping and mass. A step that is unstable or
+ * leads to no state is taken back. Statuses: as of pd_dynamic_relaxation_solve; result->residual is in N. */
 static pd_status pdi_dynamic_relaxation_iterate(pdi_dynamic_relaxation *r, double *u, double target, double norm,
                                                 pd_equilibrium_result *result)
 {
@@ -95,7 +97,7 @@ static pd_status pdi_dynamic_relaxation_iterate(pdi_dynamic_relaxation *r, doubl
     return status;
 }
 
-/* Sets up the problem, iterates, and turns divergence into a message. */
+/* Sets up the problem, iterates, makes the residual relative, and turns divergence into a message. The caller frees. */
 static pd_status pdi_dynamic_relaxation_solve_inner(pdi_dynamic_relaxation *r, double *u, pd_equilibrium_result *result)
 {
     double norm, target;

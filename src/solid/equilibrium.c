@@ -57,7 +57,7 @@ static void pdi_equilibrium_apply_tangent(void *user, const double *x, double *y
     for (int64_t k = 0; k < q->n; k++) y[k] = pdi_equilibrium_is_held(q, k) ? 0.0 : -volume[k / PD_DIM] * y[k];
 }
 
-/* Sets the interpolated components of x [m] from its free ones. */
+/* Sets the interpolated components of x [m] from its free ones; without interpolation nothing changes. */
 static void pdi_equilibrium_interpolate(const pdi_equilibrium *q, double *x)
 {
     const pd_multipoint_constraint *all = q->desc->interpolation;
@@ -66,7 +66,8 @@ static void pdi_equilibrium_interpolate(const pdi_equilibrium *q, double *x)
     for (int64_t k = 0; k < all->count; k++) x[all->row[k].follower] += all->row[k].coefficient * x[all->row[k].leader];
 }
 
-/* The same operator along the free part of x with its interpolated components. */
+/* As pdi_equilibrium_apply_tangent, along the free part of x with its interpolated components; x stays. A Krylov
+ * callback. */
 static void pdi_equilibrium_apply_interpolated(void *user, const double *x, double *y)
 {
     const pdi_equilibrium *q = (const pdi_equilibrium *)user;
@@ -109,8 +110,9 @@ PDI_FN void pdi_equilibrium_apply_precond(void *user, const double *x, double *y
         if (pdi_equilibrium_is_held(q, k)) y[k] = 0.0;
 }
 
-/* Updates the coarse preconditioner: moduli of the material, and springs of the size of the diagonal at prescribed
- * displacements. Interpolated ones have springs only within a spacing of where they are prescribed. */
+/* Updates the coarse preconditioner, if any: moduli of the material, and springs of the size of the diagonal at
+ * prescribed displacements. Interpolated ones have springs only within a spacing of where they are prescribed. q->step
+ * is overwritten. */
 static void pdi_equilibrium_update_coarse(const pdi_equilibrium *q)
 {
     if (!q->coarse.levels) return;
@@ -145,7 +147,7 @@ PDI_FN void pdi_equilibrium_compute_blocks(const pdi_equilibrium *q)
     }
 }
 
-/* PD_ERR_STATE: an entry of x is not finite. */
+/* PD_ERR_STATE: an entry of x [n] is not finite; what: its name in the message. x NULL: PD_OK. */
 static pd_status pdi_equilibrium_check_finite(const pdi_equilibrium *q, const double *x, const char *what)
 {
     for (int64_t k = 0; x && k < q->n; k++)
@@ -187,7 +189,8 @@ static pd_status pdi_equilibrium_check_forces(const pdi_equilibrium *q, const in
     return PD_OK;
 }
 
-/* Calls `visit` for each connected component of the body with its rigid motions. */
+/* Calls `visit` for each connected component of the body with its rigid motions; ends at the first error, which it
+ * returns. */
 static pd_status pdi_equilibrium_visit_components(pdi_equilibrium *q, pdi_equilibrium_visit visit)
 {
     int32_t *piece = NULL, all = q->solid->body->count;
@@ -206,7 +209,8 @@ static pd_status pdi_equilibrium_visit_components(pdi_equilibrium *q, pdi_equili
     return status;
 }
 
-/* Checks the loads of a component. PD_ERR_DIVERGED: its moments do not balance. */
+/* Checks the loads of a component, and sets has_rigid_motions where it has any. PD_ERR_STATE: its loads do not balance
+ * along an axis. PD_ERR_DIVERGED: its moments do not balance. */
 static pd_status pdi_equilibrium_check_component(pdi_equilibrium *q, const pd_rigid_modes *rigid)
 {
     PD_TRY(pdi_equilibrium_check_forces(q, rigid->component, rigid->count));
@@ -218,14 +222,14 @@ static pd_status pdi_equilibrium_check_component(pdi_equilibrium *q, const pd_ri
                    (int)rigid->count, (int)rigid->component[0]);
 }
 
-/* Removes the mean rigid motions of a component from the step. */
+/* Removes the mean rigid motions of a component from q->step. Returns PD_OK. */
 static pd_status pdi_equilibrium_remove_rigid_step(pdi_equilibrium *q, const pd_rigid_modes *rigid)
 {
     pdi_rigid_modes_remove(rigid, q->step);
     return PD_OK;
 }
 
-/* Removes the rigid motions of a component from the residual, which rounding puts there. */
+/* Removes the rigid motions of a component from q->residual, which rounding puts there. Returns PD_OK. */
 static pd_status pdi_equilibrium_project_residual(pdi_equilibrium *q, const pd_rigid_modes *rigid)
 {
     const double *volume = q->solid->body->volume;
@@ -242,7 +246,8 @@ static pd_status pdi_equilibrium_project_residual(pdi_equilibrium *q, const pd_r
     return PD_OK;
 }
 
-/* First force scale [N]: loads, and the forces of prescribed displacements on a body at u = 0. */
+/* First force scale [N]: loads, and the forces of prescribed displacements on a body at u = 0. q->step and q->residual
+ * are overwritten. */
 static double pdi_equilibrium_estimate_scale(pdi_equilibrium *q, const double *u)
 {
     const double *volume = q->solid->body->volume;
@@ -268,7 +273,8 @@ static double pdi_equilibrium_compute_scale(const pdi_equilibrium *q)
     return sqrt(size);
 }
 
-/* 1: the loads do work along a motion without stiffness. Copies it to desc->swing. */
+/* 1: the loads do work along a motion [n] without stiffness, which is copied to desc->mechanism unless that is NULL; 0:
+ * they do none. */
 static int pdi_equilibrium_check_mechanism(const pdi_equilibrium *q, const double *motion)
 {
     double work = 0.0, size = 0.0;
@@ -283,7 +289,7 @@ static int pdi_equilibrium_check_mechanism(const pdi_equilibrium *q, const doubl
 }
 
 /* Estimate of the rounding of forces [N] at displacements u: tangent times their last digits with random signs;
- * gradients 1 + grad u have the last digit of a point distance. */
+ * gradients 1 + grad u have the last digit of a point distance. q->step and q->residual are overwritten. */
 static double pdi_equilibrium_estimate_rounding(pdi_equilibrium *q, const double *u)
 {
     const pd_body *body = q->solid->body;
@@ -311,7 +317,7 @@ PDI_FN pd_krylov_desc pdi_equilibrium_krylov_options(int interpolated)
     return kd;
 }
 
-/* Builds the Krylov solver of linear steps. */
+/* Builds the Krylov solver of linear steps; interpolated 1: GMRES, 0: conjugate gradients. The caller frees. */
 static pd_status pdi_equilibrium_build_krylov(const pdi_equilibrium *q, int interpolated, pd_krylov *krylov)
 {
     pd_krylov_desc kd = pdi_equilibrium_krylov_options(interpolated);
@@ -321,8 +327,9 @@ static pd_status pdi_equilibrium_build_krylov(const pdi_equilibrium *q, int inte
     return pd_krylov_build(q->ctx, &kd, krylov);
 }
 
-/* Solves the linear step for the residual down to `target` [N], into q->step. PD_ERR_DIVERGED: the loads do work along
- * a mechanism. */
+/* Solves the linear step for the residual down to `target` [N], into q->step; adds to result->iterations. follows 1:
+ * with interpolation. PD_ERR_DIVERGED: a direction without stiffness; of a linear material without interpolation only
+ * one along which the loads do work, otherwise PD_NOT_CONVERGED. */
 static pd_status pdi_equilibrium_solve_krylov(pdi_equilibrium *q, pd_krylov *krylov, int follows, double target,
                                               pd_equilibrium_result *result)
 {
@@ -340,7 +347,8 @@ static pd_status pdi_equilibrium_solve_krylov(pdi_equilibrium *q, pd_krylov *kry
                    "residual %.3g N, target %.3g N", linear.iterations, linear.residual, target);
 }
 
-/* Conjugate gradients look for a mechanism, without interpolation, after GMRES has failed: GMRES does not see one. */
+/* After GMRES has failed, conjugate gradients look for a mechanism, without interpolation: GMRES does not see one.
+ * PD_ERR_DIVERGED: found; PD_NOT_CONVERGED: none. q->step stays; full_direction is overwritten. */
 static pd_status pdi_equilibrium_search_mechanism(pdi_equilibrium *q, double target, pd_equilibrium_result *result)
 {
     pd_equilibrium_result found = *result;
@@ -355,7 +363,8 @@ static pd_status pdi_equilibrium_search_mechanism(pdi_equilibrium *q, double tar
     return status == PD_OK ? PD_NOT_CONVERGED : status;
 }
 
-/* Linear step with projection of rigid motions and interpolated components. */
+/* Linear step, into q->step, with projection of rigid motions and interpolated components. Statuses: as of
+ * pdi_equilibrium_solve_krylov; the step is of use with PD_NOT_CONVERGED, too. */
 static pd_status pdi_equilibrium_solve_linear(pdi_equilibrium *q, double target, pd_equilibrium_result *result)
 {
     int moves = q->has_rigid_motions && q->coarse.levels, follows = pdi_equilibrium_has_interpolation(q);
@@ -378,7 +387,7 @@ static double pdi_equilibrium_compute_step_work(void *self)
     return pdi_compensated_sum_total(&all);
 }
 
-/* Clears the error message of a solver whose result is good enough. */
+/* Clears the error message of a solver whose result is good enough. Returns PD_OK. */
 static pd_status pdi_equilibrium_clear_error(const pdi_equilibrium *q)
 {
     q->ctx->status = PD_OK;
@@ -386,7 +395,8 @@ static pd_status pdi_equilibrium_clear_error(const pdi_equilibrium *q)
     return PD_OK;
 }
 
-/* Linear material: one step, down to the rounding of the displacements at least. */
+/* Linear material: adds one step to u. PD_NOT_CONVERGED: the residual is above the target [N] and the rounding of the
+ * displacements; within that rounding it is PD_OK, and the force scale grows. */
 static pd_status pdi_equilibrium_solve_once(pdi_equilibrium *q, double *u, double target, pd_equilibrium_result *result)
 {
     pdi_equilibrium_update_coarse(q);
@@ -400,7 +410,7 @@ static pd_status pdi_equilibrium_solve_once(pdi_equilibrium *q, double *u, doubl
     return pdi_equilibrium_clear_error(q);
 }
 
-/* Newton callback: the residual at the displacements. */
+/* Newton callback: the residual at the displacements. *excess: its norm over the target; 0: converged. */
 static pd_status pdi_equilibrium_compute_newton_residual(pd_ctx *ctx, void *self, double *norm, double *excess)
 {
     pdi_equilibrium_newton *n = (pdi_equilibrium_newton *)self;
@@ -410,7 +420,8 @@ static pd_status pdi_equilibrium_compute_newton_residual(pd_ctx *ctx, void *self
     return status;
 }
 
-/* Newton callback: the linear step. A direction without stiffness is searched like any other. */
+/* Newton callback: the linear step, with blocks and coarse preconditioner at u; keeps u as start_u. A direction without
+ * stiffness is searched like any other. */
 static pd_status pdi_equilibrium_solve_step(pd_ctx *ctx, void *self, const pd_newton_progress *p)
 {
     pdi_equilibrium_newton *n = (pdi_equilibrium_newton *)self;
@@ -423,7 +434,7 @@ static pd_status pdi_equilibrium_solve_step(pd_ctx *ctx, void *self, const pd_ne
     return status < 0 && status != PD_ERR_DIVERGED ? status : PD_OK;
 }
 
-/* Newton callback: displacements at a length of the step. */
+/* Newton callback: displacements at a length [-] of the step from start_u; 0: start_u. */
 static void pdi_equilibrium_move(pd_ctx *ctx, void *self, double length)
 {
     pdi_equilibrium_newton *n = (pdi_equilibrium_newton *)self;
@@ -466,14 +477,14 @@ static pd_status pdi_equilibrium_solve_newton(pdi_equilibrium *q, double *u, dou
     return status == PD_NOT_CONVERGED ? PD_RETRY : status;
 }
 
-/* Relative tolerance of the residual, or its default. */
+/* Relative tolerance [-] of the residual, or its default. */
 static double pdi_equilibrium_get_rtol(const pdi_equilibrium *q)
 {
     return q->desc->rtol > 0.0 ? q->desc->rtol : PD_EQUILIBRIUM_RTOL;
 }
 
-/* Sets *again to 1 where the residual at u is too large for the force scale of the solution; *norm and *target [N] are
- * those of the next round. */
+/* Sets *again to 1 where the residual at u is too large for the force scale of the solution, and a smaller scale can be
+ * reached; the scale then falls. *norm and *target [N] are those of the next round. */
 static pd_status pdi_equilibrium_check_scale(pdi_equilibrium *q, const double *u, double *norm, double *target,
                                              int *again)
 {
@@ -508,7 +519,8 @@ PDI_FN pd_status pdi_equilibrium_begin(pdi_equilibrium *q, const double *u, doub
     return pdi_equilibrium_compute_residual(q, u, norm);
 }
 
-/* Solves once, and again with a smaller force scale where that is needed; relative residual into result. */
+/* Solves once, and again with a smaller force scale where that is needed; relative residual into result. The caller
+ * frees. Statuses: as of pd_equilibrium_solve. */
 static pd_status pdi_equilibrium_solve_inner(pdi_equilibrium *q, double *u, pd_equilibrium_result *result)
 {
     double norm, target;

@@ -97,20 +97,25 @@ PDI_FN void pdi_equilibrium_list(pdi_array_visitor *owner, void *equilibrium);
 /* Options of the Krylov solver of linear steps, without size and limits: GMRES with interpolation, otherwise conjugate
  * gradients. */
 PDI_FN pd_krylov_desc pdi_equilibrium_krylov_options(int interpolated);
-/* Checks loads and guess, allocates, and computes residual, blocks and scale at u. *norm, *target [N]: norm of the
- * residual and its goal. */
+/* Checks loads and guess, allocates, and computes blocks, scale and residual at u, and with loads has_rigid_motions.
+ * *norm, *target [N]: norm of the residual and its goal. ctx, solid, desc, load and n are set before; the caller frees,
+ * after an error too. Errors: as of pd_equilibrium_solve. */
 PDI_FN pd_status pdi_equilibrium_begin(pdi_equilibrium *equilibrium, const double *u, double *norm, double *target);
-/* Residual at u, into q->rest [N], and its norm. PD_RETRY: as of the material. */
+/* Residual at u, into residual [N], and its norm; sets reaction_norm, and a later tangent is that of u. PD_RETRY: as of
+ * the material. */
 PDI_FN pd_status pdi_equilibrium_compute_residual(pdi_equilibrium *equilibrium, const double *u, double *norm);
-/* Inverse diagonal blocks and their diagonals, at the last u; prescribed components are decoupled. */
+/* Sets block, the inverse diagonal blocks, and diagonal at the last u; prescribed components are decoupled. The inverse
+ * is zero for a point without bonds. */
 PDI_FN void pdi_equilibrium_compute_blocks(const pdi_equilibrium *equilibrium);
-/* Preconditioner: y [m] = inverse blocks times x [N], plus the coarse finite-element correction where there is one. */
+/* Preconditioner, a Krylov callback: y [m] = inverse blocks times x [N], plus the coarse finite-element correction
+ * where there is one; 0 at prescribed components. */
 PDI_FN void pdi_equilibrium_apply_precond(void *solve, const double *x, double *y);
-/* 1: the loads do work along a free rigid motion of a component: small displacements reach no equilibrium. */
+/* 1: the loads do work along a free rigid motion of a component: small displacements reach no equilibrium. 0 also where
+ * the moduli of the material are unknown. held: NULL: none. */
 PDI_FN int pdi_equilibrium_has_unbalanced_moment(const pd_material_interface *solid, const uint8_t *held,
                                                  const double *load, const pd_rigid_modes *rigid);
-/* 1: a component of the body (piece [count]) is supported along an axis, or its loads along it sum up to zero. *sum
- * [N]: that sum; may be NULL. */
+/* 1: a component of the body (piece [count]) is supported along an axis, or its loads along it sum up to zero; 0:
+ * neither. *sum [N]: that sum, unless it is supported; may be NULL, as held may. */
 PDI_FN int pdi_equilibrium_is_balanced(const pd_body *body, const uint8_t *held, const double *load, int axis,
                                        const int32_t *piece, int32_t count, double *sum);
 #endif

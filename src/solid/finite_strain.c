@@ -25,7 +25,7 @@ static int pdi_finite_strain_bond_gradients(const pd_finite_strain *f)
     return f->desc.control == PD_FINITE_STRAIN_BOND_GRADIENT;
 }
 
-/* Data of the current bond of point i. Returns 0: it is broken. */
+/* Data of the current bond of point i. Returns 1; 0: it is broken, and bond holds nothing but w = 0. */
 static inline int pdi_finite_strain_get_bond(const pd_finite_strain *f, int32_t i, const pd_bond_iterator *it,
                                              pdi_finite_strain_bond *bond)
 {
@@ -43,7 +43,8 @@ static double pdi_finite_strain_stiffness_factor(const pd_finite_strain *f, int3
     return f->desc.stiffness_factor ? f->desc.stiffness_factor[i] : 1.0;
 }
 
-/* Plastic state of a bond (or point, with plain correspondence); NULL but for J2. */
+/* Plastic state [PDI_CONSTITUTIVE_LAW_STATE] of a site: number of a bond, with plain correspondence of a point; NULL
+ * but for J2. */
 static double *pdi_finite_strain_get_state(const pd_finite_strain *f, int64_t site)
 {
     return f->desc.law.kind == PD_FINITE_STRAIN_J2 ? f->state + site * PDI_CONSTITUTIVE_LAW_STATE : NULL;
@@ -82,7 +83,7 @@ PDI_FN void pdi_finite_strain_list(pdi_array_visitor *owner, void *object)
         PDI_ARRAY_STATE(owner, finite, state, sites * PDI_CONSTITUTIVE_LAW_STATE, "1");
 }
 
-/* Finds the reverse bond of every bond. */
+/* Sets reverse_bond: the number of each bond within the family of its other end. */
 static void pdi_finite_strain_find_reverse_bonds(const pd_ctx *ctx, const pd_finite_strain *f)
 {
     const pd_body *body = f->body;
@@ -94,8 +95,8 @@ static void pdi_finite_strain_find_reverse_bonds(const pd_ctx *ctx, const pd_fin
             f->reverse_bond[pdi_body_bond_number(&b)] = pdi_body_find_reverse_bond(body, i, &b);
 }
 
-/* Inverse shape tensor K^-1 and total weight w_0 of point i; w_0 = 0 where K is singular. mean: of n n^T over its
- * bonds. */
+/* Sets inverse shape tensor K^-1 and total weight w_0 of point i, both 0 where K is singular. mean [PD_DIM^2] [-]: of n
+ * n^T over its bonds. */
 static void pdi_finite_strain_compute_family(const pd_finite_strain *f, int32_t i, double *mean)
 {
     double k[PDI_TENSOR] = {0.0}, total = 0.0, scale = 1.0 / (f->body->horizon * f->body->horizon);
@@ -118,8 +119,8 @@ static void pdi_finite_strain_compute_family(const pd_finite_strain *f, int32_t 
     f->weight_sum[i] = spans ? total : 0.0;
 }
 
-/* Bond vectors g of the family of point i into pull: a uniform stress P has the force states P g. Computes the family,
- * too. */
+/* Bond vectors g of the family of point i into force_state, 0 for broken bonds: a uniform stress P has the force states
+ * P g. Sets inverse shape tensor and weight, too. */
 static void pdi_finite_strain_compute_bond_vectors(const pd_finite_strain *f, int32_t i)
 {
     double mean[PDI_TENSOR], at[PD_DIM], back[PD_DIM];
@@ -153,7 +154,7 @@ static void pdi_finite_strain_sum_force(const pd_finite_strain *f, int32_t i, do
     }
 }
 
-/* The same of the first `count` points: all, or those that are no mirror images. */
+/* The same of the first `count` points: all, or those that are no mirror images; other entries of force stay. */
 static void pdi_finite_strain_sum_forces(const pd_ctx *ctx, const pd_finite_strain *f, int32_t count, double *force)
 {
     int nt = pd_par_threads(ctx, f->body->bonds * 10);
@@ -162,7 +163,8 @@ static void pdi_finite_strain_sum_forces(const pd_ctx *ctx, const pd_finite_stra
     for (int32_t i = 0; i < count; i++) pdi_finite_strain_sum_force(f, i, force + (int64_t)i * PD_DIM);
 }
 
-/* Tensors and bond vectors of all families. Returns the first point with a singular shape tensor; -1: none. */
+/* Tensors and bond vectors of all families; force_state holds the vectors. Returns the first point with a singular
+ * shape tensor, with detach_singular the first one that has intact bonds, too; -1: none. */
 static int32_t pdi_finite_strain_compute_families(const pd_ctx *ctx, const pd_finite_strain *f)
 {
     int nt = pd_par_threads(ctx, f->body->bonds * 60);
@@ -175,7 +177,8 @@ static int32_t pdi_finite_strain_compute_families(const pd_ctx *ctx, const pd_fi
 }
 
 /* pd_material_interface.update: families and surface vectors, after bonds or stiffness factors have changed. Points
- * with a singular shape tensor lose their bonds (loose 1), or are an error. */
+ * with a singular shape tensor lose their bonds, which detached_bonds counts (detach_singular), or are PD_ERR_GEOMETRY.
+ * PD_ERR_ARGUMENT: a factor out of range. */
 static pd_status pdi_finite_strain_ops_update(pd_ctx *ctx, void *self)
 {
     pd_finite_strain *f = (pd_finite_strain *)self;
@@ -261,7 +264,7 @@ static inline void pdi_finite_strain_relative_displacement(const double *u, int3
     for (int d = 0; d < PD_DIM; d++) eta[d] = to[d] - from[d];
 }
 
-/* Displacement gradient h = F - 1 of point i. */
+/* Displacement gradient h = F - 1 [PD_DIM^2] of point i at u. */
 static void pdi_finite_strain_compute_gradient(const pd_finite_strain *f, const double *u, int32_t i, double *h)
 {
     double sum[PDI_TENSOR] = {0.0}, eta[PD_DIM];
@@ -301,8 +304,8 @@ static inline void pdi_finite_strain_add_identity(const double *h, double *f)
 
 /* ---- forces and their derivative ---- */
 
-/* Derivative p of the first Piola-Kirchhoff stress of a site (bond or point) with the gradient `full` along df. Stores
- * or uses the tangent where desc.keep says so. */
+/* Derivative p of the first Piola-Kirchhoff stress of a site (bond or point) with the gradient `full` along df. With
+ * desc.store_tangent the moduli are stored, or those stored are used where tangent_valid is 1. */
 static inline void pdi_finite_strain_apply_moduli(const pd_finite_strain *f, const pdi_constitutive_law_params *m,
                                                   int64_t site, const double *full, const double *df, double *p)
 {
@@ -323,8 +326,8 @@ static inline void pdi_finite_strain_apply_moduli(const pd_finite_strain *f, con
     }
 }
 
-/* Force states of the bonds of point i with bond gradients, at the displacements f->u; their derivative along du unless
- * it is NULL. Returns 0: a bond is inverted (det F <= 0). */
+/* Force states of the bonds of point i with bond gradients, at the displacements f->u, or their derivative along du
+ * unless it is NULL, into force_state. f->gradient is that of f->u. Returns 1; 0: a bond is inverted (det F <= 0). */
 static int pdi_finite_strain_compute_bond_states(const pd_finite_strain *f, const pdi_constitutive_law_params *m,
                                                  const double *du, int32_t i)
 {
@@ -361,7 +364,8 @@ static int pdi_finite_strain_compute_bond_states(const pd_finite_strain *f, cons
     return 1;
 }
 
-/* The same with the gradient of the family for all bonds, and with the penalty of Silling. */
+/* The same with the gradient of the family for all bonds, and with the penalty of Silling. Returns 1; 0: the family is
+ * inverted. */
 static int pdi_finite_strain_compute_point_states(const pd_finite_strain *f, const pdi_constitutive_law_params *m,
                                                   const double *du, int32_t i)
 {
@@ -387,7 +391,8 @@ static int pdi_finite_strain_compute_point_states(const pd_finite_strain *f, con
     return 1;
 }
 
-/* Force states of all families, or their derivative along du. Returns a point with an inverted bond, or -1. */
+/* Force states of all influential families at f->u, with f->gradient (du NULL), or their derivative along du. Returns a
+ * point with an inverted bond; -1: there is none. */
 static int32_t pdi_finite_strain_compute_states(const pd_ctx *ctx, const pd_finite_strain *f, const double *du)
 {
     const pdi_constitutive_law_params m = pdi_finite_strain_get_law(f);
@@ -407,7 +412,8 @@ static int32_t pdi_finite_strain_compute_states(const pd_ctx *ctx, const pd_fini
     return -1;
 }
 
-/* pd_material_interface.force. PD_RETRY: a family is inverted. */
+/* pd_material_interface.force of real points; entries of mirror images stay. Keeps u and its gradients for the tangent.
+ * PD_RETRY: a family is inverted. */
 static pd_status pdi_finite_strain_ops_force(pd_ctx *ctx, void *self, const double *u, double *force)
 {
     pd_finite_strain *f = (pd_finite_strain *)self;
@@ -421,7 +427,8 @@ static pd_status pdi_finite_strain_ops_force(pd_ctx *ctx, void *self, const doub
     return PD_OK;
 }
 
-/* pd_material_interface.tangent. */
+/* pd_material_interface.tangent; with store_tangent the first one after a force stores the moduli. force_state holds
+ * the derivative afterwards. */
 static void pdi_finite_strain_ops_tangent(const pd_ctx *ctx, void *self, const double *du, double *df)
 {
     pd_finite_strain *f = (pd_finite_strain *)self;
@@ -518,8 +525,9 @@ static double pdi_finite_strain_ops_energy(const pd_ctx *ctx, void *self, const 
     return pdi_compensated_sum_total(&all);
 }
 
-/* Mean Cauchy stress [Pa] of the bonds of point i at u; stress NULL: commits their plastic states instead, and their
- * plastic work goes into f->work. */
+/* Mean Cauchy stress [PD_DIM^2] [Pa] of the bonds of point i at u, without inverted ones; in 2D its out-of-plane
+ * stress, too. stress NULL: commits their plastic states instead, and their plastic work density [J/m3] goes into
+ * f->work. */
 static void pdi_finite_strain_visit_point(const pd_finite_strain *f, const pdi_constitutive_law_params *m,
                                           const double *u, int32_t i, double *stress)
 {
@@ -549,7 +557,7 @@ static void pdi_finite_strain_visit_point(const pd_finite_strain *f, const pdi_c
     else if (f->out_of_plane_stress) f->out_of_plane_stress[i] = all * pdi_finite_strain_stiffness_factor(f, i);
 }
 
-/* The same for all points. */
+/* The same for all points; stress [count][PD_DIM^2] or NULL. */
 static void pdi_finite_strain_visit_all(const pd_ctx *ctx, const pd_finite_strain *f, const double *u, double *stress)
 {
     const pdi_constitutive_law_params m = pdi_finite_strain_get_law(f);
@@ -566,7 +574,8 @@ static void pdi_finite_strain_ops_stress(const pd_ctx *ctx, void *self, const do
     pdi_finite_strain_visit_all(ctx, (const pd_finite_strain *)self, u, stress);
 }
 
-/* pd_material_interface.commit: plastic states and plastic work of the step to u. */
+/* pd_material_interface.commit: plastic states of the step to u; adds its plastic work on real points to
+ * plastic_work. */
 static pd_status pdi_finite_strain_ops_commit(pd_ctx *ctx, void *self, const double *u)
 {
     pd_finite_strain *f = (pd_finite_strain *)self;
@@ -578,7 +587,7 @@ static pd_status pdi_finite_strain_ops_commit(pd_ctx *ctx, void *self, const dou
     return PD_OK;
 }
 
-/* pd_material_interface.normal: out-of-plane stress of the last `stress`. */
+/* pd_material_interface.out_of_plane_stress: that of the last `stress`; the argument stress is not read. */
 static double pdi_finite_strain_ops_normal_stress(const void *self, int32_t i, const double *stress)
 {
     (void)stress;
@@ -591,7 +600,7 @@ static double pdi_finite_strain_ops_dissipated(const void *self)
     return ((const pd_finite_strain *)self)->plastic_work;
 }
 
-/* pd_material_interface.store: plastic states and broken bonds. */
+/* pd_material_interface.store: plastic states, plastic work and broken bonds; after reading the material is updated. */
 static pd_status pdi_finite_strain_ops_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_finite_strain *f = (pd_finite_strain *)self;
@@ -639,7 +648,7 @@ void pd_finite_strain_plastic_strain(const pd_ctx *ctx, const pd_finite_strain *
     }
 }
 
-/* pd_material_interface.slip: equivalent plastic strain. */
+/* pd_material_interface.plastic_strain. */
 static void pdi_finite_strain_ops_plastic_strain(const pd_ctx *ctx, const void *self, double *strain)
 {
     pd_finite_strain_plastic_strain(ctx, (const pd_finite_strain *)self, strain);
@@ -670,8 +679,8 @@ static double pdi_finite_strain_max_eigenvalue(const pd_finite_strain *f, int32_
     return size * pow(pd_max(trace, 0.0), 0.125);
 }
 
-/* pd_material_interface.limit: a bond stores no more energy than a spring of stiffness M w V_i V_j (1/(w_i r^2) + k_i),
- * k from the eigenvalue above, and the same of its other end, with the largest modulus M (theory: eq. 8.24). */
+/* pd_material_interface.stable_step: a bond stores no more energy than a spring of stiffness M w V_i V_j (1/(w_i r^2) +
+ * k_i), k from the eigenvalue above, and the same of its other end, with the largest modulus M (theory: eq. 8.24). */
 static double pdi_finite_strain_ops_stable_step(const void *self, double density)
 {
     const pd_finite_strain *f = (const pd_finite_strain *)self;

@@ -69,9 +69,9 @@ typedef struct pd_finite_strain {
  * of a point do not span all directions (the message names it). */
 PD_API pd_status pd_finite_strain_build(pd_ctx *ctx, pd_body *body, const pd_finite_strain_desc *desc,
                                         pd_finite_strain *finite);
-/* The table for solvers. Loads of `edge` are dead: t = P n per area and normal of the reference. The energy is infinite
- * where a bond is turned inside out. A failed update leaves the material without use. It stores which bonds of the body
- * are broken. */
+/* The table for solvers. Loads by surface_vector are dead: t = P n per area and normal of the reference. The energy is
+ * infinite where a bond is turned inside out. A failed update leaves the material without use. It stores which bonds of
+ * the body are broken. */
 PD_API pd_material_interface pd_finite_strain_material(pd_finite_strain *finite);
 /* strain [count] [-]: equivalent plastic strain, mean over the family, as committed. */
 PD_API void pd_finite_strain_plastic_strain(const pd_ctx *ctx, const pd_finite_strain *finite, double *strain);

@@ -58,7 +58,8 @@ static void pdi_fracture_calibration_list(pdi_array_visitor *owner, void *object
     PDI_ARRAY(owner, toughness, spared, count, "1");
 }
 
-/* Points of the strip. Rows at its edges are prescribed as by a strain of 1, and no point moves along the front. */
+/* Sets the points of the strip, `spared` and `held_dof`. Rows at its edges are prescribed as by a strain of 1, in
+ * unit_solution, and no point moves along the front. */
 static void pdi_fracture_calibration_init_points(pdi_fracture_calibration *t)
 {
     int rows = t->height + 2 * t->held_rows;
@@ -116,7 +117,8 @@ static pd_status pdi_fracture_calibration_build_material(pd_ctx *ctx, const pd_c
     return PD_OK;
 }
 
-/* Equilibrium of the remaining bonds at the strain 1. */
+/* Updates the material, which may detach points, and solves for the equilibrium of the remaining bonds at the strain 1,
+ * into unit_solution. */
 static pd_status pdi_fracture_calibration_solve_equilibrium(pd_ctx *ctx, pdi_fracture_calibration *t)
 {
     pd_equilibrium_desc rest;
@@ -128,7 +130,8 @@ static pd_status pdi_fracture_calibration_solve_equilibrium(pd_ctx *ctx, pdi_fra
     return pd_equilibrium_solve(ctx, &t->solid, &rest, NULL, t->unit_solution, &result);
 }
 
-/* J of the remaining bonds at the strain 1. */
+/* *j: J of the remaining bonds at the strain 1 around tip [PD_DIM], after a solve for their equilibrium. Lengths are in
+ * cells, and E = 1. */
 static pd_status pdi_fracture_calibration_compute_j(pd_ctx *ctx, pdi_fracture_calibration *t, const double *tip,
                                                     double *j)
 {
@@ -144,7 +147,8 @@ static pd_status pdi_fracture_calibration_compute_j(pd_ctx *ctx, pdi_fracture_ca
     return pd_crack_j(ctx, &t->solid, &crack, t->unit_solution, j);
 }
 
-/* Raises the strain until the next bond breaks, and breaks it. PD_ERR_STATE: none does. */
+/* Raises `factor` until the next bond breaks, and breaks it with those in the upper half of the energies beyond the
+ * critical one. `factor` never falls. PD_ERR_STATE: none breaks. */
 static pd_status pdi_fracture_calibration_break_bonds(pd_ctx *ctx, pdi_fracture_calibration *t)
 {
     pd_first_failure first;
@@ -156,8 +160,8 @@ static pd_status pdi_fracture_calibration_break_bonds(pd_ctx *ctx, pdi_fracture_
     return pd_fail(ctx, PD_ERR_STATE, "fracture_calibration", "a crack in a strip of the lattice does not run");
 }
 
-/* Grows the crack by PDI_FRACTURE_CALIBRATION_ADVANCE. *j_ratio: J at the largest strain over the critical energy; J
- * grows with the square of the strain and does not depend on the crack length. */
+/* Grows the crack from crack_length by PDI_FRACTURE_CALIBRATION_ADVANCE cells. *j_ratio: J at the largest strain over
+ * the critical energy; J grows with the square of the strain and does not depend on the crack length. */
 static pd_status pdi_fracture_calibration_grow_crack(pd_ctx *ctx, pdi_fracture_calibration *t, double *j_ratio)
 {
     static const double way[PD_DIM] = {1.0};
@@ -177,7 +181,8 @@ static pd_status pdi_fracture_calibration_grow_crack(pd_ctx *ctx, pdi_fracture_c
     return PD_OK;
 }
 
-/* Builds the strip and grows its crack. */
+/* Builds the strip and grows its crack; *j_ratio as of pdi_fracture_calibration_grow_crack. The caller frees, after an
+ * error too. */
 static pd_status pdi_fracture_calibration_solve_strip(pd_ctx *ctx, const pd_body *body,
                                                       const pd_correspondence_desc *elastic,
                                                       pdi_fracture_calibration *t, double *j_ratio)

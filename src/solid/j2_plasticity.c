@@ -30,7 +30,7 @@ static double pdi_j2_plasticity_norm(const double *a)
     return sqrt(sum);
 }
 
-/* e: deviatoric strain of the gradient h; in 1D the strain. */
+/* e [PD_DIM^2]: deviatoric strain of the gradient h, its trace over 3 taken off in 2D, too; in 1D the strain. */
 static void pdi_j2_plasticity_strain_deviator(const double *h, double *e)
 {
     double trace = 0.0;
@@ -46,8 +46,8 @@ static double pdi_j2_plasticity_stiffness(const pd_j2_plasticity *p) { return PD
 /* Factor by which the norm of a deviator becomes von Mises' stress: sqrt(3/2), in 1D 1. */
 static double pdi_j2_plasticity_mises_factor(void) { return PD_DIM > 1 ? sqrt(1.5) : 1.0; }
 
-/* Increment of the equivalent plastic strain of the step of point i to h; 0: elastic. Out: flow direction way, norm of
- * the trial stress [Pa]. */
+/* Increment of the equivalent plastic strain of the step of point i to h; 0: elastic. Out: direction: of flow, of unit
+ * norm, in an elastic step the trial stress [Pa]; *trial: norm of the trial stress [Pa]. */
 static double pdi_j2_plasticity_compute_increment(const pd_j2_plasticity *p, int64_t i, const double *h,
                                                   double *direction, double *trial)
 {

@@ -28,17 +28,19 @@ typedef struct pd_j2_plasticity {
 #ifdef PDI_INTERNAL
 /* Describes the arrays: plastic strains are state, the others work of a step. */
 PDI_FN void pdi_j2_plasticity_list(pdi_array_visitor *owner, void *plastic);
-/* Radial return of point i from its state to the displacement gradient h: sets relief, way, along, across. */
+/* Radial return of point i from its state, which stays, to the displacement gradient h [PD_DIM^2]: sets plastic_stress,
+ * flow_direction, tangent_along and tangent_across. */
 PDI_FN void pdi_j2_plasticity_return_map(const pd_j2_plasticity *plastic, int64_t i, const double *h);
-/* Derivative of the plastic stress of point i along dh, into relief. To be called after pdi_j2_plasticity_return_map.
- */
+/* Derivative of the plastic stress of point i along dh, into plastic_stress, which is overwritten. To be called after
+ * pdi_j2_plasticity_return_map. */
 PDI_FN void pdi_j2_plasticity_apply_tangent(const pd_j2_plasticity *plastic, int64_t i, const double *dh);
-/* Makes the plastic strain of the step of point i to h its state. */
+/* Makes the plastic strain of the step of point i to the gradient h its state; an elastic step changes nothing. It
+ * needs no pdi_j2_plasticity_return_map. */
 PDI_FN void pdi_j2_plasticity_commit(const pd_j2_plasticity *plastic, int64_t i, const double *h);
 /* Energy density [J/m3] by which the plastic strain lowers the elastic energy of the gradient h, at the present
- * relief. */
+ * plastic_stress (pdi_j2_plasticity_return_map). */
 PDI_FN double pdi_j2_plasticity_energy_relief(const pd_j2_plasticity *plastic, int64_t i, const double *h);
-/* Plastic work [J/m3] of point i so far: heat and hardening. */
+/* Plastic work [J/m3] of point i up to its state: heat, and what hardening stores. */
 PDI_FN double pdi_j2_plasticity_dissipated(const pd_j2_plasticity *plastic, int64_t i);
 #endif
 

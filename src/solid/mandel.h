@@ -41,7 +41,7 @@ static inline double pdi_mandel_trace(const double *a)
     return sum;
 }
 
-/* y = L x of a symmetric matrix L, stored as its lower triangle. */
+/* y = L x of a symmetric matrix L [PDI_MANDEL_MATRIX_SIZE], stored as its lower triangle row by row; y is not x. */
 static inline void pdi_mandel_multiply(const double *matrix, const double *x, double *y)
 {
     for (int a = 0; a < PDI_SYM_COMPONENTS; a++) {

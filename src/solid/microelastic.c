@@ -22,7 +22,8 @@ typedef struct pdi_microelastic_sums {
     double volume; /* [m^d] sum beta V, beta: what lies within the horizon */
 } pdi_microelastic_sums;
 
-/* Sums with the weights, or (cubic 1) with the influence function times q; n: crack normal or NULL. */
+/* Sums over a complete family of the lattice, into s, with the weights, or (cubic 1) with the influence function times
+ * q; n: crack normal of any length, or NULL: s->crack is 0. */
 static void pdi_microelastic_sum_family(const pd_microelastic *m, int cubic, const double *n, pdi_microelastic_sums *s)
 {
     const pd_body *body = m->body;
@@ -59,7 +60,7 @@ PDI_FN double pdi_microelastic_stable_step(const pd_microelastic *m, double dens
     return sqrt(2.0 * density / (m->modulus * pd_max(s.inverse, m->stiffness_bound)));
 }
 
-/* The same as a callback of the anisotropy. */
+/* pdi_microelastic_crack_energy as a callback of the anisotropy; self: the pd_microelastic. */
 static double pdi_microelastic_crack_energy_of(const void *self, const double *n)
 {
     return pdi_microelastic_crack_energy((const pd_microelastic *)self, n);
@@ -82,8 +83,8 @@ static double pdi_microelastic_axial_modulus(const pd_microelastic *m)
     return m->desc.young * (PD_DIM == 1 ? 1.0 : stiff[PD_DIM == 2 && m->desc.plane == PD_PLANE_STRESS]);
 }
 
-/* Computes the micromodulus, the isotropy coefficient and the critical stretch of the lattice from its sums (theory:
- * 8.2). */
+/* Sets isotropy, modulus (micromodulus), critical (stretch) and anisotropy of the material from sums over the lattice
+ * (theory: 8.2). */
 static void pdi_microelastic_calibrate(pd_microelastic *m)
 {
     static const double mean[3] = {1.0, 2.0 / PD_PI, 0.5}; /* of |n.e| over all directions */
@@ -111,14 +112,14 @@ typedef struct pdi_microelastic_weight_params {
     const double *family_moments;
 } pdi_microelastic_weight_params;
 
-/* Weight of the bond xi without surface correction. */
+/* Weight [-] of the bond xi without surface correction: influence function, cell fraction and isotropy factor. */
 static double pdi_microelastic_influence_weight(const pd_microelastic *m, const double *xi)
 {
     double weight = 1.0 + m->isotropy * pdi_weight_calibration_cubic_harmonic(xi, pdi_vec_dot(xi, xi));
     return weight * pdi_body_compute_bond_weight(m->body, m->desc.influence, xi);
 }
 
-/* The pdi_bond_weights_fn without surface correction. */
+/* The pdi_bond_weights_fn without surface correction; self: the pd_microelastic. */
 static double pdi_microelastic_uncorrected_weight(const void *self, int32_t i, const pd_bond_iterator *bond)
 {
     const pd_microelastic *m = (const pd_microelastic *)self;
@@ -127,7 +128,8 @@ static double pdi_microelastic_uncorrected_weight(const void *self, int32_t i, c
     return pdi_microelastic_influence_weight(m, xi);
 }
 
-/* The pdi_bond_weights_fn with the surface correction, by the family moments or the multipliers of both ends. */
+/* The pdi_bond_weights_fn with the surface correction, by the multipliers or the family moments of both ends; without
+ * both of them the factor is 1. self: pdi_microelastic_weight_params. */
 static double pdi_microelastic_corrected_weight(const void *self, int32_t i, const pd_bond_iterator *bond)
 {
     const pdi_microelastic_weight_params *o = (const pdi_microelastic_weight_params *)self;
@@ -146,7 +148,8 @@ static double pdi_microelastic_corrected_weight(const void *self, int32_t i, con
     return (double)(float)pdi_microelastic_influence_weight(m, xi) * factor;
 }
 
-/* Moments of the family of point i for the energy or volume method. */
+/* Moments of the family of point i, broken bonds too, into part [PD_DIM]: energy method: sum w r n_a^4 V [m^(d+1)]
+ * along each axis; volume method: the family volume [m^d] in all entries. */
 static void pdi_microelastic_compute_family_moments(const pd_microelastic *m, int32_t i, double *part)
 {
     const pd_body *body = m->body;
@@ -165,7 +168,7 @@ static void pdi_microelastic_compute_family_moments(const pd_microelastic *m, in
     for (int a = 0; a < PD_DIM; a++) part[a] = pdi_compensated_sum_total(&sum[a]);
 }
 
-/* Upper bound (row sum) of the eigenvalues of sum w/r n n V of the family of point i [m^(d-1)]. */
+/* Upper bound (row sum) of the eigenvalues of sum w/r n n V of the family of point i [m^(d-1)], broken bonds too. */
 static double pdi_microelastic_stiffness_bound(const pd_microelastic *m, int32_t i)
 {
     double stiff[PD_DIM * PD_DIM] = {0.0}, most = 0.0;
@@ -183,7 +186,8 @@ static double pdi_microelastic_stiffness_bound(const pd_microelastic *m, int32_t
     return most;
 }
 
-/* Computes the weights of all bonds with the surface correction (theory: 8.2). work [count][PD_DIM]. */
+/* Computes the weights of all bonds with the surface correction (theory: 8.2); sets multiplier and stiffness_bound,
+ * too. work [count][PD_DIM] is overwritten; it may be last_u. */
 static pd_status pdi_microelastic_compute_weights(pd_ctx *ctx, pd_microelastic *m, double *work)
 {
     const pd_body *body = m->body;
@@ -252,7 +256,7 @@ void pd_microelastic_free(pd_ctx *ctx, pd_microelastic *m)
     memset(m, 0, sizeof *m);
 }
 
-/* Stretch of the bond from point i to j; out: Y, r and |Y| [m]. */
+/* Stretch [-] of the bond from point i to j at u; out: Y, r and |Y| [m]. */
 static inline double pdi_microelastic_compute_stretch(const pd_body *body, const double *u, int32_t i, int32_t j,
                                                       double *y, double *r, double *length)
 {
@@ -263,8 +267,8 @@ static inline double pdi_microelastic_compute_stretch(const pd_body *body, const
     return pdi_body_compute_stretch(xi, eta, y, r, length);
 }
 
-/* Forces at u. breaks 1: bonds beyond the critical stretch break and release their energy at u - midpoint_dt v.
- * Returns how many. */
+/* Forces at u. breaks 1: bonds beyond the critical stretch break, and add their energy at u - midpoint_dt v (v NULL: at
+ * u) to m->released. Returns how many. */
 static int64_t pdi_microelastic_compute_force(const pd_ctx *ctx, pd_microelastic *m, const double *u, const double *v,
                                               double midpoint_dt, int breaks, double *force)
 {
@@ -324,7 +328,7 @@ double pd_microelastic_energy(const pd_ctx *ctx, const pd_microelastic *m, const
 
 /* ---- what solvers see ---- */
 
-/* pd_material_interface.force: forces without breaking; keeps u for the tangent. */
+/* pd_material_interface.force: forces without breaking; keeps u for the tangent. PD_RETRY: a force is not finite. */
 static pd_status pdi_microelastic_ops_force(pd_ctx *ctx, void *self, const double *u, double *force)
 {
     pd_microelastic *m = (pd_microelastic *)self;
@@ -334,8 +338,8 @@ static pd_status pdi_microelastic_ops_force(pd_ctx *ctx, void *self, const doubl
     return pdi_par_max_abs(ctx, n, force) < HUGE_VAL ? PD_OK : PD_RETRY;
 }
 
-/* Longitudinal and transverse stiffness of a bond of point i at u [N/m^(2d+1)], and its direction n. Returns 0: it is
- * broken. */
+/* Longitudinal and transverse stiffness of a bond of point i at u [N/m^(2d+1)], and its direction n in the deformed
+ * body. Returns 1; 0: it is broken, and nothing is set. */
 static int pdi_microelastic_bond_stiffness(const pd_microelastic *m, const double *u, int32_t i,
                                            const pd_bond_iterator *f, double *n, double *longitudinal,
                                            double *transverse)
@@ -410,7 +414,7 @@ static void pdi_microelastic_ops_density(const pd_ctx *ctx, void *self, const do
     for (int32_t i = 0; i < m->body->count; i++) density[i] = pdi_microelastic_energy_density(m, u, i);
 }
 
-/* pd_material_interface.pull: half of the bond force on point i, the part of its own family. */
+/* pd_material_interface.force_state: half of the bond force on point i, the part of its own family; 0: it is broken. */
 static void pdi_microelastic_ops_bond_force(const void *self, const double *u, int32_t i, const pd_bond_iterator *f,
                                             double *pull)
 {
@@ -420,27 +424,28 @@ static void pdi_microelastic_ops_bond_force(const void *self, const double *u, i
     for (int d = 0; d < PD_DIM; d++) pull[d] *= weight > 0.0 ? 0.5 * m->modulus * weight * s / length : 0.0;
 }
 
-/* pd_material_interface.move: forces at the end of a time step, with breaking. The energy of a bond that breaks is that
- * at the middle of the step. */
+/* pd_material_interface.dynamic_force: forces at the end of a time step, with breaking. The energy of a bond that
+ * breaks, which adds to `released`, is that at the middle of the step. */
 static int64_t pdi_microelastic_ops_move(const pd_ctx *ctx, void *self, const double *u, const double *v, double dt,
                                          double *force)
 {
     return pdi_microelastic_compute_force(ctx, (pd_microelastic *)self, u, v, 0.5 * dt, 1, force);
 }
 
-/* pd_material_interface.update: bonds have broken. */
+/* pd_material_interface.update: bonds have broken; rebuilds the batches. Weights do not change. */
 static pd_status pdi_microelastic_ops_update(pd_ctx *ctx, void *self)
 {
     return pdi_bond_force_update(ctx, &((pd_microelastic *)self)->springs);
 }
 
-/* pd_material_interface.limit: stable time step. */
+/* pd_material_interface.stable_step. */
 static double pdi_microelastic_ops_stable_step(const void *self, double density)
 {
     return pdi_microelastic_stable_step((const pd_microelastic *)self, density);
 }
 
-/* pd_material_interface.store: state to or from an archive. */
+/* pd_material_interface.store: released energy and broken bonds, to or from an archive; after reading the batches are
+ * rebuilt. */
 static pd_status pdi_microelastic_ops_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_microelastic *m = (pd_microelastic *)self;

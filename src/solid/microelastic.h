@@ -59,10 +59,10 @@ typedef struct pd_microelastic {
 PD_API pd_status pd_microelastic_build(pd_ctx *ctx, pd_body *body, const pd_microelastic_desc *desc,
                                        pd_microelastic *material);
 /* force [count][PD_DIM] [N/m3] of displacements u [count][PD_DIM] [m] of any size. breaks 1: bonds beyond the critical
- * stretch break, and have no force. Returns how many bonds broke. Source: theory, eq. 8.6. */
+ * stretch break, have no force, and add to `released`. Returns how many broke. Source: theory, eq. 8.6. */
 PD_API int64_t pd_microelastic_force(const pd_ctx *ctx, pd_microelastic *material, const double *u, int breaks,
                                      double *force);
-/* Energy [J] (per m in 2D, per m2 in 1D) of the bonds that are left. */
+/* Energy [J] (per m in 2D, per m2 in 1D) of the bonds that are left, at displacements u [count][PD_DIM] [m]. */
 PD_API double pd_microelastic_energy(const pd_ctx *ctx, const pd_microelastic *material, const double *u);
 /* The pd_material_interface table of the material: displacements of any size; `force` breaks no bonds. It has no
  * stress. Under pressure the derivative of its forces may be indefinite; its blocks are positive. PD_RETRY of `force`:
@@ -78,7 +78,8 @@ PDI_FN double pdi_microelastic_crack_energy(const pd_microelastic *material, con
 /* Surface vector c [1/m] of point i: a uniform stress P has about the force density P c (theory: eq. 8.8f). Broken
  * bonds count. */
 PDI_FN void pdi_microelastic_compute_edge(const pd_microelastic *material, int32_t i, double *edge);
-/* Longest stable explicit step [s] for a density [kg/m3]. */
+/* Longest stable explicit step [s] for a density [kg/m3], by the stiffer one of a complete family and the stiffest
+ * family. */
 PDI_FN double pdi_microelastic_stable_step(const pd_microelastic *material, double density);
 #endif
 

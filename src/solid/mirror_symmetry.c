@@ -16,7 +16,8 @@ static void pdi_mirror_symmetry_list(pdi_array_visitor *owner, void *object)
     PDI_ARRAY(owner, mirrored, density, all, "J/m3");
 }
 
-/* Copies vectors x of the real points to all [count + images], with reflected ones for the images. */
+/* Copies vectors x of the real points to all [count + images][PD_DIM], with reflected ones for the images. x and all
+ * differ. */
 static void pdi_mirror_symmetry_expand_images(const pd_mirror_symmetry *m, const double *x, double *all)
 {
     memcpy(all, x, (size_t)m->count * PD_DIM * sizeof *all);
@@ -33,7 +34,7 @@ static void pdi_mirror_symmetry_clear_images(const pd_mirror_symmetry *m, double
     memset(force + (int64_t)m->count * PD_DIM, 0, (size_t)m->images * PD_DIM * sizeof *force);
 }
 
-/* pd_material_interface.force of the real points, with images that follow them. */
+/* pd_material_interface.force at u of the real points, with images that follow them; zero on images. */
 static pd_status pdi_mirror_symmetry_ops_force(pd_ctx *ctx, void *self, const double *u, double *force)
 {
     pd_mirror_symmetry *m = (pd_mirror_symmetry *)self;
@@ -43,7 +44,7 @@ static pd_status pdi_mirror_symmetry_ops_force(pd_ctx *ctx, void *self, const do
     return status;
 }
 
-/* pd_material_interface.tangent along du of the real points. */
+/* pd_material_interface.tangent along du of the real points; zero on images. */
 static void pdi_mirror_symmetry_ops_tangent(const pd_ctx *ctx, void *self, const double *du, double *df)
 {
     pd_mirror_symmetry *m = (pd_mirror_symmetry *)self;
@@ -93,7 +94,7 @@ static void pdi_mirror_symmetry_ops_stress(const pd_ctx *ctx, void *self, const 
     m->material.stress(ctx, m->material.self, m->u, stress);
 }
 
-/* pd_material_interface.normal of the material. */
+/* pd_material_interface.out_of_plane_stress of the material. */
 static double pdi_mirror_symmetry_ops_normal_stress(const void *self, int32_t i, const double *stress)
 {
     const pd_mirror_symmetry *m = (const pd_mirror_symmetry *)self;
@@ -107,14 +108,15 @@ static double pdi_mirror_symmetry_ops_dissipated(const void *self)
     return m->material.dissipated(m->material.self);
 }
 
-/* pd_material_interface.slip of the material. */
+/* pd_material_interface.plastic_strain of the material. */
 static void pdi_mirror_symmetry_ops_plastic_strain(const pd_ctx *ctx, const void *self, double *strain)
 {
     const pd_mirror_symmetry *m = (const pd_mirror_symmetry *)self;
     m->material.plastic_strain(ctx, m->material.self, strain);
 }
 
-/* pd_material_interface.move with displacements and velocities of the real points. */
+/* pd_material_interface.dynamic_force with displacements and velocities of the real points; zero on images. Returns how
+ * many bonds broke, with those of images. */
 static int64_t pdi_mirror_symmetry_ops_move(const pd_ctx *ctx, void *self, const double *u, const double *v, double dt,
                                             double *force)
 {
@@ -141,7 +143,7 @@ static pd_status pdi_mirror_symmetry_ops_commit(pd_ctx *ctx, void *self, const d
     return m->material.commit(ctx, m->material.self, m->u);
 }
 
-/* pd_material_interface.limit of the material. */
+/* pd_material_interface.stable_step of the material. */
 static double pdi_mirror_symmetry_ops_stable_step(const void *self, double density)
 {
     const pd_mirror_symmetry *m = (const pd_mirror_symmetry *)self;

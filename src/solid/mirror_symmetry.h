@@ -20,10 +20,12 @@ typedef struct pd_mirror_symmetry {
 } pd_mirror_symmetry;
 
 #ifdef PDI_INTERNAL
-/* Arrays of images; count and images are set before, of and flip are filled in after the build. */
+/* Allocates the arrays of images; count and images are set before, image_source and image_reflection are filled in
+ * after the build. */
 PDI_FN pd_status pdi_mirror_symmetry_build(pd_ctx *ctx, pd_mirror_symmetry *mirrored);
 PDI_FN void pdi_mirror_symmetry_free(pd_ctx *ctx, pd_mirror_symmetry *mirrored);
-/* The pd_material_interface table that wraps the one of a material, which is borrowed. */
+/* The pd_material_interface table that wraps the one of a material, which is copied; its object is borrowed. Sets
+ * is_image from image_reflection, which is filled in before. The table has no bond energies and no force states. */
 PDI_FN pd_material_interface pdi_mirror_symmetry_build_interface(pd_mirror_symmetry *mirrored,
                                                                  const pd_material_interface *material);
 #endif

@@ -23,7 +23,8 @@ typedef struct pdi_ordinary_state_bond {
     double dyad[PDI_SYM_COMPONENTS]; /* [m2] xi xi^T */
 } pdi_ordinary_state_bond;
 
-/* Kinematics of the current bond of point i at u. Returns 0: it is broken. */
+/* Kinematics of the current bond of point i at u; linear 1: of small displacements, 0: of any size. Returns 1; 0: it is
+ * broken, and bond holds nothing but w = 0. */
 static inline int pdi_ordinary_state_get_bond(const pd_ordinary_state *o, int linear, const double *u, int32_t i,
                                               const pd_bond_iterator *f, pdi_ordinary_state_bond *bond)
 {
@@ -52,7 +53,8 @@ static int pdi_ordinary_state_is_position_aware(const pd_ordinary_state *o)
     return o->desc.surface == PD_ORDINARY_STATE_POSITION;
 }
 
-/* Bond weights: isotropic for shear on a lattice, and with the surface correction; sets shear, bulk, anisotropy. */
+/* Bond weights: isotropic for shear on a lattice, and with the surface correction; sets isotropy, bulk_weighted_volume
+ * and anisotropy, too. */
 static pd_status pdi_ordinary_state_compute_weights(pd_ctx *ctx, pd_ordinary_state *o)
 {
     int strain = pdi_ordinary_state_is_position_aware(o);
@@ -94,8 +96,9 @@ static double pdi_ordinary_state_max_eigenvalue(int n, double *a)
     return exp(least);
 }
 
-/* Weighted volume m (*size) of family i, and the fourth-order moment sum w V_j r^2 (n n)(n n)/m, replaced by its
- * inverse for the position-aware model. Returns 0: singular, or no bonds. */
+/* Weighted volume m [m^(d+2)] of family i; for the position-aware model also the inverse of the fourth-order moment sum
+ * w V_j r^2 (n n)(n n)/m [-], a full matrix between Mandel vectors; for the others `moment` is work. Returns 1; 0: no
+ * bonds, or the moment is singular (position-aware). */
 static int pdi_ordinary_state_compute_moment(const pd_ordinary_state *o, int32_t i, double *weighted_volume,
                                              double *moment)
 {
@@ -128,7 +131,8 @@ static int pdi_ordinary_state_compute_moment(const pd_ordinary_state *o, int32_t
     return 1;
 }
 
-/* Law of the position-aware family i: L = M^-1 (C M^-1 - alpha), with n = m M^-1, m: size (theory: eq. 8.27). */
+/* Law of the position-aware family i: L = M^-1 (C M^-1 - alpha), with n = m M^-1, m: size [m^(d+2)] (theory: eq. 8.27).
+ * Sets `law` and `energy_bound` of the point; alpha is set before. */
 static void pdi_ordinary_state_compute_position_law(const pd_ordinary_state *o, int32_t i, double size, const double *n)
 {
     double row[PDI_SYM_COMPONENTS], carried[PDI_SYM_COMPONENTS * PDI_SYM_COMPONENTS],
@@ -145,8 +149,8 @@ static void pdi_ordinary_state_compute_position_law(const pd_ordinary_state *o, 
     o->energy_bound[i] = pd_max(o->alpha[i], pdi_ordinary_state_max_eigenvalue(PDI_SYM_COMPONENTS, carried) / size);
 }
 
-/* Law L, alpha and energy bound of family i. Returns 1; 0: no law, as bonds do not determine all strains; -1: a strain
- * has no energy. */
+/* Law L, alpha and energy bound of family i. Returns 1; 0: no law, as bonds do not determine all strains: L and alpha
+ * are zero; -1: a strain has no energy. */
 static int pdi_ordinary_state_compute_law(const pd_ordinary_state *o, int32_t i)
 {
     double size, moment[PDI_SYM_COMPONENTS * PDI_SYM_COMPONENTS], *law = o->law + (int64_t)i * PDI_MANDEL_MATRIX_SIZE;
@@ -168,7 +172,7 @@ static int pdi_ordinary_state_compute_law(const pd_ordinary_state *o, int32_t i)
     return o->alpha[i] + l * size > 0.0 ? 1 : -1;
 }
 
-/* Upper bound [Pa/m2] of density times the squared angular frequency, from point i (theory: 8.9). */
+/* Upper bound [Pa/m2] of density times the squared angular frequency, from the bonds of point i (theory: 8.9). */
 static double pdi_ordinary_state_frequency_bound(const pd_ordinary_state *o, int32_t i)
 {
     const pd_body *body = o->body;
@@ -210,7 +214,7 @@ static inline double pdi_ordinary_state_family_force(const pd_ordinary_state *o,
     return pdi_mandel_dot(bond->dyad, q) / bond->r + o->alpha[i] * x;
 }
 
-/* The same by both of its families; q [count][tensor]. */
+/* Scalar force state over w by both families of a bond; q [count][tensor]. */
 static inline double pdi_ordinary_state_bond_force(const pd_ordinary_state *o, const pdi_ordinary_state_bond *bond,
                                                    int32_t i, int32_t j, const double *q, double x)
 {
@@ -225,8 +229,9 @@ static void pdi_ordinary_state_clear_images(const pd_body *body, double *force)
            (size_t)(body->count - body->real_count) * PD_DIM * sizeof *force);
 }
 
-/* Tensors Q of batch k into state [count][tensor], and the energy densities of its points into energy
- * [PD_POINT_BATCH_MAX], or NULL. Displacements are those set in the batches. Returns how many points. */
+/* Tensors Q of batch k into state [count][tensor] and into the fields of the batches, and the energy densities [J/m3]
+ * of its points into energy [PD_POINT_BATCH_MAX], or NULL. Displacements are those set in the batches. Returns how many
+ * points. */
 static int32_t pdi_ordinary_state_compute_batch(const pd_ordinary_state *o, int32_t k, int linear, double *state,
                                                 double *energy)
 {
@@ -243,7 +248,8 @@ static int32_t pdi_ordinary_state_compute_batch(const pd_ordinary_state *o, int3
     return count;
 }
 
-/* Forces at the displacements u, of any size or small (linear 1); state: tensors Q, as of pd_ordinary_state. */
+/* Forces [N/m3] at the displacements u, of any size or small (linear 1), zero on mirror images; state [count][tensor]:
+ * out: tensors Q, as of pd_ordinary_state. */
 static void pdi_ordinary_state_compute_force(const pd_ctx *ctx, const pd_ordinary_state *o, int linear, const double *u,
                                              double *state, double *force)
 {
@@ -260,7 +266,7 @@ static void pdi_ordinary_state_compute_force(const pd_ctx *ctx, const pd_ordinar
     pdi_ordinary_state_clear_images(body, force);
 }
 
-/* pd_material_interface.force; keeps u for the tangent. PD_RETRY: a bond has no length. */
+/* pd_material_interface.force; keeps u and Q for the tangent. PD_RETRY: a bond has no length. */
 static pd_status pdi_ordinary_state_ops_force(pd_ctx *ctx, void *self, const double *u, double *force)
 {
     const pd_ordinary_state *o = (const pd_ordinary_state *)self;
@@ -270,7 +276,8 @@ static pd_status pdi_ordinary_state_ops_force(pd_ctx *ctx, void *self, const dou
     return pdi_par_max_abs(ctx, n, force) < HUGE_VAL ? PD_OK : PD_RETRY;
 }
 
-/* Directional derivative of the forces along du at finite displacements, with the geometric stiffness. */
+/* Directional derivative df of the forces along du at last_u, of any size, with the geometric stiffness; zero on mirror
+ * images. `change` is overwritten. */
 static void pdi_ordinary_state_compute_tangent(const pd_ctx *ctx, const pd_ordinary_state *o, const double *du,
                                                double *df)
 {
@@ -408,7 +415,7 @@ static void pdi_ordinary_state_ops_bond_energy(const pd_ctx *ctx, void *self, co
     }
 }
 
-/* Volume ratio det F of the family of point i at u; 1 where its shape tensor is singular. */
+/* Volume ratio |det F| of the family of point i at u; 1 where its shape tensor or F is singular. */
 static double pdi_ordinary_state_volume_ratio(const pd_ordinary_state *o, const double *u, int32_t i)
 {
     double k[PD_DIM * PD_DIM] = {0.0}, y[PD_DIM * PD_DIM] = {0.0}, f[PD_DIM * PD_DIM];
@@ -435,7 +442,8 @@ static double pdi_ordinary_state_volume_ratio(const pd_ordinary_state *o, const 
     return swell;
 }
 
-/* pd_material_interface.stress: force states of the family, over the deformed volume. */
+/* pd_material_interface.stress: force states of the family over the deformed volume; of small displacements the
+ * reference volume. */
 static void pdi_ordinary_state_ops_stress(const pd_ctx *ctx, void *self, const double *u, double *stress)
 {
     const pd_ordinary_state *o = (const pd_ordinary_state *)self;
@@ -460,7 +468,8 @@ static void pdi_ordinary_state_ops_stress(const pd_ctx *ctx, void *self, const d
 
 /* ---- update and build ---- */
 
-/* Force density of the uniform stress e_b e_c^T + e_c e_b^T, as small displacements u (work). */
+/* Force density of the uniform stress e_b e_c^T + e_c e_b^T, as small displacements. u is work; o->state is
+ * overwritten. */
 static void pdi_ordinary_state_apply_uniform_stress(const pd_ctx *ctx, const pd_ordinary_state *o, int b, int c,
                                                     double *u, double *force)
 {
@@ -473,7 +482,8 @@ static void pdi_ordinary_state_apply_uniform_stress(const pd_ctx *ctx, const pd_
     pdi_ordinary_state_compute_force(ctx, o, 1, u, o->state, force);
 }
 
-/* Surface vectors c that fit the forces of all uniform stresses P best by P c (theory: eq. 8.28). u, force: work. */
+/* Surface vectors c, into surface_vector, that fit the forces of all uniform stresses P best by P c (theory: eq. 8.28).
+ * u, force [count][PD_DIM]: work; o->state is overwritten. */
 static void pdi_ordinary_state_fit_edges(const pd_ctx *ctx, const pd_ordinary_state *o, double *u, double *force)
 {
     pdi_par_zero(ctx, (int64_t)o->body->count * PD_DIM, o->surface_vector);
@@ -487,7 +497,7 @@ static void pdi_ordinary_state_fit_edges(const pd_ctx *ctx, const pd_ordinary_st
         }
 }
 
-/* Computes the surface vectors of all points. */
+/* Computes the surface vectors of all points; o->state is overwritten. */
 static pd_status pdi_ordinary_state_compute_edges(pd_ctx *ctx, const pd_ordinary_state *o)
 {
     int64_t n = (int64_t)o->body->count * PD_DIM;
@@ -500,7 +510,7 @@ static pd_status pdi_ordinary_state_compute_edges(pd_ctx *ctx, const pd_ordinary
     return status;
 }
 
-/* Computes the bound of all frequencies. */
+/* Sets frequency_bound to the largest bound of all points; last_u is overwritten. */
 static void pdi_ordinary_state_compute_frequency_bound(const pd_ctx *ctx, pd_ordinary_state *o)
 {
     int nt = pd_par_threads(ctx, o->body->bonds * 60);
@@ -511,7 +521,8 @@ static void pdi_ordinary_state_compute_frequency_bound(const pd_ctx *ctx, pd_ord
     for (int32_t i = 0; i < o->body->count; i++) o->frequency_bound = pd_max(o->frequency_bound, o->last_u[i]);
 }
 
-/* Laws of all families. Returns the first point that has none; -1: all have one. */
+/* Laws of all families; energy_bound is not positive at points that have none. Returns the first of these points, with
+ * detach_singular the first one that has intact bonds; -1: there is none. */
 static int32_t pdi_ordinary_state_compute_laws(const pd_ctx *ctx, const pd_ordinary_state *o)
 {
     const pd_body *body = o->body;
@@ -528,7 +539,8 @@ static int32_t pdi_ordinary_state_compute_laws(const pd_ctx *ctx, const pd_ordin
     return bad;
 }
 
-/* Laws of all families. Points without a law lose their bonds (loose 1), or are PD_ERR_GEOMETRY. */
+/* Laws of all families. With detach_singular points without a law lose their bonds, which detached_bonds counts;
+ * otherwise they are PD_ERR_GEOMETRY. */
 static pd_status pdi_ordinary_state_compute_stable_laws(pd_ctx *ctx, pd_ordinary_state *o)
 {
     pd_body *body = o->body;
@@ -545,7 +557,8 @@ static pd_status pdi_ordinary_state_compute_stable_laws(pd_ctx *ctx, pd_ordinary
                                               : "do not tell all strains: the body is too thin there for its horizon");
 }
 
-/* Multiplies the laws by the stiffness factors of points. PD_ERR_ARGUMENT: a factor out of range. */
+/* Multiplies laws, alpha and energy bounds by the stiffness factors of points, if any. PD_ERR_ARGUMENT: a factor is
+ * negative or not finite. */
 static pd_status pdi_ordinary_state_apply_stiffness(pd_ctx *ctx, const pd_ordinary_state *o)
 {
     for (int64_t i = 0; i < o->body->count && o->desc.stiffness_factor; i++) {
@@ -560,7 +573,7 @@ static pd_status pdi_ordinary_state_apply_stiffness(pd_ctx *ctx, const pd_ordina
     return PD_OK;
 }
 
-/* pd_material_interface.normal: out-of-plane stress nu tr(stress) in plane strain; otherwise 0. */
+/* pd_material_interface.out_of_plane_stress: nu tr(stress) in plane strain; otherwise 0. */
 static double pdi_ordinary_state_ops_normal_stress(const void *self, int32_t i, const double *stress)
 {
     const pd_ordinary_state *o = (const pd_ordinary_state *)self;
@@ -570,7 +583,8 @@ static double pdi_ordinary_state_ops_normal_stress(const void *self, int32_t i, 
     return PD_DIM == 2 && o->desc.plane == PD_PLANE_STRAIN ? o->desc.poisson * trace : 0.0;
 }
 
-/* pd_material_interface.update: bonds or stiffness factors have changed. */
+/* pd_material_interface.update: bonds or stiffness factors have changed. Points may lose their bonds (detach_singular);
+ * last_u and Q become zero, so `force` has to come before the next tangent. */
 static pd_status pdi_ordinary_state_ops_update(pd_ctx *ctx, void *self)
 {
     pd_ordinary_state *o = (pd_ordinary_state *)self;
@@ -584,13 +598,13 @@ static pd_status pdi_ordinary_state_ops_update(pd_ctx *ctx, void *self)
     return PD_OK;
 }
 
-/* pd_material_interface.limit: 2 over the largest angular frequency. */
+/* pd_material_interface.stable_step: 2 over the largest angular frequency. */
 static double pdi_ordinary_state_ops_stable_step(const void *self, double density)
 {
     return 2.0 * sqrt(density / ((const pd_ordinary_state *)self)->frequency_bound);
 }
 
-/* pd_material_interface.store: broken bonds. */
+/* pd_material_interface.store: broken bonds; after reading the material is updated. */
 static pd_status pdi_ordinary_state_ops_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     PD_TRY(pdi_array_registry_store(ctx, pdi_body_list_state, ((pd_ordinary_state *)self)->body, archive));

@@ -44,7 +44,7 @@ static double pdi_partial_volume_ball_corner_volume(double a, double b, double c
            3.0;
 }
 
-/* Volume of the unit ball (length, area) beyond a corner, in 1D, 2D or 3D. */
+/* Volume of the unit ball (length, area) beyond a corner [PD_DIM] >= 0 along all axes, in 1D, 2D or 3D. */
 static double pdi_partial_volume_corner_volume(const double *corner)
 {
     if (PD_DIM == 1) return corner[0] < 1.0 ? 1.0 - corner[0] : 0.0;

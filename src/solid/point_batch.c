@@ -83,7 +83,8 @@ static uint32_t pdi_point_batch_pack_offset(const pd_point_batch *band, int32_t 
     return steps;
 }
 
-/* Lists the bonds of point i; intact 1: only unbroken ones. */
+/* Lists the bonds of point i with a positive weight; intact 1: only unbroken ones. `mask` of a bond holds its packed
+ * lattice offset. */
 static void pdi_point_batch_list_bonds(const pd_point_batch *band, int32_t i, int intact,
                                        pdi_point_batch_bond_list *bonds)
 {
@@ -98,7 +99,7 @@ static void pdi_point_batch_list_bonds(const pd_point_batch *band, int32_t i, in
     }
 }
 
-/* 1: all bonds of a are in b, in the same order, with the same weights and vectors. */
+/* 1: all bonds of a are in b, in the same order, with the same weights and vectors (packed in `mask`). */
 static int pdi_point_batch_is_subset(const pdi_point_batch_bond_list *a, const pdi_point_batch_bond_list *b)
 {
     int32_t n = 0;
@@ -111,8 +112,8 @@ static int pdi_point_batch_is_subset(const pdi_point_batch_bond_list *a, const p
     return n == a->count;
 }
 
-/* Finds the batch that begins at point i: `all` becomes the union of the bonds, broken ones too. Returns the first
- * point behind it. */
+/* Finds the batch that begins at point i: `all` becomes the union of the bonds, broken ones too; one: work. Returns the
+ * first point behind it. */
 static int32_t pdi_point_batch_find_batch(const pd_point_batch *band, int32_t i, pdi_point_batch_bond_list *all,
                                           pdi_point_batch_bond_list *one)
 {
@@ -128,7 +129,8 @@ static int32_t pdi_point_batch_find_batch(const pd_point_batch *band, int32_t i,
     return end;
 }
 
-/* Sets the masks of the unbroken bonds in `all` for the points i to end - 1, and drops bonds that no point has. */
+/* Sets the masks of the unbroken bonds in `all` for the points i to end - 1, and drops bonds that no point has; one:
+ * work. */
 static void pdi_point_batch_set_masks(const pd_point_batch *band, int32_t i, int32_t end,
                                       pdi_point_batch_bond_list *all, pdi_point_batch_bond_list *one)
 {
@@ -147,7 +149,7 @@ static void pdi_point_batch_set_masks(const pd_point_batch *band, int32_t i, int
     all->count = kept;
 }
 
-/* Room for `wanted` bonds. */
+/* Room for `wanted` bonds in all; it never shrinks. */
 static pd_status pdi_point_batch_reserve(pd_ctx *ctx, pd_point_batch *band, int64_t wanted)
 {
     int64_t room = band->capacity + band->capacity / 2;
@@ -269,8 +271,8 @@ PDI_FN int32_t pdi_point_batch_compute_sums(const pd_point_batch *band, int32_t 
     return count;
 }
 
-/* Adds the force of one bond on `count` points, T_i - T_j of eq. 8.4, with the tensors of both families. flows 1: with
- * plastic stress. */
+/* Adds the force of one bond on `count` points, T_i - T_j of eq. 8.4, to force [PD_DIM] [N/m3], with the fields of both
+ * families. flows 1: with plastic stress. */
 PDI_INLINE_HOT void pdi_point_batch_add_bond_force(const double *PD_RESTRICT own, const double *PD_RESTRICT other,
                                                    int64_t stride, const double *shift, double w, uint32_t mask,
                                                    double lambda, double mu, int flows, int count,
@@ -315,7 +317,7 @@ PDI_INLINE_HOT void pdi_point_batch_add_bond_force(const double *PD_RESTRICT own
     }
 }
 
-/* Forces of all bonds of batch k. Inlined with a constant for `flows`. */
+/* Adds the forces of all bonds of batch k to sum [PD_DIM] [N/m3]. Inlined with a constant for `plastic`. */
 PDI_INLINE_HOT void pdi_point_batch_sum_forces(const pd_point_batch *band, int32_t k, double lambda, double mu,
                                                int plastic, double (*PD_RESTRICT sum)[PD_POINT_BATCH_MAX])
 {

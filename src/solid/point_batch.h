@@ -74,22 +74,24 @@ PDI_FN void pdi_point_batch_list(pdi_array_visitor *owner, void *band);
 PDI_FN pd_status pdi_point_batch_build(pd_ctx *ctx, const pd_body *body, const pd_bond_weights *weights, int32_t fields,
                                        pd_point_batch *band);
 PDI_FN void pdi_point_batch_free(pd_ctx *ctx, pd_point_batch *band);
-/* Divides the points into batches anew, after weights have changed or bonds have broken. */
+/* Divides the points into batches anew, after weights have changed or bonds have broken; fields stay. The list of bonds
+ * grows and never shrinks. */
 PDI_FN pd_status pdi_point_batch_update(pd_ctx *ctx, pd_point_batch *band);
 /* Stores the displacements u [count][PD_DIM] [m] as fields. */
 PDI_FN void pdi_point_batch_set_displacements(const pd_ctx *ctx, const pd_point_batch *band, const double *u);
 /* Sums over the bonds of batch k, of the displacements that are set. Returns how many points it has. */
 PDI_FN int32_t pdi_point_batch_compute_sums(const pd_point_batch *band, int32_t k, pdi_point_batch_sums *sums);
-/* force [count][PD_DIM] [N/m3] of the points of batch k (theory, eq. 8.4), with Lame's moduli lambda and mu [Pa]. */
+/* force [count][PD_DIM] [N/m3] of the points of batch k (theory, eq. 8.4), with Lame's moduli lambda and mu [Pa], from
+ * fields that are set; other entries stay. */
 PDI_FN void pdi_point_batch_compute_force(const pd_point_batch *band, int32_t k, double lambda, double mu,
                                           double *force);
 
-/* Field number `field` of all points, index 0: point 0. Entries before it belong to padding. */
+/* Field number `field` of all points, index 0: point 0. The PD_POINT_BATCH_MAX entries before it belong to padding. */
 static inline double *pdi_point_batch_get_field(const pd_point_batch *band, int field)
 {
     return band->field + PD_POINT_BATCH_MAX + field * band->stride;
 }
-/* Points of a batch of `count`, rounded up to whole cache lines. */
+/* Points of a batch of `count`, rounded up to whole cache lines; 1 for a single point. */
 static inline int pdi_point_batch_pad_count(int32_t count)
 {
     return count > 1

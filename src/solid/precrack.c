@@ -26,7 +26,7 @@ typedef struct pdi_precrack_plane {
 /* Upper bound of the bond length [m]. */
 static double pdi_precrack_max_bond_length(const pd_body *body) { return 1.001 * body->horizon + body->spacing; }
 
-/* Position of corner k in the sorted order. */
+/* Position [PD_DIM] [m] of corner k in the sorted order, k modulo the number of corners. */
 static const double *pdi_precrack_get_corner(const pdi_precrack_plane *p, int k)
 {
     int n = p->cut->corners;
@@ -56,7 +56,8 @@ static int pdi_precrack_compare_positions(const double *a, const double *b)
     return 0;
 }
 
-/* Sorted order of corners: begins at the smallest one and goes to the smaller of its neighbours. */
+/* Sorted order of corners, into first and step: begins at the smallest one and goes to the smaller of its
+ * neighbours. */
 static void pdi_precrack_sort_corners(pdi_precrack_plane *p)
 {
     const double *x = p->cut->corner;
@@ -83,7 +84,7 @@ static double pdi_precrack_edge_distance(const pdi_precrack_plane *p, int k, con
     return p->orientation * pdi_vec_dot(off, in) / length;
 }
 
-/* Signed distance [m] of position x from the plane; 0 within rounding. */
+/* Signed distance [m] of position x from the plane, positive on the upper side; 0 within rounding. */
 static double pdi_precrack_plane_distance(const pdi_precrack_plane *p, const double *x)
 {
     double off[PD_DIM];
@@ -92,7 +93,8 @@ static double pdi_precrack_plane_distance(const pdi_precrack_plane *p, const dou
     return fabs(height) > p->tolerance ? height : 0.0;
 }
 
-/* 1: the bond between two positions crosses the pre-crack; their signed distances are below < 0 and above >= 0. */
+/* 1: the bond from a position below the plane to one on or above it meets the pre-crack within its rim. below < 0,
+ * above >= 0: their signed distances [m]. */
 static int pdi_precrack_is_crossed(const pdi_precrack_plane *p, const double *lower, double below, const double *upper,
                                    double above)
 {
@@ -113,7 +115,7 @@ static pd_status pdi_precrack_reject(pd_ctx *ctx, int index, const pd_precrack *
                    cut->corners, x && cut->corners > 0 ? x[0] : 0.0, text);
 }
 
-/* Bounding box and size of the pre-crack. Returns 0: a corner is not finite. */
+/* Sets bounding box and size (its diagonal) of the pre-crack. Returns 1; 0: a corner is not finite. */
 static int pdi_precrack_compute_bounds(pdi_precrack_plane *p)
 {
     double square = 0.0;
@@ -132,7 +134,8 @@ static int pdi_precrack_compute_bounds(pdi_precrack_plane *p)
     return 1;
 }
 
-/* Unit normal, pointing up the last axis along which it has a component. Returns 0: there is none. */
+/* Sets the unit normal, which points up the last axis along which it has a component, and the orientation. Returns 1;
+ * 0: there is no normal, as the cut has no length or area. */
 static int pdi_precrack_compute_normal(pdi_precrack_plane *p)
 {
     double edge[PD_DIM], next[PD_DIM], sum[PD_DIM] = {0.0};
@@ -157,7 +160,8 @@ static int pdi_precrack_compute_normal(pdi_precrack_plane *p)
     return 1;
 }
 
-/* Checks a pre-crack and computes its plane; tolerance [m], extent: largest coordinate [m]. PD_ERR_ARGUMENT. */
+/* Checks a pre-crack and computes its plane; index: its number in messages, tolerance [m]: at least, extent [m]:
+ * largest coordinate of the body. PD_ERR_ARGUMENT: as of pd_body_apply_precracks. */
 static pd_status pdi_precrack_check(pd_ctx *ctx, const pd_precrack *cut, int index, double tolerance, double extent,
                                     pdi_precrack_plane *p)
 {
@@ -189,7 +193,7 @@ static pd_status pdi_precrack_check(pd_ctx *ctx, const pd_precrack *cut, int ind
     return PD_OK;
 }
 
-/* Checks all pre-cracks and widens their bounding boxes by a bond length. */
+/* Checks all pre-cracks, into planes [count], and widens their bounding boxes by a bond length and the tolerance. */
 static pd_status pdi_precrack_build_planes(pd_ctx *ctx, const pd_body *body, const pd_precrack *cuts, int count,
                                            pdi_precrack_plane *planes)
 {
@@ -207,7 +211,7 @@ static pd_status pdi_precrack_build_planes(pd_ctx *ctx, const pd_body *body, con
 
 /* ---- bonds ---- */
 
-/* Breaks the bonds of point i that cross pre-crack p, at this end. Returns how many were intact. */
+/* Marks the unbroken bonds of point i that cross pre-crack p as broken, at this end alone. Returns how many. */
 static int64_t pdi_precrack_break_family(pd_body *body, const pdi_precrack_plane *p, int32_t i)
 {
     const double *x = body->position + (int64_t)i * PD_DIM;
@@ -231,8 +235,8 @@ static int64_t pdi_precrack_break_family(pd_body *body, const pdi_precrack_plane
     return found;
 }
 
-/* Periodic body: breaks the other ends, which lie beyond a period and need not cross the pre-crack. Returns how
- * many. */
+/* Periodic body: breaks the other ends of all broken bonds, which lie beyond a period and need not cross the pre-crack.
+ * Returns how many ends were intact; 0 without a period. */
 static int64_t pdi_precrack_break_reverse(pd_body *body)
 {
     int64_t found = 0;
@@ -247,7 +251,7 @@ static int64_t pdi_precrack_break_reverse(pd_body *body)
     return found;
 }
 
-/* Breaks the bonds that cross any pre-crack, families in parallel chunks. Returns how many bonds. */
+/* Breaks the bonds that cross any pre-crack, families in parallel chunks. Returns how many bonds, each counted once. */
 static int64_t pdi_precrack_break_bonds(const pd_ctx *ctx, pd_body *body, const pdi_precrack_plane *planes, int count)
 {
     enum { parts = 256 };

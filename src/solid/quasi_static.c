@@ -75,7 +75,7 @@ static int pdi_quasi_static_is_held(const pd_quasi_static *q, int64_t k)
     return q->desc.prescribed && q->desc.prescribed[k];
 }
 
-/* Saves displacements, loads and forces before a move. */
+/* Copies u, load and force into `saved`, before a move. */
 static void pdi_quasi_static_save_state(pd_quasi_static *q)
 {
     memcpy(q->saved, q->u, (size_t)q->n * sizeof *q->u);
@@ -83,7 +83,7 @@ static void pdi_quasi_static_save_state(pd_quasi_static *q)
     memcpy(q->saved + 2 * q->n, q->force, (size_t)q->n * sizeof *q->force);
 }
 
-/* Load step at the fraction `part`: corrects interpolated displacements, whose free leaders count in full. */
+/* Load step at the fraction `part`: corrects interpolated displacements in u, whose free leaders count in full. */
 static void pdi_quasi_static_scale_interpolated(pd_quasi_static *q, double part)
 {
     const pd_multipoint_constraint *all = q->desc.interpolation;
@@ -93,8 +93,8 @@ static void pdi_quasi_static_scale_interpolated(pd_quasi_static *q, double part)
     }
 }
 
-/* Loads and prescribed displacements at the fraction `part` of the step to time t. Points that have come off have no
- * loads. */
+/* Loads into load and prescribed displacements into u, at the fraction `part` (0 to 1) between the start of the step
+ * and time t. Points that have come off have no loads. */
 static pd_status pdi_quasi_static_set_loads(pd_ctx *ctx, pd_quasi_static *q, double t, double part)
 {
     for (int64_t k = 0; k < q->n; k++) q->load[k] = 0.0;
@@ -109,7 +109,7 @@ static pd_status pdi_quasi_static_set_loads(pd_ctx *ctx, pd_quasi_static *q, dou
     return PD_OK;
 }
 
-/* 1: the loads of a component would move or rotate it, as it lacks supports. */
+/* 1: the loads of a component would move or rotate it, as it lacks supports; 0: it is held, or they balance. */
 static int pdi_quasi_static_is_unsupported(const pd_quasi_static *q, const int32_t *piece, int32_t count)
 {
     pd_rigid_modes rigid;
@@ -119,7 +119,8 @@ static int pdi_quasi_static_is_unsupported(const pd_quasi_static *q, const int32
     return pdi_equilibrium_has_unbalanced_moment(&q->solid, q->desc.prescribed, q->load, &rigid);
 }
 
-/* Point i comes off at time t: its loads vanish before it moves, so they do no work. */
+/* Point i comes off at time t [s]: its loads vanish, at the saved state too, so they do no work. Counts it, and sets
+ * separation_time if it is the first one. */
 static void pdi_quasi_static_detach_point(pd_quasi_static *q, int32_t i, double t)
 {
     q->detached[i] = 1;
@@ -140,7 +141,8 @@ static int pdi_quasi_static_is_fragment(const pd_quasi_static *q, const int32_t 
     return 0;
 }
 
-/* Components without supports lose their loads; counts the parts of the body. */
+/* Components without supports lose their loads, unless it is the whole body. Counts the parts of the body, into
+ * components and at first initial_components; more of them than at first set separation_time. */
 static pd_status pdi_quasi_static_detach_components(pd_ctx *ctx, pd_quasi_static *q, double t)
 {
     int32_t *piece = NULL, all = q->solid.body->count;
@@ -162,7 +164,7 @@ static pd_status pdi_quasi_static_detach_components(pd_ctx *ctx, pd_quasi_static
     return status;
 }
 
-/* Rate [1/m] at which a motion rotates or stretches the fastest bond of point i. */
+/* Largest rate [1/m] at which a motion [n] rotates or stretches an unbroken bond of point i; 0: there is none. */
 static double pdi_quasi_static_rotation_rate(const pd_body *body, int32_t i, const double *motion)
 {
     double most = 0.0;
@@ -180,14 +182,14 @@ static double pdi_quasi_static_rotation_rate(const pd_body *body, int32_t i, con
     return sqrt(most);
 }
 
-/* 1: the motion rotates bonds of point i; most [1/m]: the largest rate of all points. */
+/* 1: the motion rotates bonds of point i at more than a tenth of the largest rate of all points, most [1/m]. */
 static int pdi_quasi_static_is_rotating(const pd_quasi_static *q, int32_t i, const double *motion, double most)
 {
     return pdi_quasi_static_rotation_rate(q->solid.body, i, motion) > PDI_QUASI_STATIC_MIN_ROTATION * most;
 }
 
-/* Points that a mechanism rotates about a hinge come off. A body that rotates as a whole has no hinge, and stays.
- * Returns how many points. */
+/* Points that a mechanism [n] rotates about a hinge come off at time t [s]. A body that rotates as a whole has no
+ * hinge, and stays. Returns how many points; 0: none. */
 static int32_t pdi_quasi_static_detach_mechanism(pd_quasi_static *q, const double *mechanism, double t)
 {
     const pd_body *body = q->solid.body;
@@ -207,8 +209,8 @@ static int32_t pdi_quasi_static_detach_mechanism(pd_quasi_static *q, const doubl
 
 /* ---- balance ---- */
 
-/* Forces [N/m3] at the mean of the saved and the present displacements, into q->asked. PD_RETRY: none, as the material
- * is linear or has no such state. */
+/* Forces [N/m3] at the mean of the saved and the present displacements, into correction [n]; the next [n] hold that
+ * mean. PD_RETRY: none, as the material is linear or has no such state. */
 static pd_status pdi_quasi_static_midpoint_force(pd_ctx *ctx, pd_quasi_static *q)
 {
     double *u = q->correction + q->n;
@@ -217,8 +219,8 @@ static pd_status pdi_quasi_static_midpoint_force(pd_ctx *ctx, pd_quasi_static *q
     return q->solid.force(ctx, q->solid.self, u, q->correction);
 }
 
-/* Adds the work of loads and reactions from the saved state to this one: trapezoidal rule, or with the midpoint forces
- * (curved 1) Simpson's rule. */
+/* Adds the work [J] of loads and reactions from the saved state to this one to `work`: trapezoidal rule, or with the
+ * midpoint forces in `correction` (curved 1) Simpson's rule. */
 static void pdi_quasi_static_add_work(pd_quasi_static *q, int curved)
 {
     const double *volume = q->solid.body->volume, *load = q->saved + q->n, *force = q->saved + 2 * q->n;
@@ -231,7 +233,8 @@ static void pdi_quasi_static_add_work(pd_quasi_static *q, int curved)
     q->work += pdi_compensated_sum_total(&all);
 }
 
-/* Solves for the equilibrium, and again after mechanisms have come off. q->force stays that of the saved state. */
+/* Solves for the equilibrium, into u, and again after mechanisms have come off; counts solves and iterations. The force
+ * stays that of the saved state. Statuses: as of pd_equilibrium_solve. */
 static pd_status pdi_quasi_static_solve_equilibrium(pd_ctx *ctx, pd_quasi_static *q, double t)
 {
     pd_status status = PD_ERR_DIVERGED;
@@ -256,7 +259,7 @@ static pd_status pdi_quasi_static_solve_equilibrium(pd_ctx *ctx, pd_quasi_static
     return status;
 }
 
-/* Internal forces at u. PD_ERR_STATE: u is no state of the material. */
+/* Internal forces at u, into force. PD_ERR_STATE: u is no state of the material. */
 static pd_status pdi_quasi_static_compute_force(pd_ctx *ctx, pd_quasi_static *q)
 {
     pd_status status = q->solid.force(ctx, q->solid.self, q->u, q->force);
@@ -265,7 +268,8 @@ static pd_status pdi_quasi_static_compute_force(pd_ctx *ctx, pd_quasi_static *q)
                    q->solid.name);
 }
 
-/* Updates the material after bonds or stiffness have changed at fixed displacements; adds the energy lost to *taken. */
+/* Updates the material after bonds or stiffness have changed at fixed displacements: force and stored energy change,
+ * and the energy lost [J] is added to *taken. stale becomes 0. */
 static pd_status pdi_quasi_static_update_material(pd_ctx *ctx, pd_quasi_static *q, double *taken)
 {
     double was = q->stored;
@@ -277,7 +281,7 @@ static pd_status pdi_quasi_static_update_material(pd_ctx *ctx, pd_quasi_static *
     return PD_OK;
 }
 
-/* 1: a and b differ by more than rtol of their largest entry. */
+/* 1: a and b [n] differ by more than rtol of their largest entry; 0: they agree. */
 static int pdi_quasi_static_differs(const pd_ctx *ctx, const pd_quasi_static *q, const double *a, const double *b)
 {
     double near = q->desc.rtol > 0.0 ? q->desc.rtol : PD_EQUILIBRIUM_RTOL;
@@ -287,8 +291,8 @@ static int pdi_quasi_static_differs(const pd_ctx *ctx, const pd_quasi_static *q,
     return 0;
 }
 
-/* *differs: 1: prescribed displacements or loads at time t are not those of the present solution. Out: corrections in
- * q->asked, new loads; u stays. */
+/* *differs: 1: prescribed displacements or loads at time t are not those of the present solution. Corrections of
+ * prescribed displacements into correction [n], whose other parts are work; new loads into load; u stays. */
 static pd_status pdi_quasi_static_check_boundary(pd_ctx *ctx, pd_quasi_static *q, double t, double part, int *differs)
 {
     double *u = q->correction + q->n, *load = q->correction + 2 * q->n;
@@ -301,7 +305,8 @@ static pd_status pdi_quasi_static_check_boundary(pd_ctx *ctx, pd_quasi_static *q
     return PD_OK;
 }
 
-/* Moves the prescribed displacements by their corrections, with Anderson acceleration after the first round. */
+/* Moves the prescribed displacements in u by their corrections: in full in the first round (first 1), then with
+ * Anderson acceleration, which is allocated at its first use. */
 static pd_status pdi_quasi_static_move_prescribed(pd_ctx *ctx, pd_quasi_static *q, int first)
 {
     double *x, *step;
@@ -335,7 +340,8 @@ static void pdi_quasi_static_reset_mixing(pd_ctx *ctx, pd_quasi_static *q)
     memset(&q->acceleration, 0, sizeof q->acceleration);
 }
 
-/* Rounds of equilibrium and boundary values until these converge. */
+/* Rounds of equilibrium and boundary values until these converge; components without supports come off in each.
+ * PD_RETRY, PD_NOT_CONVERGED: as of the equilibrium. PD_ERR_STATE: they do not converge. */
 static pd_status pdi_quasi_static_iterate_boundary(pd_ctx *ctx, pd_quasi_static *q, double t, double part)
 {
     int differs = 1;
@@ -354,7 +360,7 @@ static pd_status pdi_quasi_static_iterate_boundary(pd_ctx *ctx, pd_quasi_static 
 }
 
 /* Equilibrium at the fraction `part` of the step, with boundary values that may depend on it. Plastic states are those
- * of the last commit in each round, so intermediate solutions leave no trace. */
+ * of the last commit in each round, so intermediate solutions leave no trace. Frees the acceleration. */
 static pd_status pdi_quasi_static_solve_coupled(pd_ctx *ctx, pd_quasi_static *q, double t, double part)
 {
     pd_status status = pdi_quasi_static_iterate_boundary(ctx, q, t, part);
@@ -362,8 +368,9 @@ static pd_status pdi_quasi_static_solve_coupled(pd_ctx *ctx, pd_quasi_static *q,
     return status;
 }
 
-/* Equilibrium at the fraction `part` of the step, bond failure, and again until no bond breaks. PD_RETRY: not found; u,
- * load and force are those before. */
+/* Equilibrium at the fraction `part` of the step, bond failure, and again until no bond breaks. Adds work and released
+ * energy, and commits the history of the material each time. PD_RETRY: not found; u, load and force are those before
+ * the last solve. PD_NOT_CONVERGED: above its tolerance, and no bond is tested at it. */
 static pd_status pdi_quasi_static_equilibrate(pd_ctx *ctx, pd_quasi_static *q, double t, double part)
 {
     for (;;) {
@@ -390,7 +397,8 @@ static pd_status pdi_quasi_static_equilibrate(pd_ctx *ctx, pd_quasi_static *q, d
     }
 }
 
-/* Load step to time t, halved where Newton's method fails. PD_ERR_STATE: too many halvings. */
+/* Load step to time t, halved where Newton's method fails; `start` becomes the present state. PD_ERR_STATE: too many
+ * halvings. PD_NOT_CONVERGED: the last part did not reach its tolerance. */
 static pd_status pdi_quasi_static_advance(pd_ctx *ctx, pd_quasi_static *q, double t)
 {
     double done = 0.0, part = 1.0, least = ldexp(1.0, -PDI_QUASI_STATIC_MAX_HALVINGS);
@@ -439,7 +447,7 @@ static pd_status pdi_quasi_static_process_solve_at(pd_ctx *ctx, void *self, doub
     return pd_quasi_static_solve_at(ctx, (pd_quasi_static *)self, t);
 }
 
-/* The process callback for checkpoints. */
+/* The process callback for checkpoints: own state and that of the material. */
 static pd_status pdi_quasi_static_process_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_quasi_static *q = (pd_quasi_static *)self;

@@ -8,7 +8,7 @@
 /* A motion is free where its sum of squares over prescribed components is below this share. */
 #define PDI_RIGID_MODES_ROUNDING 1e-9
 
-/* All translations and rotations at point i, into way [mode][PD_DIM]. */
+/* All translations, then rotations, at point i, into way [mode][PD_DIM] [-]; rotations have lengths over r->size. */
 static void pdi_rigid_modes_eval_modes(const pd_rigid_modes *r, int32_t i, double way[PD_RIGID_MODE_COUNT][PD_DIM])
 {
     double x[PD_DIM];
@@ -22,7 +22,7 @@ static void pdi_rigid_modes_eval_modes(const pd_rigid_modes *r, int32_t i, doubl
     }
 }
 
-/* The free motions at point i. */
+/* The r->motions free motions at point i, into left. */
 static void pdi_rigid_modes_eval_free_modes(const pd_rigid_modes *r, int32_t i,
                                             double left[PD_RIGID_MODE_COUNT][PD_DIM])
 {
@@ -35,7 +35,7 @@ static void pdi_rigid_modes_eval_free_modes(const pd_rigid_modes *r, int32_t i,
         }
 }
 
-/* Gram matrix a of all motions over the prescribed components. Returns how many components that are. */
+/* Gram matrix a of all motions over the prescribed components. Returns how many components that are; 0: a is zero. */
 static double pdi_rigid_modes_assemble_gram(const pd_rigid_modes *r, const uint8_t *held,
                                             double a[PD_RIGID_MODE_COUNT][PD_RIGID_MODE_COUNT])
 {
@@ -53,7 +53,8 @@ static double pdi_rigid_modes_assemble_gram(const pd_rigid_modes *r, const uint8
     return all;
 }
 
-/* Null space of the Gram matrix by Gauss-Jordan elimination with full pivoting: the free motions. */
+/* Null space of the Gram matrix by Gauss-Jordan elimination with full pivoting: the free motions, into motion and
+ * motions of r. Pivots up to min_pivot count as zero. a is overwritten. */
 static void pdi_rigid_modes_compute_null_space(pd_rigid_modes *r, double a[PD_RIGID_MODE_COUNT][PD_RIGID_MODE_COUNT],
                                                double min_pivot)
 {

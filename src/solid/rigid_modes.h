@@ -17,14 +17,16 @@ typedef struct pd_rigid_modes {
 } pd_rigid_modes;
 
 #ifdef PDI_INTERNAL
-/* Finds the free rigid motions of a component piece [count], which is borrowed. held [count][PD_DIM] of the body:
- * prescribed displacements; NULL: none. */
+/* Finds the free rigid motions of a component piece [count], which is borrowed, into rigid. held [count of the
+ * body][PD_DIM]: 1: prescribed displacement; NULL: none. */
 PDI_FN void pdi_rigid_modes_compute(const pd_body *body, const uint8_t *held, const int32_t *piece, int32_t count,
                                     pd_rigid_modes *rigid);
-/* Largest work of the forces V load along a free motion, over the sum of their absolute values [-]; load
- * [count][PD_DIM] [N/m3] of the body, at free components. */
+/* Largest work of the forces V load along a free motion, which moves points by about 1, over the sum of their absolute
+ * values [-]; 0: no motion or no force. load [count][PD_DIM] [N/m3] of the body, at free components; held: NULL:
+ * none. */
 PDI_FN double pdi_rigid_modes_relative_work(const pd_rigid_modes *rigid, const uint8_t *held, const double *load);
-/* Removes the volume mean of all free motions from u [count][PD_DIM] [m] of the body. */
+/* Subtracts all free motions, by a volume-weighted least-squares fit over the component, from u [count][PD_DIM] [m] of
+ * the body; other points stay. */
 PDI_FN void pdi_rigid_modes_remove(const pd_rigid_modes *rigid, double *u);
 #endif
 

@@ -57,7 +57,8 @@ void pd_sequentially_linear_free(pd_ctx *ctx, pd_sequentially_linear *s)
     memset(s, 0, sizeof *s);
 }
 
-/* Equilibrium of the remaining bonds at the factor 1; sets `done` where loads have torn a component off. */
+/* Equilibrium of the remaining bonds at the factor 1, into u, after an update of the material once bonds have broken;
+ * sets `done`, with PD_OK, where loads have torn a component off. */
 static pd_status pdi_sequentially_linear_solve_equilibrium(pd_ctx *ctx, pd_sequentially_linear *s)
 {
     pd_equilibrium_desc desc;
@@ -75,7 +76,7 @@ static pd_status pdi_sequentially_linear_solve_equilibrium(pd_ctx *ctx, pd_seque
     return status;
 }
 
-/* Energy [J] stored at the present displacement q by a body that stores `energy` at the factor 1. */
+/* Energy [J] stored at the present displacement q by a body that stores `energy` [J] at the factor 1. */
 static double pdi_sequentially_linear_stored_energy(const pd_sequentially_linear *s, double energy)
 {
     double q = s->displacement;
@@ -83,7 +84,8 @@ static double pdi_sequentially_linear_stored_energy(const pd_sequentially_linear
     return energy > 0.0 ? q * q / (4.0 * energy) : 0.0;
 }
 
-/* Bonds have broken at the present displacement: the drop of stored energy is dissipated. */
+/* Bonds have broken at the present displacement: the drop of stored energy is dissipated. energy [J]: now stored at the
+ * factor 1. */
 static void pdi_sequentially_linear_release_energy(pd_sequentially_linear *s, double energy)
 {
     double stored = pdi_sequentially_linear_stored_energy(s, energy);
@@ -91,7 +93,8 @@ static void pdi_sequentially_linear_release_energy(pd_sequentially_linear *s, do
     s->stored = stored;
 }
 
-/* Moves to another load factor at fixed bonds: force times displacement is twice the stored energy. */
+/* Moves to another load factor at fixed bonds: force times displacement is twice the stored energy. Sets factor, force,
+ * displacement and stored, and adds to work. energy [J]: stored at the factor 1. */
 static void pdi_sequentially_linear_move_to(pd_sequentially_linear *s, double factor, double energy)
 {
     double stored = energy * factor * factor;
@@ -109,7 +112,8 @@ static void pdi_sequentially_linear_finish(pd_sequentially_linear *s, double ene
     s->done = 1;
 }
 
-/* Breaks the bonds at `fraction` of the load factor of the next event. Returns how many. */
+/* Breaks the bonds at `fraction` [-] (about 1) of the load factor of the next event; event_u becomes the displacements
+ * there. Returns how many. */
 static int64_t pdi_sequentially_linear_break_bonds(const pd_ctx *ctx, pd_sequentially_linear *s, double fraction)
 {
     for (int64_t k = 0; k < s->n; k++) s->event_u[k] = fraction * s->first.factor * s->u[k];

@@ -93,7 +93,8 @@ static inline double pdi_surface_correction_get_penalty(int k)
                                                                       : PDI_SURFACE_CORRECTION_PENALTY;
 }
 
-/* Residual of the moments of point i, regularised, into gap; and, unless NULL, the matrix of (8.8d). */
+/* Residual of the moments of point i over axial_moment, regularised, into gap [moments]; and, unless NULL, the lower
+ * triangle of the matrix [moments][moments] of (8.8d). */
 static void pdi_surface_correction_compute_residual(const pdi_surface_correction *o, const double *share, int32_t i,
                                                     double *gap, double *matrix)
 {
@@ -120,8 +121,8 @@ static void pdi_surface_correction_compute_residual(const pdi_surface_correction
     }
 }
 
-/* Cholesky factor of twice the matrix, as the other ends change alike, with the penalties on the diagonal. Rows one
- * after another. */
+/* Cholesky factor, rows of the lower triangle one after another, of twice the matrix, as the other ends change alike,
+ * with the penalties on the diagonal. The matrix is overwritten. */
 static void pdi_surface_correction_factorise(double *matrix, float *factor)
 {
     enum { all = PD_SURFACE_CORRECTION_MOMENTS };
@@ -136,7 +137,7 @@ static void pdi_surface_correction_factorise(double *matrix, float *factor)
         for (int n = 0; n <= k; n++) *factor++ = (float)matrix[k * all + n];
 }
 
-/* Solves with the Cholesky factor, in place. */
+/* Solves with the packed Cholesky factor, x [moments] in place. */
 static void pdi_surface_correction_substitute(const float *factor, double *x)
 {
     const float *row = factor;
@@ -151,7 +152,8 @@ static void pdi_surface_correction_substitute(const float *factor, double *x)
     }
 }
 
-/* Newton step of the multipliers of point i alone, into change. fresh 1: with a new factor; 0: with the last one. */
+/* Newton step of the multipliers of point i alone, bounded, plus a part of its last change; change [moments]: in: last
+ * one, out: this one; share stays. fresh 1: with a new factor, which it stores; 0: with the last one. */
 static void pdi_surface_correction_newton_step(const pdi_surface_correction *o, const double *share, int32_t i,
                                                int fresh, float *factor, double *change)
 {
@@ -165,7 +167,7 @@ static void pdi_surface_correction_newton_step(const pdi_surface_correction *o, 
     for (int k = 0; k < all; k++) change[k] = part * gap[k] + PDI_SURFACE_CORRECTION_MOMENTUM * change[k];
 }
 
-/* Signs of the moments under a reflection; bit d of flip: n_d changes its sign. */
+/* Signs (1 or -1) of the moments [moments] under a reflection; bit d of flip: n_d changes its sign. */
 static void pdi_surface_correction_reflection_signs(int flip, double *sign)
 {
     double *product = sign + PD_DIM, *third = product + PD_SURFACE_CORRECTION_PRODUCTS, n[PD_DIM], all = 1.0;
@@ -183,7 +185,7 @@ static void pdi_surface_correction_reflection_signs(int flip, double *sign)
     if (PD_DIM == 3) *third = all;
 }
 
-/* Multipliers of mirror images: those of their points, reflected. */
+/* Sets the multipliers of mirror images: those of their points, reflected. */
 static void pdi_surface_correction_update_images(const pd_ctx *ctx, const pd_body *body, double *share)
 {
     int nt = pd_par_threads(ctx, ((int64_t)body->count - body->real_count) * PD_SURFACE_CORRECTION_MOMENTS);
@@ -197,7 +199,7 @@ static void pdi_surface_correction_update_images(const pd_ctx *ctx, const pd_bod
     }
 }
 
-/* Lists real points with incomplete families into cut [own]. Returns how many. */
+/* Lists real points with incomplete families into cut [real_count]; share: zeros. Returns how many. */
 static int32_t pdi_surface_correction_find_incomplete(const pd_ctx *ctx, const pdi_surface_correction *o,
                                                       const double *share, int32_t *cut)
 {
@@ -217,8 +219,9 @@ static int32_t pdi_surface_correction_find_incomplete(const pd_ctx *ctx, const p
     return found;
 }
 
-/* Sweeps over all incomplete families until the multipliers converge. Factors are computed anew at sweeps 0, 1, 2, 4, 8
- * and so on. */
+/* Sweeps over all incomplete families until the multipliers converge, or a limit is reached, and rounds them to a grid.
+ * Factors are computed anew at sweeps 0, 1, 2, 4, 8 and so on. factor, change: work for each listed point; change is
+ * zero before. */
 static void pdi_surface_correction_iterate(const pd_ctx *ctx, const pdi_surface_correction *o, const int32_t *cut,
                                            int32_t cuts, float *factor, double *change, double *share)
 {

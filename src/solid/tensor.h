@@ -25,7 +25,7 @@ static inline double pdi_tensor_double_dot(const double *a, const double *b)
     return sum;
 }
 
-/* y = A x. */
+/* y = A x; y is not x. */
 static inline void pdi_tensor_multiply_vector(const double *a, const double *x, double *y)
 {
     for (int p = 0; p < PD_DIM; p++) {
@@ -34,7 +34,7 @@ static inline void pdi_tensor_multiply_vector(const double *a, const double *x, 
     }
 }
 
-/* c = a b. */
+/* c = a b; c is neither a nor b. */
 static inline void pdi_tensor_multiply(const double *a, const double *b, double *c)
 {
     for (int p = 0; p < PD_DIM; p++)
@@ -45,7 +45,7 @@ static inline void pdi_tensor_multiply(const double *a, const double *b, double 
         }
 }
 
-/* c = a b^T. */
+/* c = a b^T; c is neither a nor b. */
 static inline void pdi_tensor_multiply_transposed_b(const double *a, const double *b, double *c)
 {
     for (int p = 0; p < PD_DIM; p++)
@@ -56,7 +56,7 @@ static inline void pdi_tensor_multiply_transposed_b(const double *a, const doubl
         }
 }
 
-/* c = a^T b. */
+/* c = a^T b; c is neither a nor b. */
 static inline void pdi_tensor_multiply_transposed_a(const double *a, const double *b, double *c)
 {
     for (int p = 0; p < PD_DIM; p++)

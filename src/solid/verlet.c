@@ -59,7 +59,7 @@ double pd_verlet_kinetic(const pd_verlet *d)
     return pdi_compensated_sum_total(&all);
 }
 
-/* Half a step of the velocities first .. end - 1 by the present forces. */
+/* Half a step of the velocities first .. end - 1 by the present forces and loads; prescribed ones stay. */
 static void pdi_verlet_half_kick(const pd_verlet *d, double dt, int64_t first, int64_t end)
 {
     const double *PD_RESTRICT force = d->force, *PD_RESTRICT load = d->desc.load;
@@ -73,7 +73,8 @@ static void pdi_verlet_half_kick(const pd_verlet *d, double dt, int64_t first, i
         for (int64_t k = first; k < end; k++) v[k] += part * (force[k] + 0.0);
 }
 
-/* Adds the work of half a step: of loads on free components, and of the forces that prescribe velocities. */
+/* Adds the work [J] of half a step to *all: of loads on free components, and of the forces that prescribe velocities,
+ * with the velocities as they are. */
 static void pdi_verlet_add_work(const pd_verlet *d, double dt, int64_t first, int64_t end, pdi_compensated_sum *all)
 {
     for (int64_t k = first; k < end && (d->desc.load || d->desc.prescribed); k++) {
@@ -98,8 +99,8 @@ static double pdi_verlet_drift(const pd_verlet *d, double dt, int64_t first, int
     return most + all;
 }
 
-/* Half a step of the velocities, and in the first half (first 1) the full step of the displacements, block by block.
- * Returns the largest displacement, or NaN. */
+/* Half a step of the velocities, and in the first half (first 1) the full step of the displacements, block by block;
+ * adds to `work`. Returns the largest displacement [m], or NaN; 0 in the second half. */
 static double pdi_verlet_half_step(const pd_ctx *ctx, pd_verlet *d, double dt, int first)
 {
     enum { parts = 64, block = 1024 };
@@ -128,7 +129,7 @@ static double pdi_verlet_half_step(const pd_ctx *ctx, pd_verlet *d, double dt, i
     return all;
 }
 
-/* Process callback: time step, at most the stable one, in equal steps up to s->limit. */
+/* Process callback: time step, at most the stable one, in equal steps up to s->latest_end. */
 static pd_status pdi_verlet_process_limit(pd_ctx *ctx, void *self, pd_step *s)
 {
     const pd_verlet *d = (const pd_verlet *)self;
@@ -138,7 +139,8 @@ static pd_status pdi_verlet_process_limit(pd_ctx *ctx, void *self, pd_step *s)
     return PD_OK;
 }
 
-/* Forces at u after a step of dt with velocities v, or before the first one (v NULL); bonds may break. */
+/* Forces at u, into force, after a step of dt with velocities v, or before the first one (v NULL); bonds may break and
+ * are counted. PD_ERR_STATE: u is no state of the material. */
 static pd_status pdi_verlet_compute_force(pd_ctx *ctx, pd_verlet *d, const double *v, double dt)
 {
     const pd_material_interface *solid = &d->solid;
@@ -152,7 +154,8 @@ static pd_status pdi_verlet_compute_force(pd_ctx *ctx, pd_verlet *d, const doubl
                    solid->name);
 }
 
-/* Process callback: one velocity Verlet step. PD_ERR_STATE: displacements diverge. */
+/* Process callback: one velocity Verlet step of u and v in place; before the first one it computes the forces.
+ * PD_ERR_STATE: displacements diverge. */
 static pd_status pdi_verlet_process_attempt(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_verlet *d = (pd_verlet *)self;
@@ -166,7 +169,7 @@ static pd_status pdi_verlet_process_attempt(pd_ctx *ctx, void *self, pd_step *s)
                    "the step of %g s is too long", most, s->time, s->dt);
 }
 
-/* Process callback: the step is accepted; commits the material. */
+/* Process callback: the step is accepted; sets the time and commits the material. */
 static pd_status pdi_verlet_process_accept(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_verlet *d = (pd_verlet *)self;
@@ -174,7 +177,7 @@ static pd_status pdi_verlet_process_accept(pd_ctx *ctx, void *self, pd_step *s)
     return d->solid.commit ? d->solid.commit(ctx, d->solid.self, d->u) : PD_OK;
 }
 
-/* Process callback for checkpoints. */
+/* Process callback for checkpoints: state of the material and of the motion. */
 static pd_status pdi_verlet_process_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     const pd_material_interface *solid = &((pd_verlet *)self)->solid;

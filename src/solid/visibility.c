@@ -30,8 +30,8 @@ static void pdi_visibility_list(pdi_array_visitor *owner, void *object)
 
 /* ---- bins ---- */
 
-/* Index range from .. to of the bins that the bounding box of positions x [count][PD_DIM] reaches into. Returns how
- * many bins. */
+/* Index range from .. to, both included, of the bins that the bounding box of positions x [count][PD_DIM] reaches into.
+ * Returns how many bins; 0: it lies outside of the grid. */
 static double pdi_visibility_find_bins(const pdi_visibility *v, const double *x, int count, int32_t *from, int32_t *to)
 {
     double all = 1.0;
@@ -51,7 +51,7 @@ static double pdi_visibility_find_bins(const pdi_visibility *v, const double *x,
     return all;
 }
 
-/* Next bin of a range, axis 0 fastest. Returns 0: there is none. */
+/* Moves `at` to the next bin of the range from .. to, axis 0 fastest. Returns 1; 0: there is none. */
 static int pdi_visibility_next_bin(const int32_t *from, const int32_t *to, int32_t *at)
 {
     for (int d = 0; d < PD_DIM; d++) {
@@ -61,7 +61,7 @@ static int pdi_visibility_next_bin(const int32_t *from, const int32_t *to, int32
     return 0;
 }
 
-/* Number of the bin with these indices. */
+/* Number of the bin with the indices at [PD_DIM], axis 0 fastest. */
 static int64_t pdi_visibility_bin_number(const pdi_visibility *v, const int32_t *at)
 {
     int64_t k = 0;
@@ -69,7 +69,8 @@ static int64_t pdi_visibility_bin_number(const pdi_visibility *v, const int32_t 
     return k;
 }
 
-/* Chooses the bin width: the wanted one, doubled until bins and entries are few enough. */
+/* Sets width, n, bins and entries: the wanted width [m], doubled until bins and entries are few enough. hi [PD_DIM]
+ * [m]: upper corner of all faces. */
 static void pdi_visibility_init_bins(pdi_visibility *v, const double *hi, double width)
 {
     for (;; width *= 2.0) {
@@ -92,7 +93,7 @@ static void pdi_visibility_init_bins(pdi_visibility *v, const double *hi, double
     }
 }
 
-/* Sorts the faces into the bins: counts first, then entries. */
+/* Sorts the faces into the bins, into first (zero before) and entry: counts first, then entries. */
 static void pdi_visibility_fill_bins(pdi_visibility *v)
 {
     for (int way = 0; way < 2; way++) {
@@ -141,7 +142,8 @@ PDI_FN void pdi_visibility_free(pd_ctx *ctx, pdi_visibility *v)
 
 /* ---- lines ---- */
 
-/* Position s on an edge from 0 to 1: outside, at an end within rounding, or inside. */
+/* Position s on an edge from 0 to 1: PDI_VISIBILITY_MISSES outside, PDI_VISIBILITY_TOUCHES at an end within rounding,
+ * PDI_VISIBILITY_CROSSES inside. */
 static int pdi_visibility_locate(double s)
 {
     if (!(s > -PDI_VISIBILITY_ROUNDING) || !(s < 1.0 + PDI_VISIBILITY_ROUNDING)) return PDI_VISIBILITY_MISSES;
@@ -155,8 +157,8 @@ static void pdi_visibility_cross_product(const double *a, const double *b, doubl
     for (int d = 0; d < 3; d++) c[d] = a[(d + 1) % 3] * b[(d + 2) % 3] - a[(d + 2) % 3] * b[(d + 1) % 3];
 }
 
-/* Intersection of the line x + t xi with a face: t and the barycentric coordinates have to lie in 0..1. A line within
- * the plane of a face does not intersect it. */
+/* Intersection of the line x + t xi with a face, as PDI_VISIBILITY_MISSES and so on: t and the barycentric coordinates
+ * have to lie in 0..1. A line within the plane of a face does not intersect it. */
 static int pdi_visibility_intersect_face(const double *x, const double *xi, const double *face)
 {
     double side[2][3] = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}}, from[3] = {0.0, 0.0, 0.0}, way[3] = {0.0, 0.0, 0.0};
@@ -185,7 +187,7 @@ static int pdi_visibility_intersect_face(const double *x, const double *xi, cons
     return least;
 }
 
-/* Strongest intersection of the line x + t xi, t = 0..1, with any face. */
+/* Strongest intersection of the line x + t xi, t = 0..1, with any face, as PDI_VISIBILITY_MISSES and so on. */
 static int pdi_visibility_intersect_line(const pdi_visibility *v, const double *x, const double *xi)
 {
     double ends[2 * PD_DIM];

@@ -22,10 +22,11 @@ typedef struct pdi_visibility {
     int32_t *entry;         /* [entries] faces that reach into a bin */
 } pdi_visibility;
 
-/* Builds the bins, about `reach` [m] wide or wider. position, face and faces are set before. PD_ERR_ARGUMENT: too many
- * faces, or a corner that is not finite. */
+/* Builds the bins, bond_length [m] wide or a power of 2 times as wide. position, face and faces are set before.
+ * PD_ERR_ARGUMENT: too many faces, or a corner that is not finite. */
 PDI_FN pd_status pdi_visibility_build(pd_ctx *ctx, double bond_length, pdi_visibility *visibility);
-/* A pd_bond_inside_fn: 1: the bond from point i along xi [m] crosses no face; user is the pdi_visibility. */
+/* A pd_bond_inside_fn: 1: the bond from point i along xi [m] crosses no face; user is the pdi_visibility, j is not
+ * read. */
 PDI_FN int pdi_visibility_is_joined(void *user, int32_t i, int32_t j, const double *xi);
 PDI_FN void pdi_visibility_free(pd_ctx *ctx, pdi_visibility *visibility);
 #endif

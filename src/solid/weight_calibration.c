@@ -9,7 +9,7 @@
 
 /* ---- lattices ---- */
 
-/* Lattice offsets along an axis of the box around a family. */
+/* Number of lattice offsets along an axis of the box around a family, an odd one. */
 static int pdi_weight_calibration_box_width(const pd_body *body)
 {
     return 2 * (int)ceil(body->horizon / body->spacing + 0.5) + 1;
@@ -48,7 +48,7 @@ PDI_FN double pdi_weight_calibration_compute_anisotropy(double (*crack)(const vo
     return most > 0.0 ? most / least : 1.0;
 }
 
-/* Sums over a complete family with the weights omega beta (base + a q). */
+/* Sums over a complete family with the weights omega beta (base + a q), into s; s->volume has the weight beta. */
 static void pdi_weight_calibration_sum_family(const pdi_weight_calibration *o, double base, double a,
                                               pdi_weight_calibration_sums *s)
 {
@@ -91,7 +91,8 @@ PDI_FN pd_status pdi_weight_calibration_calibrate(pd_ctx *ctx, pdi_weight_calibr
 
 /* ---- weights ---- */
 
-/* Moments of the family of point i for the correction: energy along each axis, or volume. */
+/* Moments of the family of point i for the correction, broken bonds too, into part [PD_DIM]: energy method: sum w r^2
+ * n_d^4 V [m^(d+2)] along each axis; otherwise the family volume [m^d] in all entries. */
 static void pdi_weight_calibration_compute_family_moments(const pdi_weight_calibration *o, int32_t i, double *part)
 {
     const pd_body *body = o->body;
@@ -120,7 +121,7 @@ PDI_FN double pdi_weight_calibration_correction_factor(const double *own, const 
     return 1.0 / sqrt(sum);
 }
 
-/* Surface correction of a bond by the chosen method. */
+/* Surface correction g of a bond along xi by the chosen method; own, other [PD_DIM]: family moments of both ends. */
 static double pdi_weight_calibration_bond_factor(const pdi_weight_calibration *o, const double *own,
                                                  const double *other, const double *xi)
 {

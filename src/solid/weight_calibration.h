@@ -44,9 +44,9 @@ static inline double pdi_weight_calibration_cubic_harmonic(const double *xi, dou
     for (int d = 0; d < PD_DIM; d++) sum += xi[d] * xi[d] * xi[d] * xi[d] / (square * square);
     return PD_DIM > 1 ? sum - 3.0 / (PD_DIM + 2.0) : 0.0;
 }
-/* Surface correction g of a bond along xi: own, other: moments of both ends along the axes, bulk: that of a complete
- * family. The mean of both ends, between the axes as on an ellipsoid (Madenci and Oterkus 2014, ch. 4; Le and Bobaru
- * 2018). */
+/* Surface correction g of a bond along xi; own, other [PD_DIM]: moments of both ends along the axes, bulk: that of a
+ * complete family along any axis. The mean of both ends, between the axes as on an ellipsoid (Madenci and Oterkus 2014,
+ * ch. 4; Le and Bobaru 2018). */
 PDI_FN double pdi_weight_calibration_correction_factor(const double *own, const double *other, const double *xi,
                                                        double bulk);
 /* Volume of a lattice cell [m^d]. */
@@ -56,17 +56,20 @@ static inline double pdi_weight_calibration_cell_volume(const pd_body *body)
     for (int d = 0; d < PD_DIM; d++) volume *= body->spacing;
     return volume;
 }
-/* Number of lattice offsets in the box around a family. */
+/* Number of lattice offsets in the box around a family, the point itself and the corners beyond the horizon
+ * included. */
 PDI_FN int pdi_weight_calibration_count_offsets(const pd_body *body);
 /* Lattice offset number k: xi [m]. Returns |xi|^2 [m2]; 0: the point itself. */
 PDI_FN double pdi_weight_calibration_get_offset(const pd_body *body, int k, double *xi);
-/* Largest over smallest fracture energy crack(self, n) over all crack normals n; 1: it is zero. */
+/* Largest over smallest fracture energy crack(self, n) over 64 crack normals n (not of unit length), which cover the
+ * directions of a lattice; 1: it is zero. */
 PDI_FN double pdi_weight_calibration_compute_anisotropy(double (*crack)(const void *self, const double *n),
                                                         const void *self);
-/* Sets the coefficient a (isotropic 1; otherwise 0) and the sums over a complete family. PD_ERR_ARGUMENT: no positive
- * weights are isotropic. */
+/* Sets the coefficient a (isotropic 1; otherwise it stays, 0 at first) and the sums over a complete family; without a
+ * spacing nothing. PD_ERR_ARGUMENT: a bond would have no positive weight. */
 PDI_FN pd_status pdi_weight_calibration_calibrate(pd_ctx *ctx, pdi_weight_calibration *weigh, int isotropic);
-/* Computes the weights of all bonds. Both ends of a bond get the same number; broken bonds count as others. */
+/* Computes the weights of all bonds into `weights`, which is built before. Both ends of a bond get the same number.
+ * Broken bonds get weights and count in the correction as others do. */
 PDI_FN pd_status pdi_weight_calibration_compute_weights(pd_ctx *ctx, const pdi_weight_calibration *weigh,
                                                         pd_bond_weights *weights);
 #endif
