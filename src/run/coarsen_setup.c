@@ -19,7 +19,8 @@ typedef struct pdi_coarsen_setup_node_block {
     int low[PD_DIM], high[PD_DIM];
 } pdi_coarsen_setup_node_block;
 
-/* Advance index i[] within the block; 0 at its end. */
+/* Advance index i[PD_DIM] within the block, x fastest. 1: there is a next node; 0: at the end, and i is the first one
+ * again. */
 static int pdi_coarsen_setup_next_node(const pdi_coarsen_setup_node_block *b, int *i)
 {
     for (int d = 0; d < PD_DIM; d++) {
@@ -41,7 +42,7 @@ static pdi_coarsen_setup_node_block pdi_coarsen_setup_neighbourhood(const pd_gri
     return b;
 }
 
-/* Kind of a node; nodes outside of all families of the fluid count as wall. */
+/* Kind of a node (pd_kind); inactive ones, outside of all families of the fluid, count as wall. */
 static uint8_t pdi_coarsen_setup_kind(const pd_grid *grid, int32_t node)
 {
     return grid->kind[node] == PD_INACTIVE ? (uint8_t)PD_WALL : grid->kind[node];
@@ -69,8 +70,8 @@ static int pdi_coarsen_setup_is_uniform(const pd_grid *grid, const int *i, int f
     return 1;
 }
 
-/* Set wide [total] to 1 for nodes within a block of `factor` nodes an axis of their own kind: features that a coarse
- * cell resolves. */
+/* Set wide[total], 0 before, to 1 for nodes within a block of `factor` nodes an axis of their own kind: features that a
+ * coarse cell resolves. PD_CANCELLED. */
 static pd_status pdi_coarsen_setup_mark_resolved(pd_ctx *ctx, const pd_grid *grid, int factor, uint8_t *wide)
 {
     int i[PD_DIM], at[PD_DIM];
@@ -125,7 +126,8 @@ static pd_status pdi_coarsen_setup_reject_feature(pd_ctx *ctx, const pdi_coarsen
                    names[pdi_coarsen_setup_kind(&fine->grid, node)], place, what);
 }
 
-/* Check that every feature is at least one coarse cell wide, corners aside, and has nodes on the coarse lattice. */
+/* Check that every feature is at least one coarse cell wide, corners aside, and has nodes on the coarse lattice.
+ * wide[total of the fine grid]: work, zeroed. PD_ERR_GEOMETRY. */
 static pd_status pdi_coarsen_setup_check_features(pd_ctx *ctx, const pdi_coarsen_setup_grid *fine,
                                                   const pdi_coarsen_setup_grid *coarse, int factor, uint8_t *wide)
 {
@@ -152,7 +154,8 @@ static pd_status pdi_coarsen_setup_check_features(pd_ctx *ctx, const pdi_coarsen
     return PD_OK;
 }
 
-/* Build both grids and compare them. */
+/* Build both grids, which the caller frees also on failure, and check that the coarse one resolves the features of the
+ * fine one. */
 static pd_status pdi_coarsen_setup_build_grids(pd_ctx *ctx, const pd_setup *setup, const pd_setup *coarser, int factor,
                                                pdi_coarsen_setup_grid *fine, pdi_coarsen_setup_grid *coarse)
 {
@@ -181,7 +184,7 @@ static pd_status pdi_coarsen_setup_check_geometry(pd_ctx *ctx, const pd_setup *s
     return status;
 }
 
-/* Check that the cells of the box are a multiple of the factor. */
+/* Check that the number of cells of the box along each axis is a multiple of the factor. PD_ERR_GEOMETRY. */
 static pd_status pdi_coarsen_setup_check_box(pd_ctx *ctx, const pd_setup *setup, int factor)
 {
     for (int d = 0; d < PD_DIM; d++) {
@@ -195,7 +198,7 @@ static pd_status pdi_coarsen_setup_check_box(pd_ctx *ctx, const pd_setup *setup,
 }
 
 /* Check a face of a shape at coordinate `place` [m]: if it lies on cell faces of the lattice, it has to on the coarser
- * one, too. Else the body size jumps, which would hide the order of convergence. */
+ * one, too. Else the body size jumps, which would hide the order of convergence. PD_ERR_GEOMETRY. */
 static pd_status pdi_coarsen_setup_check_face(pd_ctx *ctx, const pd_setup *setup, int factor, int axis, double place)
 {
     char text[PD_UNITS_TEXT];
@@ -225,7 +228,8 @@ static pd_status pdi_coarsen_setup_check_faces(pd_ctx *ctx, const pd_setup *setu
     return PD_OK;
 }
 
-/* Add the monitor of a plane on the coarser lattice, or two with linear interpolation weights. */
+/* Add the monitor of a plane on the coarser lattice, or two with linear interpolation weights, to coarser->setup.
+ * cells: of the finer lattice along the axis of the plane. */
 static pd_status pdi_coarsen_setup_add_plane(pd_ctx *ctx, const pd_setup_monitor *m, int cells, int factor,
                                              pd_coarsened_setup *coarser)
 {
@@ -248,7 +252,8 @@ static pd_status pdi_coarsen_setup_add_plane(pd_ctx *ctx, const pd_setup_monitor
     return PD_OK;
 }
 
-/* Inner part of the build. */
+/* Copy the setup with `factor` times the spacing, check that its lattice holds the scene, and rebuild its monitors with
+ * weights; lines are left out, since they write only files. */
 static pd_status pdi_coarsen_setup_build_inner(pd_ctx *ctx, const pd_setup *setup, int factor,
                                                pd_coarsened_setup *coarser)
 {

@@ -15,9 +15,10 @@ typedef struct pd_coarsened_setup {
 } pd_coarsened_setup;
 
 #ifdef PDI_APP_INTERNAL
-/* Coarsen a setup by a factor of 2 or more. PD_ERR_GEOMETRY: the coarser lattice cannot resolve the scene: the box is
- * no multiple of its cells, the face of a box lies off its planes, fluid, solid or wall is thinner than a cell or lost,
- * a plane has no place. PD_ERR_SIZE: too many planes. */
+/* Coarsen a setup by a factor of 2 or more; lines are left out of its monitors. On failure coarser is zero.
+ * PD_ERR_GEOMETRY: the coarser lattice cannot resolve the scene: the box is no multiple of its cells, the face of a box
+ * lies off its planes, fluid, solid or wall is thinner than a cell or lost, a plane has no place. PD_ERR_SIZE: too many
+ * planes. */
 PDI_FN pd_status pdi_coarsen_setup_build(pd_ctx *ctx, const pd_setup *setup, int factor, pd_coarsened_setup *coarser);
 #endif
 

@@ -9,15 +9,15 @@
 
 #define PDI_COMPARE_MEASURED_TIME_TOLERANCE 1e-9 /* [-] relative tolerance by which two times are the same */
 
-/* Name of an output, as "volume_loss" or "plane.up.flow". */
+/* Name of an output, as "volume_loss" or "plane.up.flow", into text[size]. */
 static void pdi_compare_measured_format_output_name(const pd_scalar_output *f, char *text, size_t size)
 {
     if (strcmp(f->section, "scene") == 0) snprintf(text, size, "%s", f->key);
     else snprintf(text, size, "%s.%s.%s", f->section, f->name, f->key);
 }
 
-/* Value of the output with that name, summed with weights over planes of a coarser lattice, and its unit [16] (or
- * NULL). Returns 1; 0: there is no such output. */
+/* Value of the output with that name, summed with weights over planes of a coarser lattice, and its unit[16] (or NULL).
+ * Returns 1; 0: there is no such output, and *value is 0. */
 static int pdi_compare_measured_get_output(const pd_measured_comparison *c, const char *figure, double *value,
                                            char *unit)
 {
@@ -70,7 +70,7 @@ static pd_status pdi_compare_measured_check_figure(pd_ctx *ctx, const pd_measure
                    r->name, found, wanted, r->output_name);
 }
 
-/* Inner part of the build. */
+/* Fill the comparison, which the caller frees on failure; c->error_line is the line of the set in work. */
 static pd_status pdi_compare_measured_build_inner(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors,
                                                   const double *share, int curves, pd_measured_comparison *c)
 {
@@ -127,7 +127,7 @@ PDI_FN double pdi_compare_measured_find_next_time(const pd_measured_comparison *
     return next;
 }
 
-/* 1: `time` [s] is that of a measured point. */
+/* 1: `time` [s] is that of a measured point, within rounding, and behind the start. */
 static int pdi_compare_measured_is_at_point(const pd_setup_measured *r, int point, double time)
 {
     return time > 0.0 && fabs(r->time[point] - time) <= PDI_COMPARE_MEASURED_TIME_TOLERANCE * time;
@@ -142,7 +142,7 @@ PDI_FN int pdi_compare_measured_needs_output(const pd_measured_comparison *c, do
     return 0;
 }
 
-/* Make room for `rows` values of a curve. */
+/* Make room for `rows` values of time and output in a curve; capacities grow to about twice that. */
 static pd_status pdi_compare_measured_grow_series(pd_ctx *ctx, pd_measured_set *d, int64_t rows)
 {
     if (rows > d->time_capacity) {

@@ -39,23 +39,28 @@ typedef struct pd_measured_error {
 } pd_measured_error;
 
 #ifdef PDI_APP_INTERNAL
-/* model and monitors are borrowed, and built. PD_ERR_ARGUMENT: a figure that the run does not watch, or of another
- * dimension than the points. */
+/* Build the comparison; model and monitors, which are built, and share, the weight [-] of each monitor (NULL: 1), are
+ * borrowed. curves 1: keep outputs after every step. On failure compare is zero but for error_line. PD_ERR_ARGUMENT: a
+ * figure that the run does not watch, or of another dimension than the points. */
 PDI_FN pd_status pdi_compare_measured_build(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors,
                                             const double *share, int curves, pd_measured_comparison *compare);
+/* Free the comparison and zero it. A zeroed one is allowed. */
 PDI_FN void pdi_compare_measured_free(pd_ctx *ctx, pd_measured_comparison *compare);
-/* Time [s] of the next measured point after `time` [s], at most t_end [s]. */
+/* Time [s] of the next measured point behind `time` [s] and the start; t_end [s] where there is none before it. */
 PDI_FN double pdi_compare_measured_find_next_time(const pd_measured_comparison *compare, double time, double t_end);
 /* 1 when pdi_compare_measured_step will need the scalar outputs at `time` [s]. */
 PDI_FN int pdi_compare_measured_needs_output(const pd_measured_comparison *compare, double time);
-/* Record the present outputs, which the monitors hold, at the measured points of this time. */
+/* Record the present outputs, which the monitors hold, at the measured points of this time, and, if curves are kept, as
+ * a new row of each curve. */
 PDI_FN pd_status pdi_compare_measured_step(pd_ctx *ctx, pd_measured_comparison *compare);
-/* Root mean square and largest difference of computed and measured values of one set. */
+/* Root mean square and largest difference of computed and measured values of one set, in the unit of its column; NaN
+ * where no point was reached. Points without a computed value do not count. */
 PDI_FN void pdi_compare_measured_compute_error(const pd_measured_set *compared, pd_measured_error *result);
-/* Write a table and a plot for each set. PD_ERR_FILE. */
+/* Write a table and a plot for each set and enter them in the list of the folder. PD_ERR_FILE. */
 PDI_FN pd_status pdi_compare_measured_write(pd_ctx *ctx, const pd_measured_comparison *compare,
                                             pd_output_folder *folder);
-/* A line "result case=... measured=wire of=volume_loss unit=% points=9 rms=... largest=..." for each section. */
+/* Print a line "result case=... measured=wire of=volume_loss unit=% points=9 rms=... largest=..." for each section;
+ * print NULL: nothing. */
 PDI_FN void pdi_compare_measured_print(const pd_measured_comparison *compare, pd_print_fn print, void *user);
 
 /* Store or load the values so far in a checkpoint. */

@@ -4,7 +4,8 @@
 #include "physics/sample.h"
 #include <string.h>
 
-/* Copy a field over the cells of the box into out [components][cells]. */
+/* Copy a field over the cells of the box into out[components][cells], x fastest, without ghosts; a velocity is 0
+ * outside the fluid. */
 static void pdi_field_view_copy_values(const pd_model *m, pd_field field, int64_t cells, double *out)
 {
     const pd_grid *g = &m->grid;

@@ -35,7 +35,7 @@ static pd_status pdi_fit_reject_range(pd_ctx *ctx, const char *range, const char
                    "\"transport.D=1e-10..1e-8 m2/s\"", range, expected);
 }
 
-/* Length of the number at text, which is not taken to reach into "..". 0: there is none. */
+/* Length of the number at text, which is not taken to reach into "..", and *value. 0: there is none. */
 static size_t pdi_fit_parse_number(const char *text, double *value)
 {
     char copy[64], *end;
@@ -48,7 +48,7 @@ static size_t pdi_fit_parse_number(const char *text, double *value)
     return (size_t)(end - copy);
 }
 
-/* The unit at text up to `end`, without blanks around it. 0: it is too long. */
+/* Copy the unit at text up to `end`, without blanks around it, into unit[PD_UNITS_TEXT]. 1: done; 0: it is too long. */
 static int pdi_fit_parse_unit(const char *text, const char *end, char *unit)
 {
     while (text < end && pd_units_is_blank(*text)) text++;
@@ -73,7 +73,7 @@ static pd_status pdi_fit_convert_low_bound(pd_ctx *ctx, const char *range, const
     return PD_OK;
 }
 
-/* Parse "KEY=LOW..HIGH UNIT" into a parameter. */
+/* Parse "KEY=LOW..HIGH UNIT" into a parameter, with both bounds in the unit of the high one. PD_ERR_ARGUMENT. */
 static pd_status pdi_fit_parse_range(pd_ctx *ctx, const char *range, pd_fit_parameter *p)
 {
     const char *equal = strchr(range, '='), *dots = strstr(range, "..");
@@ -110,7 +110,8 @@ static pd_status pdi_fit_parse_ranges(pd_ctx *ctx, const pd_fit_desc *desc, pd_f
     return PD_OK;
 }
 
-/* Write the overrides "KEY=VALUE UNIT" of all parameters for the values. */
+/* Write the overrides "KEY=VALUE UNIT" of all parameters for value[parameters], each in its unit, into fit->override.
+ */
 static void pdi_fit_format_overrides(pd_fit *fit, const double *value)
 {
     for (int k = 0; k < fit->parameters; k++) {
@@ -152,7 +153,8 @@ static pd_status pdi_fit_prefix_message(pdi_fit *f, pd_status status)
     return status;
 }
 
-/* Run the setup without files, on the coarser lattice where factor > 1, into f->computed. */
+/* Run the setup without files, on the coarser lattice where factor > 1, into f->computed [SI], NaN where it does not
+ * come. PD_ERR_STATE: stopped. */
 static pd_status pdi_fit_run_model(pdi_fit *f, const pd_setup *setup)
 {
     pd_run_desc dry;
@@ -171,8 +173,8 @@ static pd_status pdi_fit_run_model(pdi_fit *f, const pd_setup *setup)
     return result.stopped ? pd_fail(f->ctx, PD_ERR_STATE, "fit", "interrupted") : PD_OK;
 }
 
-/* Residuals [points] for parameter values: (computed - measured) times weight. The function of pd_least_squares_solve.
- */
+/* Residuals [points] [-] for parameter values: (computed - measured) times weight. Reads the scene anew, makes a run,
+ * counts it, and keeps the residuals of the lowest sum of squares. The function of pd_least_squares_solve. */
 static pd_status pdi_fit_compute_residuals(pd_ctx *ctx, void *user, const double *value, double *residual)
 {
     pdi_fit *f = (pdi_fit *)user;
@@ -204,7 +206,8 @@ static pd_status pdi_fit_compute_residuals(pd_ctx *ctx, void *user, const double
 
 /* ---- points ---- */
 
-/* Check that points have positive standard deviations, all or none of the sets; *known: 1: they have. */
+/* Check that points in the run have positive standard deviations, all or, with a single set, none of the sets; *known:
+ * 1: they have. PD_ERR_ARGUMENT. */
 static pd_status pdi_fit_check_std_devs(pd_ctx *ctx, const pd_setup *setup, int *known)
 {
     int with = 0;
@@ -225,7 +228,8 @@ static pd_status pdi_fit_check_std_devs(pd_ctx *ctx, const pd_setup *setup, int 
                    with, setup->measured_count);
 }
 
-/* Collect measured values and weights of points after the start and before the end of the run. */
+/* Collect measured values and weights (1/spread, else 1 over the unit) of points after the start and before the end of
+ * the run, their number, and names and unit of the result from the first set. */
 static void pdi_fit_find_points(pdi_fit *f, const pd_setup *setup)
 {
     int at = 0, count = 0;
@@ -287,7 +291,8 @@ static void pdi_fit_print_iteration(void *user, const double *value, double sum,
     pdi_fit_print(f, PD_PRINT_SUMMARY, line);
 }
 
-/* Solve the least-squares problem on the lattice of the present factor, from `start`. */
+/* Solve the least-squares problem on the lattice of the present factor, from `start`, moved into the bounds, into
+ * fit->result, whose noise f->noise takes over. A parameter without effect sets fit->bad_input. */
 static pd_status pdi_fit_solve_on_grid(pdi_fit *f, const double *start)
 {
     pd_least_squares_desc d;
@@ -318,8 +323,8 @@ static pd_status pdi_fit_solve_on_grid(pdi_fit *f, const double *start)
 /* 1: the caller wants to stop. */
 static int pdi_fit_is_stopped(const pdi_fit *f) { return f->desc->stop && f->desc->stop(f->desc->stop_user); }
 
-/* Solve on the lattices at 4 h, 2 h and h, each from the result before. A coarser lattice that fails is left out.
- * Starts are geometric means of wide positive ranges, else midpoints. */
+/* Solve on the lattices at 4 h, 2 h and h, each from the result before. A coarser lattice that fails is left out, with
+ * a note. Starts are geometric means of wide positive ranges, else midpoints. Returns the status of the last solve. */
 static pd_status pdi_fit_solve_coarse_to_fine(pdi_fit *f)
 {
     double start[PD_LEAST_SQUARES_PARAMETERS];
@@ -339,7 +344,8 @@ static pd_status pdi_fit_solve_coarse_to_fine(pdi_fit *f)
     return status;
 }
 
-/* Root mean square of the residuals: in the unit of the points, or, with several sets, over standard deviations. */
+/* Set fit->rms, the root mean square of the best residuals: in the unit of the points, or, with several sets, over
+ * standard deviations. Write the overrides of the result. */
 static pd_status pdi_fit_compute_rms(pdi_fit *f)
 {
     double square = 0.0, scale = 1.0;
@@ -354,7 +360,7 @@ static pd_status pdi_fit_compute_rms(pdi_fit *f)
     return PD_OK;
 }
 
-/* The whole fit: ranges, points, lattices. */
+/* Make the whole fit: ranges, points, lattices. fit->bad_input: 1: a failure before the first run that is not fatal. */
 static pd_status pdi_fit_run_inner(pdi_fit *f)
 {
     pd_setup *setup = NULL;

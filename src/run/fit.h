@@ -60,9 +60,10 @@ typedef struct pd_fit {
  * fewer points than parameters, a parameter without effect. A run that fails at a trial value ends the fit with its
  * status and the value. PD_NOT_CONVERGED as for pd_least_squares_solve. */
 PD_API pd_status pd_fit_run(pd_ctx *ctx, const pd_fit_desc *desc, pd_fit *fit);
-/* "result case=... fit=volume_loss points=9 rms=... KEY=1.07 KEY.error=0.02 ..." into text[size]. */
+/* Write "result case=... fit=volume_loss points=9 rms=... KEY=1.07 KEY.error=0.02 ..." into text[size]. */
 PD_API void pd_fit_format_result(const pd_fit *fit, char *text, size_t size);
-/* The setup of the runs with the overrides of desc and `count` more, and with its points. */
+/* Read the setup of the runs with the overrides of desc and `count` more, and with its points, for pd_setup_free; on
+ * failure it is freed. PD_ERR_ARGUMENT: it has no points. */
 PD_API pd_status pd_fit_read_setup(pd_ctx *ctx, const pd_fit_desc *desc, const char *const *more, int count,
                                    pd_setup *setup);
 

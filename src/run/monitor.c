@@ -33,7 +33,7 @@ static int pdi_monitor_get_unit_index(const pd_setup *setup) { return setup->axi
 
 /* ---- figures ---- */
 
-/* Append an output. */
+/* Append an output to m->output, which has room for it. */
 static void pdi_monitor_add_output(pd_monitor *m, const char *key, const char *unit, double value)
 {
     pd_monitor_output *f = &m->output[m->count++];
@@ -87,8 +87,8 @@ static pd_status pdi_monitor_compute_control_volume_force(pd_ctx *ctx, pd_model 
     return pd_fail(ctx, status, "force", "%.500s; balance = no leaves it out", what ? what + 1 : message);
 }
 
-/* Outputs of a force: on the surface, by friction and pressure, by momentum balance, and drag coefficients. Only
- * updated after a new flow solve. */
+/* Outputs of a force: on the surface, by friction and pressure, by momentum balance, and coefficients 2 F/(rho U^2 A).
+ * Without a new flow solve since the last call they stay as they are. */
 static pd_status pdi_monitor_compute_force(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_setup_monitor *d = m->desc;
@@ -112,8 +112,8 @@ static pd_status pdi_monitor_compute_force(pd_ctx *ctx, pd_model *model, pd_moni
     return PD_OK;
 }
 
-/* Reference concentration of the fluid in each layer of a mass transfer: given, or the mixing-cup mean sum u c / sum u.
- */
+/* Reference concentration [mol/m3] of the fluid in each layer of a mass transfer into m->fluid[rows]: given, or the
+ * mixing-cup mean sum u c / sum u. The profile is work for the latter. */
 static void pdi_monitor_compute_layer_concentration(const pd_model *model, pd_monitor *m)
 {
     const pd_grid *grid = &model->grid;
@@ -134,8 +134,8 @@ static void pdi_monitor_compute_layer_concentration(const pd_model *model, pd_mo
     for (int k = 0; k < m->rows; k++) m->fluid[k] /= stream[k];
 }
 
-/* Outputs of a mass transfer: species flux [mol/s], area, flux density, Sherwood number and diffusion layer thickness.
- */
+/* Outputs of a mass transfer: species flux from solids into the fluid [mol/s], per m in planar 2D and per m2 in 1D,
+ * area, flux density, Sherwood number and diffusion layer thickness. Fills m->flux, m->area and m->fluid by layers. */
 static void pdi_monitor_compute_mass_transfer(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_setup_monitor *d = m->desc;
@@ -161,7 +161,8 @@ static void pdi_monitor_compute_mass_transfer(pd_ctx *ctx, pd_model *model, pd_m
     pdi_monitor_add_output(m, "layer", "m", excess * d->diffusivity / flux);
 }
 
-/* [mol] Integral of a concentration field over the box of the monitor. */
+/* [mol] Integral of a concentration field [mol/m3] over the fluid in the box of the monitor; per m in planar 2D, per m2
+ * in 1D. */
 static double pdi_monitor_integrate_concentration(pd_ctx *ctx, pd_model *model, const pd_monitor *m,
                                                   const double *field)
 {
@@ -209,7 +210,8 @@ static void pdi_monitor_compute_species(pd_ctx *ctx, pd_model *model, pd_monitor
     }
 }
 
-/* Extremes of the concentration in the box, without nodes just converted to fluid. */
+/* Replace the extremes of the concentration in r by those without nodes just converted to fluid; NaN: there are no
+ * others. */
 static void pdi_monitor_compute_extremes(const pd_model *model, const pd_setup_monitor *desc,
                                          pd_diagnostics_box_result *r)
 {
@@ -249,7 +251,8 @@ static void pdi_monitor_compute_total(pd_ctx *ctx, pd_model *model, pd_monitor *
     if (u->has_chemistry) pdi_monitor_compute_species(ctx, model, m);
 }
 
-/* Largest displacement, overlap, von Mises and hydrostatic stress, and plastic strain of the metal. */
+/* Outputs of the metal that bears load: largest displacement, overlap of faces, von Mises and hydrostatic stress
+ * (tension positive), plastic strain. */
 static void pdi_monitor_compute_solid_extremes(const pd_solid_coupling *s, pd_monitor *m)
 {
     const double *at = pd_solid_coupling_displacements(s);
@@ -423,7 +426,8 @@ static void pdi_monitor_compute_surface_state(const pd_model *model, pd_monitor 
     pdi_monitor_add_output(m, "area", pdi_monitor_unit_area[pdi_monitor_get_unit_index(model->setup)], f.area);
 }
 
-/* Compute the outputs of a monitor, by its kind. */
+/* Compute the outputs of a monitor, by its kind, in place of those before; that of a mechanical boundary condition is
+ * its reaction force. */
 static pd_status pdi_monitor_compute_outputs(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     if (m->desc->kind == PD_MONITOR_FORCE) return pdi_monitor_compute_force(ctx, model, m);
@@ -445,7 +449,7 @@ static pd_status pdi_monitor_compute_outputs(pd_ctx *ctx, pd_model *model, pd_mo
 
 /* ---- profiles ---- */
 
-/* Set the name of a column; returns the next column. */
+/* Copy the name of a column into names[column]; returns the next column. */
 static int pdi_monitor_set_column_name(char names[][PD_SETUP_NAME], int column, const char *name)
 {
     snprintf(names[column], PD_SETUP_NAME, "%s", name);
@@ -510,7 +514,8 @@ static void pdi_monitor_compute_line(const pd_model *model, pd_monitor *m)
     }
 }
 
-/* Profile of a mass transfer along its axis: area, flux density, concentration, local Sherwood number. */
+/* Fill the profile [rows][columns] of a mass transfer along its axis: place, area, flux density (NaN without area),
+ * concentration, local Sherwood number; m->flux, m->area and m->fluid hold the layers. */
 static void pdi_monitor_compute_transfer_profile(const pd_model *model, pd_monitor *m)
 {
     const pd_setup_monitor *d = m->desc;
@@ -525,8 +530,8 @@ static void pdi_monitor_compute_transfer_profile(const pd_model *model, pd_monit
     }
 }
 
-/* Plot `count` columns from `first` on over column 0, lengths in m, mm or um. Nothing is drawn where no value is
- * finite. */
+/* Plot `count` columns of the profile from `first` on over column 0 [m], drawn in m, mm or um. axis: name of column 0;
+ * label: of the values. No file where no value is finite. */
 static pd_status pdi_monitor_draw_profile(pd_ctx *ctx, const pd_monitors *all, const pd_monitor *m, int first,
                                           int count, const char *axis, const char *label, const char *path)
 {
@@ -566,7 +571,8 @@ static pd_status pdi_monitor_draw_profile(pd_ctx *ctx, const pd_monitors *all, c
 
 /* ---- files ---- */
 
-/* "FOLDER/line_NAME_C_000012_t6.1s.png" */
+/* Path "FOLDER/line_NAME_C_000012_t6.1s.png" into path[PD_PATH_SIZE], added to the list of the folder; field "":
+ * without it. */
 static pd_status pdi_monitor_format_path(pd_ctx *ctx, const pd_monitors *all, const pd_monitor *m, const char *field,
                                          int frame, const char *extension, char *path)
 {
@@ -592,7 +598,8 @@ static pd_status pdi_monitor_draw_line(pd_ctx *ctx, const pd_monitors *all, cons
     return PD_OK;
 }
 
-/* Write the profile of a line or mass transfer as a table and as plots. */
+/* Fill the profile of a line or mass transfer and write it as a table and as plots: of each requested field, or of Sh,
+ * else the flux density. */
 static pd_status pdi_monitor_write_profile(pd_ctx *ctx, const pd_monitors *all, pd_monitor *m, int frame)
 {
     char names[1 + PD_DIM + PD_FIELD_COUNT + PD_DIM][PD_SETUP_NAME], path[PD_PATH_SIZE];
@@ -640,7 +647,7 @@ static pd_status pdi_monitor_begin_table(pd_ctx *ctx, const pd_monitors *all, pd
 
 /* ---- life ---- */
 
-/* Allocate outputs and profile of a monitor. */
+/* Allocate outputs and profile of a monitor, and for a transfer its layers: the cells along its axis, or one. */
 static pd_status pdi_monitor_allocate(pd_ctx *ctx, const pd_model *model, pd_monitor *m)
 {
     const pd_setup_monitor *d = m->desc;
@@ -675,7 +682,8 @@ static pd_status pdi_monitor_reject_probe(pd_ctx *ctx, const pd_model *model, co
                    "surface: move it by that much", probe->name, deep);
 }
 
-/* Inner part of the build: checks probes and computes all outputs once. */
+/* Check that probes stand outside of walls, then allocate each monitor and compute its outputs once. all->error_line is
+ * the line of the section in work; the caller frees on failure. */
 static pd_status pdi_monitor_build_inner(pd_ctx *ctx, pd_model *model, pd_monitors *all)
 {
     const pd_setup *u = model->setup;

@@ -44,23 +44,28 @@ typedef struct pd_monitors {
 } pd_monitors;
 
 #ifdef PDI_APP_INTERNAL
-/* Build all monitors of the setup; model is borrowed. PD_ERR_GEOMETRY: a probe in the wall, a box around a body that
+/* Build all monitors of the setup and compute their outputs once; model is borrowed. On failure all are freed, and
+ * error_line says where the scene asks for what failed. PD_ERR_GEOMETRY: a probe in the wall, a box around a body that
  * comes too close to other walls. */
 PDI_FN pd_status pdi_monitors_build(pd_ctx *ctx, pd_model *model, pd_monitors *monitors);
-/* Start the tables in an open folder. PD_ERR_FILE. */
+/* Start the tables in an open folder, which is borrowed. PD_ERR_FILE. */
 PDI_FN pd_status pdi_monitors_open(pd_ctx *ctx, pd_monitors *monitors, pd_output_folder *folder);
 /* Store the lengths of the tables in a checkpoint. */
 PDI_FN pd_status pdi_monitors_save(pd_ctx *ctx, pd_monitors *monitors, pd_archive *archive);
-/* In place of pdi_monitors_open: continue the tables at the lengths that the checkpoint holds. */
+/* In place of pdi_monitors_open: continue the tables at the lengths that the checkpoint holds. PD_ERR_FILE: one is
+ * missing or shorter. */
 PDI_FN pd_status pdi_monitors_resume(pd_ctx *ctx, pd_monitors *monitors, pd_output_folder *folder, pd_archive *archive);
-/* Compute all outputs now and write a row of the tables that are open. */
+/* Compute all outputs now and write a row of the tables that are open. Before the first step the sources of dissolution
+ * are computed, too. */
 PDI_FN pd_status pdi_monitors_step(pd_ctx *ctx, pd_monitors *monitors);
-/* Write profiles and plots of output time number `frame`, after the step. */
+/* Write profiles and plots of lines, and of transfers along an axis, at output time number `frame`, after the step. */
 PDI_FN pd_status pdi_monitors_write_frame(pd_ctx *ctx, pd_monitors *monitors, int frame);
 /* State of an electrode now (potential, currents, charge), from the potential solver or, with migrating ions, from the
  * species solver. */
 PDI_FN void pdi_monitor_get_electrode(const pd_model *model, int electrode, pd_cell_electrode *e);
+/* Close all tables. PD_ERR_FILE: rows could not be written. */
 PDI_FN pd_status pdi_monitors_close(pd_ctx *ctx, pd_monitors *monitors);
+/* Close the tables, free all memory and zero monitors. Zeroed ones are allowed. */
 PDI_FN void pdi_monitors_free(pd_ctx *ctx, pd_monitors *monitors);
 #endif
 

@@ -22,7 +22,7 @@
 /* Errors of a charge below this fraction of the charge passed both ways are rounding. */
 #define PDI_MONITOR_REPORT_CHARGE_ROUNDING 1e-9
 
-/* Note: lost metal and anodic charge of an electrode do not agree by Faraday's law. */
+/* Print a note where lost metal and anodic charge of an electrode differ by more than 1 % from Faraday's law. */
 static void pdi_monitor_report_print_faraday_mismatch(const pd_monitor *m, pd_print_fn print, void *user)
 {
     char text[256];
@@ -38,7 +38,7 @@ static void pdi_monitor_report_print_faraday_mismatch(const pd_monitor *m, pd_pr
     }
 }
 
-/* Note: the charge of an electrode is inaccurate as its current changed within steps. */
+/* Print a note where the charge of an electrode may be off by more than 5 %, as its current changed within steps. */
 static void pdi_monitor_report_print_charge_error(const pd_monitor *m, const pd_cell_electrode *e, pd_print_fn print,
                                                   void *user)
 {
@@ -52,7 +52,8 @@ static void pdi_monitor_report_print_charge_error(const pd_monitor *m, const pd_
     print(user, PD_PRINT_NOTE, text);
 }
 
-/* Note: a polarisation curve was evaluated outside of a table in it, where its end values hold. */
+/* Print a note where a polarisation curve was evaluated outside of a measured table in it, where its end values hold.
+ */
 static void pdi_monitor_report_print_table_range(const pd_model *model, const pd_monitor *m, const pd_cell_electrode *e,
                                                  pd_print_fn print, void *user)
 {
@@ -66,7 +67,7 @@ static void pdi_monitor_report_print_table_range(const pd_model *model, const pd
     print(user, PD_PRINT_NOTE, text);
 }
 
-/* Note: a polarisation curve was evaluated outside of its range, where it is extrapolated linearly. */
+/* Print a note where a polarisation curve was evaluated outside of its range, where it is extrapolated linearly. */
 static void pdi_monitor_report_print_curve_range(const pd_model *model, const pd_monitor *m, const pd_cell_electrode *e,
                                                  pd_print_fn print, void *user)
 {
@@ -80,7 +81,7 @@ static void pdi_monitor_report_print_curve_range(const pd_model *model, const pd
     print(user, PD_PRINT_NOTE, text);
 }
 
-/* Print the notes of one monitor. */
+/* Print the notes of one monitor: those of an electrode, and of a diffusion layer thinner than two cells. */
 static void pdi_monitor_report_print_warnings(const pd_model *model, const pd_monitor *m, pd_print_fn print, void *user)
 {
     char text[256];
@@ -105,7 +106,8 @@ static void pdi_monitor_report_print_warnings(const pd_model *model, const pd_mo
     print(user, PD_PRINT_NOTE, text);
 }
 
-/* Note: numerical diffusion of species by upwinding, at large cell Peclet numbers. */
+/* Print a note where the largest cell Peclet number v h/D of a species is above 2: upwinding then spreads it more than
+ * D. */
 static void pdi_monitor_report_print_numerical_diffusion(const pd_model *model, pd_print_fn print, void *user)
 {
     const char *slowest;
@@ -120,7 +122,7 @@ static void pdi_monitor_report_print_numerical_diffusion(const pd_model *model, 
     print(user, PD_PRINT_NOTE, text);
 }
 
-/* Note: the ionic strength exceeds the validity of Davies' equation. */
+/* Print a note where the largest ionic strength in the fluid exceeds the validity of Davies' equation, 0.5 mol/L. */
 static void pdi_monitor_report_print_ionic_strength(const pd_model *model, pd_print_fn print, void *user)
 {
     const pd_reactive *r = &model->reactive;

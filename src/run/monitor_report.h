@@ -6,8 +6,8 @@
 #include "run/monitor.h"
 
 #ifdef PDI_APP_INTERNAL
-/* Print a line "result case=... monitor=..." with the last outputs of each monitor, and notes where they are doubtful.
- */
+/* Print a line "result case=... plane=up time=... flow=..." with the last outputs of each monitor, and notes where they
+ * are doubtful; print NULL: nothing. */
 PDI_FN void pdi_monitor_report_print(const pd_monitors *monitors, pd_print_fn print, void *user);
 #endif
 

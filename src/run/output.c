@@ -67,7 +67,8 @@ static void pdi_output_compute_fields(pd_ctx *ctx, pd_output *out)
     for (int32_t i = 0; i < m->grid.total && out->phase; i++) out->phase[i] = m->grid.kind[i] == PD_SOLID;
 }
 
-/* List the requested fields for a VTI file, with names, units and arrays; returns their number. */
+/* List the requested fields for a VTI file in fields[PD_FIELD_COUNT], with names, units (kept in unit) and arrays,
+ * which are borrowed; returns their number. */
 static int pdi_output_list_fields(const pd_output *out, char (*unit)[PD_UNITS_TEXT], pd_vti_field *fields)
 {
     const pd_model *m = out->model;
@@ -101,7 +102,8 @@ static int pdi_output_list_fields(const pd_output *out, char (*unit)[PD_UNITS_TE
     return count;
 }
 
-/* Path of an output file at this time, such as "FOLDER/corr_000012_t6.1s.vti", added to the list of the folder. */
+/* Path of an output file at this time, such as "FOLDER/corr_000012_t6.1s.vti", into path[PD_PATH_SIZE]; it is added to
+ * the list of the folder. */
 static pd_status pdi_output_format_path(pd_ctx *ctx, const pd_output *out, const char *prefix, const char *extension,
                                         char *path)
 {
@@ -110,7 +112,7 @@ static pd_status pdi_output_format_path(pd_ctx *ctx, const pd_output *out, const
     return pdi_output_folder_add_file(ctx, out->folder, name, path);
 }
 
-/* Write the fields as a VTI file and add it to the PVD collection. */
+/* Write the fields as a VTI file and add it to the PVD collection; nothing where no field is requested. */
 static pd_status pdi_output_write_vti(pd_ctx *ctx, pd_output *out)
 {
     char path[PD_PATH_SIZE], unit[PD_FIELD_COUNT][PD_UNITS_TEXT];
@@ -125,8 +127,8 @@ static pd_status pdi_output_write_vti(pd_ctx *ctx, pd_output *out)
 
 /* ---- tables ---- */
 
-/* Names or values of the columns of the probe table (v by components), as many as fit into room; returns their number.
- * Either may be NULL. */
+/* Names or values of the columns of the probe table (time [s], then fields, v by components), as many as fit into room;
+ * returns their number. Either may be NULL. */
 static int pdi_output_compute_probe_row(const pd_output *out, char names[][PDI_OUTPUT_COLUMN_NAME], double *values,
                                         int room)
 {
@@ -153,7 +155,7 @@ static int pdi_output_compute_probe_row(const pd_output *out, char names[][PDI_O
     return count;
 }
 
-/* Create the probe table. */
+/* Create the probe table, if there are probes. */
 static pd_status pdi_output_begin_probe_table(pd_ctx *ctx, pd_output *out)
 {
     char names[PD_CSV_MAX_COLUMNS][PDI_OUTPUT_COLUMN_NAME], path[PD_PATH_SIZE];
@@ -174,7 +176,7 @@ static pd_status pdi_output_begin_tables(pd_ctx *ctx, pd_output *out)
     return pdi_output_begin_probe_table(ctx, out);
 }
 
-/* Append time [s] and volume loss [-] to the loss curve. */
+/* Append time [s], kept in hours, and volume loss [-] to the loss curve. */
 static pd_status pdi_output_append_loss(pd_ctx *ctx, pd_output *out, double time, double loss)
 {
     int64_t fresh = 2 * out->rows + 256;
@@ -314,8 +316,8 @@ PDI_FN pd_status pdi_output_resume(pd_ctx *ctx, pd_model *model, pd_output_folde
                          &out->probes);
 }
 
-/* Add measured losses to the plot of the curve, as many series as fit. unit [s]: of the time axis; last [s]; work [3
- * points of all records]. */
+/* Add measured losses to the plot of the curve, in %, as many series as fit. unit [s]: of the time axis; last [s]: end
+ * of the curve; work[3 points of all records]: memory of the series. */
 static void pdi_output_add_measured_series(const pd_output *out, double unit, double last, double *work, pd_plot *plot)
 {
     const pd_setup *u = out->model->setup;
@@ -327,7 +329,8 @@ static void pdi_output_add_measured_series(const pd_output *out, double unit, do
     if (plot->count > 1) plot->series[0].name = "computed";
 }
 
-/* Draw the volume loss over time so far. */
+/* Draw the volume loss over time so far into volume_loss.png and .svg, as requested; nothing without dissolution or
+ * with fewer than two rows. */
 static pd_status pdi_output_draw_loss_curve(pd_ctx *ctx, pd_output *out)
 {
     const pd_setup *u = out->model->setup;

@@ -43,13 +43,15 @@ PDI_FN pd_status pdi_output_save(pd_ctx *ctx, pd_output *out, pd_archive *archiv
  * cut off. PD_ERR_FILE: a table is missing or shorter. */
 PDI_FN pd_status pdi_output_resume(pd_ctx *ctx, pd_model *model, pd_output_folder *folder, pd_archive *archive,
                                    pd_output *out);
-/* Write a row of the diagnostics and probe tables. */
+/* Write a row of the diagnostics and probe tables, and append the volume loss to the curve. */
 PDI_FN pd_status pdi_output_write_rows(pd_ctx *ctx, pd_output *out, const pd_step_diagnostics *o);
-/* Write fields and pictures now; a second call at the same time does nothing. */
+/* Write fields and pictures now and count the frame; a second call at the same time does nothing. With updates_latest
+ * the loss curve is drawn, too. */
 PDI_FN pd_status pdi_output_write_frame(pd_ctx *ctx, pd_output *out);
 /* Draw the loss curve and close the tables. over: 1: the run is complete, and its pictures get a common range.
  * PD_CANCELLED: interrupted meanwhile. */
 PDI_FN pd_status pdi_output_close(pd_ctx *ctx, pd_output *out, int over);
+/* Close the tables, free all memory and zero out. A zeroed one is allowed. */
 PDI_FN void pdi_output_free(pd_ctx *ctx, pd_output *out);
 #endif
 

@@ -29,7 +29,7 @@ static size_t pdi_parameter_sweep_find_value_length(const char *text, const char
     return length;
 }
 
-/* Number of digits at the start of text. */
+/* Number of digits at the start of text[length]. */
 static size_t pdi_parameter_sweep_count_digits(const char *text, size_t length)
 {
     size_t at = 0;
@@ -90,7 +90,8 @@ static void pdi_parameter_sweep_append_text(char *text, const char *part, size_t
     text[used + length] = '\0';
 }
 
-/* Parse "key=value, value, ..." into an axis. */
+/* Parse "key=value, value, ..." into an axis, whose text is allocated, with the unit of the last value behind all
+ * numbers. */
 static pd_status pdi_parameter_sweep_parse_axis(pd_ctx *ctx, const char *text, pd_parameter_sweep_axis *axis)
 {
     char unit[PD_PARAMETER_SWEEP_VALUE_BYTES];
@@ -140,7 +141,7 @@ static const char *pdi_parameter_sweep_get_axis_value(const pd_parameter_sweep *
     return s->axis[axis].text + (size_t)(index % s->axis[axis].count) * PD_PARAMETER_SWEEP_VALUE_BYTES;
 }
 
-/* Read the scene of run `index` with its overrides. */
+/* Read the scene of run `index` with its overrides into setup, which the caller frees. */
 static pd_status pdi_parameter_sweep_read_scene(pd_ctx *ctx, const pd_parameter_sweep *s, int index, pd_setup *setup)
 {
     const char *overrides[PD_PARAMETER_SWEEP_MAX_OVERRIDES + PD_PARAMETER_SWEEP_MAX_AXES];
@@ -175,7 +176,8 @@ static pd_status pdi_parameter_sweep_parse_axes(pd_ctx *ctx, const pd_parameter_
     return PD_OK;
 }
 
-/* Paths of the folder of a run and of its result file. PD_ERR_FILE: the folder is a link. */
+/* Paths of the folder of a run and of its result file into folder[PD_PATH_SIZE] and result[PD_PATH_SIZE]. PD_ERR_FILE:
+ * the folder is a link. */
 static pd_status pdi_parameter_sweep_format_paths(pd_ctx *ctx, const pd_parameter_sweep *s, int index, char *folder,
                                                   char *result)
 {
@@ -188,7 +190,8 @@ static pd_status pdi_parameter_sweep_format_paths(pd_ctx *ctx, const pd_paramete
     return pd_file_join(ctx, folder, PDI_PARAMETER_SWEEP_STATUS_FILE, result);
 }
 
-/* Read the scenes of all runs to check them, and remove results of former sweeps. */
+/* Read the scenes of all runs to check them, set name, folder and has_dissolution of the sweep, and remove results of
+ * former sweeps. */
 static pd_status pdi_parameter_sweep_check_scenes(pd_ctx *ctx, pd_parameter_sweep *s)
 {
     for (int index = 0; index < s->runs; index++) {
@@ -288,7 +291,7 @@ static const char *pdi_parameter_sweep_get_run_text(const pdi_parameter_sweep_re
     return rows->text[index] ? rows->text[index] : pdi_parameter_sweep_not_started;
 }
 
-/* Length of the key of the next "key=value" at *at, which moves there; 0: there is none. */
+/* Length of the key of the next "key=value" from *at on, to which *at moves; 0: there is none. */
 static size_t pdi_parameter_sweep_find_next_pair(const char **at)
 {
     for (; **at; *at += strcspn(*at, " \n")) {
@@ -299,7 +302,8 @@ static size_t pdi_parameter_sweep_find_next_pair(const char **at)
     return 0;
 }
 
-/* Collect the keys of a result line as columns, in the order of first appearance. */
+/* Collect the keys of a result line as columns, in the order of first appearance. Long names, case, and more than fit
+ * are left out. */
 static void pdi_parameter_sweep_find_names(const char *text, pdi_parameter_sweep_results *rows)
 {
     const char *at = text;
@@ -315,7 +319,8 @@ static void pdi_parameter_sweep_find_names(const char *text, pdi_parameter_sweep
     }
 }
 
-/* Read the result files of all runs, count how they ended, and collect the columns. */
+/* Read the result files of all runs into new memory of rows, count how they ended, and collect the columns. A file that
+ * cannot be read counts as a run that was not begun. */
 static pd_status pdi_parameter_sweep_read_results(pd_ctx *ctx, const pd_parameter_sweep *s,
                                                   pdi_parameter_sweep_results *rows, pd_parameter_sweep_count *count)
 {
@@ -352,7 +357,8 @@ static pd_status pdi_parameter_sweep_write_csv_field(pd_ctx *ctx, pd_file *file,
     return pdi_file_write_text(ctx, file, "\"");
 }
 
-/* Value of key `name` in the result line of a run that is done; *length 0: it has none. */
+/* Value of key `name` in the result line of a run that is done, *length bytes at the returned place; *length 0: it has
+ * none. */
 static const char *pdi_parameter_sweep_find_result_value(const char *text, const char *name, size_t *length)
 {
     const char *at = strchr(text, '\n');
@@ -441,7 +447,8 @@ typedef struct pdi_parameter_sweep_loss_curves {
     char label[PD_PLOT_MAX_SERIES][PD_PARAMETER_SWEEP_MAX_AXES * PD_PARAMETER_SWEEP_VALUE_BYTES];
 } pdi_parameter_sweep_loss_curves;
 
-/* Add the volume loss [%] of a run over time [h] to the plot; none for a run without a table. */
+/* Add the volume loss [%] of a run over time [h] to the plot, with its data in new memory; none for a run without a
+ * table of 2 rows. */
 static pd_status pdi_parameter_sweep_add_curve(pd_ctx *ctx, const pd_parameter_sweep *s, int index,
                                                pdi_parameter_sweep_loss_curves *c)
 {
@@ -480,7 +487,7 @@ static pd_status pdi_parameter_sweep_add_curve(pd_ctx *ctx, const pd_parameter_s
     return PD_OK;
 }
 
-/* Draw the loss curves; with too many runs, evenly chosen ones. */
+/* Draw the loss curves as sweep.png; with too many runs, evenly chosen ones. No file where no run has a curve. */
 static pd_status pdi_parameter_sweep_draw_curves(pd_ctx *ctx, const pd_parameter_sweep *s,
                                                  pdi_parameter_sweep_loss_curves *c)
 {

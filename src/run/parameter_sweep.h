@@ -58,17 +58,18 @@ typedef struct pd_parameter_sweep_count {
 #define pd_parameter_sweep_write PD_NAME(pd_parameter_sweep_write)
 #define pd_parameter_sweep_free PD_NAME(pd_parameter_sweep_free)
 
-/* PD_ERR_ARGUMENT: an axis without key or value, twice the same key, too many runs. The errors of pd_scene_read for the
- * first run whose scene is refused. Results of a former sweep in the folder are forgotten. */
+/* Parse the axes and read every scene to check it; removes results of a former sweep from the folder. On failure sweep
+ * is zero. PD_ERR_ARGUMENT: an axis without key or value, twice the same key, too many runs. Errors of pd_scene_read
+ * for the first run whose scene is refused. */
 PD_API pd_status pd_parameter_sweep_build(pd_ctx *ctx, const pd_parameter_sweep_desc *desc, pd_parameter_sweep *sweep);
-/* "run003 mean=0.2 m/s h=10 um" of run `index` into text[size]. */
+/* Write "run003 mean=0.2 m/s h=10 um" of run `index` into text[size]. */
 PD_API void pd_parameter_sweep_label(const pd_parameter_sweep *sweep, int index, char *text, size_t size);
-/* Make run `index`, 0 .. runs - 1, in its folder run001, run002, ...; `desc` as for pd_run, but for the folder. Its
- * status, PD_RETRY when it was stopped: a run that fails is no failure of the sweep. */
+/* Make run `index`, 0 .. runs - 1, in its folder run001, run002, ...; `desc` as for pd_run, but for the folder. Returns
+ * its status, PD_RETRY when it was stopped: a run that fails is no failure of the sweep. */
 PD_API pd_status pd_parameter_sweep_run(pd_ctx *ctx, const pd_parameter_sweep *sweep, int index,
                                         const pd_run_desc *desc);
-/* sweep.csv: a row for each run with its values and all figures of its result line; sweep.png: volume loss over time.
- * A run that was not begun counts as stopped. PD_ERR_FILE. */
+/* Write sweep.csv, a row for each run with its values and all figures of its result line, and sweep.png, volume loss
+ * over time. *count: how they ended; a run that was not begun counts as stopped. PD_ERR_FILE. */
 PD_API pd_status pd_parameter_sweep_write(pd_ctx *ctx, const pd_parameter_sweep *sweep,
                                           pd_parameter_sweep_count *count);
 PD_API void pd_parameter_sweep_free(pd_ctx *ctx, pd_parameter_sweep *sweep);

@@ -110,7 +110,7 @@ static int pdi_pictures_has_bond(const pd_output_pictures *im, int64_t cell, int
 /* Offsets (column, row) of the four neighbours to the right and above. */
 static const int pdi_pictures_neighbour_offset[4][2] = {{1, 0}, {0, 1}, {1, 1}, {-1, 1}};
 
-/* Set the bits of joined [cells]: neighbours that a cell has bonds to, so that cracks open in deformed pictures. */
+/* Set the bits of bonded [cells]: neighbours that a cell has bonds to, so that cracks open in deformed pictures. */
 static void pdi_pictures_mark_bonded_neighbours(pd_output_pictures *im)
 {
     int whole = pd_body_is_intact(&im->model->solid.body);
@@ -128,7 +128,8 @@ static void pdi_pictures_mark_bonded_neighbours(pd_output_pictures *im)
     }
 }
 
-/* Fill move [2][cells] [m] with scaled displacements of the metal, NaN elsewhere, and the bonds between cells. */
+/* Fill displacement [2][cells] [m] with the displacements of the metal along right and up times the scale of the setup,
+ * NaN elsewhere, and bonded. */
 static void pdi_pictures_compute_displacements(pd_output_pictures *im)
 {
     const pd_model *m = im->model;
@@ -156,7 +157,7 @@ static int pdi_pictures_are_bonded(const void *user, int cell, int other)
     return 0;
 }
 
-/* Fill velocity [2][cells] [m/s] with the components in the drawn plane, NaN outside the fluid. */
+/* Fill velocity [2][cells] [m/s] with the components along right and up in the drawn plane, NaN outside the fluid. */
 static void pdi_pictures_compute_velocities(pd_output_pictures *im)
 {
     const pd_model *m = im->model;
@@ -191,7 +192,7 @@ static int pdi_pictures_compare_doubles(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* Value at fractional rank `at` of sorted [count], linear between two: a percentile. */
+/* Value at fractional rank `at`, 0 to count - 1, of sorted[count], linear between two: a percentile. */
 static double pdi_pictures_interpolate_sorted(const double *sorted, int64_t count, double at)
 {
     int64_t below = (int64_t)pd_min(floor(at), (double)count - 1.0), above = below + 1 < count ? below + 1 : below;
@@ -204,7 +205,8 @@ static int64_t pdi_pictures_count_values(const pd_output_pictures *im, pd_field 
     return field == PD_PICTURES_SURFACE ? (int64_t)im->surface_view.width * im->surface_view.height : im->cells;
 }
 
-/* Smallest and largest value of this frame, or percentiles, for colours, without masked and (log) non-positive ones. */
+/* Smallest and largest value of this frame, or percentiles, for colours, without masked and (log) non-positive ones.
+ * *lo > *hi: there are none. im->sorted is work. */
 static void pdi_pictures_find_range(pd_output_pictures *im, pd_field field, double *lo, double *hi)
 {
     int64_t count = 0, values = pdi_pictures_count_values(im, field);
@@ -237,7 +239,8 @@ static int pdi_pictures_is_range_fixed(const pd_setup *setup, pd_field field)
            field == PD_FIELD_PHASE;
 }
 
-/* Extend the colour range, the extent of deformed metal and the largest speed by this frame. */
+/* Extend im->view of the field by this frame: the colour range unless it is fixed, the extent of deformed metal
+ * (described by warp) and the largest speed. */
 static pd_status pdi_pictures_update_range(pd_ctx *ctx, pd_output_pictures *im, pd_field field,
                                            const pdi_deformed_plot *warp)
 {
@@ -394,7 +397,8 @@ static void pdi_pictures_build_deformed(const pd_output_pictures *im, pd_field f
     }
 }
 
-/* 1D: describe the plot of the field over x. x [cells] [um]: output. */
+/* 1D: describe the plot of the field over x. x[cells] [um]: output. Values of cells that the field does not paint
+ * become NaN. */
 static void pdi_pictures_build_plot(pd_output_pictures *im, pd_field field, double time, pdi_pictures_labels *text,
                                     double *x, pd_plot *plot)
 {
@@ -424,7 +428,7 @@ static void pdi_pictures_build_plot(pd_output_pictures *im, pd_field field, doub
     plot->series[0].count = im->nx;
 }
 
-/* 3D: draw the rendered metal surface into the image, or, without one, into a file. */
+/* 3D: draw the rendered metal surface into the image, or, where image is NULL, into a file. */
 static pd_status pdi_pictures_draw_surface(pd_ctx *ctx, const pd_output_pictures *im, double time, const char *path,
                                            pd_image *image)
 {
@@ -455,7 +459,7 @@ static pd_status pdi_pictures_draw_surface(pd_ctx *ctx, const pd_output_pictures
                           : pdi_surface_plot_write(ctx, path, &relief);
 }
 
-/* Draw the frame in memory: into the image, or, where there is none, into a file. */
+/* Draw the frame in memory into the image, or, where image is NULL, into a file. */
 static pd_status pdi_pictures_draw_frame(pd_ctx *ctx, pd_output_pictures *im, pd_field field, double time,
                                          const char *path, pd_image *image)
 {
@@ -479,7 +483,7 @@ static pd_status pdi_pictures_draw_frame(pd_ctx *ctx, pd_output_pictures *im, pd
     return status;
 }
 
-/* latest_C.png is a copy of the picture. */
+/* Copy the file `picture` to latest_C.png, end: "png" or "svg"; it joins the list of the folder at the first time. */
 static pd_status pdi_pictures_copy_latest(pd_ctx *ctx, pd_output_pictures *im, pd_field field, const char *end,
                                           const char *picture)
 {
@@ -500,7 +504,8 @@ static pd_status pdi_pictures_copy_latest(pd_ctx *ctx, pd_output_pictures *im, p
     return status;
 }
 
-/* Write the picture files of a frame. fresh: 1: add them to the list of the folder. image: the drawn frame, or NULL. */
+/* Write the picture files of a frame, and copies as the latest ones if it is the last. fresh: 1: add them to the list
+ * of the folder. image: the drawn frame for the PNG, or NULL: it is drawn. */
 static pd_status pdi_pictures_write_files(pd_ctx *ctx, pd_output_pictures *im, pd_field field, int frame, double time,
                                           int fresh, const pd_image *image)
 {
@@ -636,7 +641,8 @@ static int pdi_pictures_is_same_view(const pd_picture_range *a, const pd_picture
     return memcmp(a, b, sizeof *a) == 0;
 }
 
-/* Read the frames of a field from the file and draw those anew whose range has grown since, or, for a film, all. */
+/* Read the frames of a field from the file into memory and draw those anew whose range has grown since, or, for a film
+ * (else NULL), all; file names stay. */
 static pd_status pdi_pictures_redraw_frames(pd_ctx *ctx, pd_output_pictures *im, pd_file *file, pd_field field,
                                             pdi_apng *film)
 {
@@ -663,7 +669,7 @@ static pd_status pdi_pictures_redraw_frames(pd_ctx *ctx, pd_output_pictures *im,
     }
 }
 
-/* Begin the animated picture C_film.png. */
+/* Begin the animated picture C_film.png with im->frames frames; it joins the list of the folder. */
 static pd_status pdi_pictures_begin_film(pd_ctx *ctx, pd_output_pictures *im, pd_field field, pdi_apng *film)
 {
     char name[PD_PATH_SIZE], path[PD_PATH_SIZE];
@@ -709,7 +715,8 @@ PDI_FN pd_status pdi_pictures_remove_frame_file(pd_ctx *ctx, pd_output_pictures 
     return PD_OK;
 }
 
-/* 1: frames have to be stored, as a colour range or extent may still grow. */
+/* 1: frames have to be stored, as the colour range, the extent or the largest speed of vectors of a drawn field may
+ * still grow. */
 static int pdi_pictures_has_growing_range(const pd_output_pictures *im)
 {
     for (int k = 0; k < PD_PICTURES_COUNT; k++) {

@@ -47,22 +47,25 @@ typedef struct pd_output_pictures {
 } pd_output_pictures;
 
 #ifdef PDI_APP_INTERNAL
-/* Colour map of a field by how its values lie: labels, diverging where they have both signs, else sequential. */
+/* Colour map by how the values of a field lie: labels for categories, diverging where they have both signs, else
+ * sequential. */
 PDI_FN pd_colour_map pdi_pictures_get_scale_map(pd_field_scale scale);
-/* model and folder are borrowed. */
+/* Prepare the pictures that the setup requests and allocate their work; model and folder are borrowed. */
 PDI_FN pd_status pdi_pictures_build(pd_ctx *ctx, const pd_model *model, pd_output_folder *folder,
                                     pd_output_pictures *images);
-/* Begin the file of frames of a new run. */
+/* Begin the file of frames of a new run and enter it in the list of the folder; nothing where no frames are stored. */
 PDI_FN pd_status pdi_pictures_begin_frame_file(pd_ctx *ctx, pd_output_pictures *images);
 /* Store the state of the pictures in a checkpoint, or load it and continue the file of frames as it was then. */
 PDI_FN pd_status pdi_pictures_store(pd_ctx *ctx, pd_output_pictures *images, pd_archive *archive);
-/* Draw the pictures of all fields now; call pd_sample_prepare before. frame: number of the output time. */
+/* Draw the pictures of all fields now and extend their colour ranges; call pd_sample_prepare before. frame: number of
+ * the output time. Frames are appended to their file. PD_CANCELLED. */
 PDI_FN pd_status pdi_pictures_draw_frames(pd_ctx *ctx, pd_output_pictures *images, int frame);
 /* After the last frame: redraw those whose colour range has grown since, and make films. PD_CANCELLED. */
 PDI_FN pd_status pdi_pictures_finish(pd_ctx *ctx, pd_output_pictures *images);
 /* Remove the file of frames, once the run is complete. A file that cannot be removed stays. PD_ERR_SIZE: its path is
  * too long. */
 PDI_FN pd_status pdi_pictures_remove_frame_file(pd_ctx *ctx, pd_output_pictures *images);
+/* Close the file of frames, which stays, free all memory and zero images. Zeroed ones are allowed. */
 PDI_FN void pdi_pictures_free(pd_ctx *ctx, pd_output_pictures *images);
 #endif
 

@@ -4,7 +4,7 @@
 #include "core/base.h"
 
 #ifdef PDI_APP_INTERNAL
-/* Remove all pairs " key=value" whose value is NaN or infinite from a line of results, in place: unknown results are
+/* Remove all pairs " key=value" whose value is NaN or infinite from the string `figures`, in place: unknown results are
  * not printed. */
 PDI_FN void pdi_result_line_remove_nonfinite(char *figures);
 #endif

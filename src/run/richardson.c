@@ -31,7 +31,7 @@ static double pdi_richardson_find_coarser_value(const pd_coarsened_setup *coarse
     return found ? sum : (double)NAN;
 }
 
-/* Put the lattice spacing before the message of a failed run. */
+/* Put the spacing of the lattice, 2 h (level 0) or 4 h, before the message of a failed run. */
 static void pdi_richardson_prefix_message(pd_ctx *ctx, int level)
 {
     char message[PD_MESSAGE_SIZE];
@@ -39,7 +39,7 @@ static void pdi_richardson_prefix_message(pd_ctx *ctx, int level)
     pd_fail(ctx, ctx->status, "coarser", "the run at %d h failed: %.560s", level ? 4 : 2, message);
 }
 
-/* Run the coarsened setup without files and record its outputs as e->list[].coarser[level]. */
+/* Run the coarsened setup without files and record its outputs as e->list[].coarser[level]. PD_ERR_STATE: stopped. */
 static pd_status pdi_richardson_run_setup(pd_ctx *ctx, const pd_run_desc *desc, pd_coarsened_setup *coarser,
                                           pd_richardson *e, int level)
 {
@@ -83,7 +83,8 @@ static double pdi_richardson_get_formal_order(const pd_setup *setup, const pd_sc
     return carried && (setup->has_dissolve || (setup->has_flow && setup->advection == PD_ADVECTION_UPWIND)) ? 1.0 : 2.0;
 }
 
-/* Observed order and Richardson error of one output, or those by the formal order. */
+/* Set order, is_formal_order and relative error [-] of one output from its three values: the observed order, or, where
+ * that is not usable, the formal one with the larger of both differences. */
 static void pdi_richardson_compute_error(const pd_setup *setup, pd_richardson_output *e)
 {
     double value = e->figure.value, near_step = e->coarser[0] - value, far_step = e->coarser[1] - e->coarser[0];
@@ -103,7 +104,7 @@ static int pdi_richardson_is_same_kind(const pd_scalar_output *a, const pd_scala
     return a->key[0] == b->key[0] && strcmp(a->unit, b->unit) == 0;
 }
 
-/* Mark minor outputs and find the largest relative error of the others. */
+/* Mark minor outputs, and set e->worst_output to the largest relative error of the others, -1: there are none. */
 static void pdi_richardson_mark_minor(pd_richardson *e)
 {
     e->worst_output = -1;
@@ -119,7 +120,8 @@ static void pdi_richardson_mark_minor(pd_richardson *e)
     }
 }
 
-/* Run both coarser lattices and compute all errors. */
+/* Run both coarser lattices and compute all errors. If the one at 4 h fails, but not fatally, e->missing_reason says
+ * why, and formal orders are taken. PD_ERR_STATE: stopped. */
 static pd_status pdi_richardson_run_coarser_grids(pd_ctx *ctx, const pd_run_desc *desc, pd_richardson *e)
 {
     PD_TRY(pdi_richardson_run_coarser_grid(ctx, desc, e, 0));
@@ -162,14 +164,14 @@ void pd_richardson_free(pd_ctx *ctx, pd_richardson *e)
 
 /* ---- what it says ---- */
 
-/* Name of an output, as "plane.up.flow". */
+/* Name of an output, as "plane.up.flow", into text[size]. */
 static void pdi_richardson_format_output_name(const pd_scalar_output *f, char *text, size_t size)
 {
     snprintf(text, size, "%s%s%s.%s", f->section, f->name[0] ? "." : "", f->name, f->key);
 }
 
-/* Append the errors of all outputs of one section from `first` on: " err_fx=... order_fx=... assumed=fx". Returns the
- * next output. */
+/* Append the errors of all outputs of one section from `first` on to text[size]: " err_fx=... order_fx=... assumed=fx".
+ * Returns the index behind the last one. */
 static int pdi_richardson_format_section(const pd_richardson *e, int first, char *text, size_t size)
 {
     const pd_scalar_output *f = &e->list[first].figure;
@@ -190,7 +192,7 @@ static int pdi_richardson_format_section(const pd_richardson *e, int first, char
     return k;
 }
 
-/* Append the error of the volume loss and the worst of all outputs. */
+/* Append the error of the volume loss, if there is one, and the worst of all outputs to text[size]. */
 static void pdi_richardson_format_scene(const pd_richardson *e, char *text, size_t size)
 {
     char worst[2 * PD_SETUP_NAME] = "none";

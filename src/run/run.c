@@ -84,7 +84,7 @@ static void pdi_run_print_progress(pdi_run *r)
         pdi_run_print_progress_line(r, NULL, 0);
 }
 
-/* Print a note on a run without a step for `waited` seconds of wall time. */
+/* Print a note on a run without a step for `waited` [s] of wall time; the next one follows after twice that. */
 static void pdi_run_print_stall(pdi_run *r, const char *doing, int64_t count, double waited)
 {
     char line[480];
@@ -120,7 +120,7 @@ static int pdi_run_is_frame_due(const pdi_run *r)
     return time >= next && fabs(time - multiple) <= 1e-9 * every;
 }
 
-/* Write fields, pictures and profiles of this time. */
+/* Write fields, pictures and profiles of this time, unless they are there already. */
 static pd_status pdi_run_write_frame(pdi_run *r)
 {
     int frame = r->output.frame;
@@ -140,7 +140,7 @@ static pd_status pdi_run_write_rows(pdi_run *r)
                : PD_OK;
 }
 
-/* Call the caller's observer, which may stop the run. */
+/* Call the caller's observer, if there is one; it may set r->stopped, but not at the end of the run. */
 static void pdi_run_call_observer(pdi_run *r, pd_snapshot_stage when)
 {
     pd_snapshot at;
@@ -164,7 +164,8 @@ static void pdi_run_call_observer(pdi_run *r, pd_snapshot_stage when)
 
 /* ---- checkpoints ---- */
 
-/* Store or load solver state, diagnostics, computed points and wall time in a checkpoint. */
+/* Store or load solver state, diagnostics, computed points and wall time in a checkpoint; the clock of the start moves
+ * so that wall time goes on. */
 static pd_status pdi_run_store_state(pdi_run *r, pd_archive *archive)
 {
     double now = pd_par_clock(), spent = now - r->start_clock;
@@ -252,7 +253,7 @@ static pd_status pdi_run_read_checkpoint(pdi_run *r)
     return status;
 }
 
-/* Continue the run of a folder from its checkpoint. */
+/* Lock the folder and continue its run from the checkpoint. result->bad_input: 1: folder or checkpoint do not fit. */
 static pd_status pdi_run_resume(pdi_run *r, pd_run_result *result)
 {
     char line[80];
@@ -266,7 +267,8 @@ static pd_status pdi_run_resume(pdi_run *r, pd_run_result *result)
     return PD_OK;
 }
 
-/* Open the output folder and remove the files of former runs. */
+/* Open the output folder and remove the files of former runs, the checkpoint included, with a note. result->bad_input:
+ * 1: the folder is in use or of another run. */
 static pd_status pdi_run_clear_folder(pdi_run *r, pd_run_result *result)
 {
     char line[PD_PATH_SIZE + 80];
@@ -317,7 +319,7 @@ static int pdi_run_observe_step(void *user, const pd_time_loop *couple)
     return r->stopped || r->status < 0;
 }
 
-/* Step to the end; steps also end on the times of measured points. */
+/* Step to the end, or until r->stopped; steps also end on the times of measured points. */
 static pd_status pdi_run_step_to_end(pdi_run *r)
 {
     double until = r->setup->end_time, reached;
@@ -354,7 +356,7 @@ static void pdi_run_print_overlap(const pdi_run *r)
     r->desc->print(r->desc->print_user, PD_PRINT_NOTE, line);
 }
 
-/* Copy the values computed at measured points for the caller. */
+/* Copy the values computed at measured points [SI], set behind set, to the array of the caller, if there is one. */
 static void pdi_run_copy_measured(const pdi_run *r)
 {
     double *to = r->desc->computed_at_points;
@@ -365,14 +367,16 @@ static void pdi_run_copy_measured(const pdi_run *r)
     }
 }
 
-/* A run stopped within a step: write the checkpoint of the step before. */
+/* Write the checkpoint of the last complete step, kept in memory, to its file, for a run stopped within a step; nothing
+ * where none is kept. */
 static pd_status pdi_run_write_kept_checkpoint(pdi_run *r)
 {
     if (r->desc->no_files || !r->desc->checkpoints || !r->kept_is_complete) return PD_OK;
     return pdi_archive_file_write_memory(r->ctx, &r->kept_checkpoint, r->checkpoint_path);
 }
 
-/* Make all steps and write the final files and results. */
+/* Make all steps and write the final files and result lines. A cancelled run ends with PD_OK. A complete one removes
+ * its checkpoint and its file of frames. */
 static pd_status pdi_run_run_steps(pdi_run *r)
 {
     pdi_run_keep_checkpoint(r);
@@ -420,7 +424,7 @@ static double pdi_run_compute_evolved_gas(const pdi_run *r)
     return gas;
 }
 
-/* Fill in the result from model and diagnostics. */
+/* Fill in the result from model and diagnostics; result->unknowns is added to and must be 0 before. */
 static void pdi_run_set_result(const pdi_run *r, pd_run_result *result)
 {
     const pd_model *m = &r->model;
@@ -474,7 +478,7 @@ PDI_FN void pdi_run_prefix_message(pd_ctx *ctx, const pd_setup *setup, int line)
 }
 
 /* Build everything that can refuse the setup: memory estimate, model, monitors, measured points. Nothing is written
- * before. */
+ * before. result->bad_input: 1: the setup is refused, and the message begins with its line. */
 static pd_status pdi_run_build(pdi_run *r, pd_run_result *result)
 {
     pd_status status = pd_memory_estimate_check_limit(r->ctx, r->setup, r->desc->no_files);
@@ -497,7 +501,8 @@ static pd_status pdi_run_build(pdi_run *r, pd_run_result *result)
     return status;
 }
 
-/* Dry check: output folder, and checkpoint with `resume`; nothing is written. */
+/* Dry check: output folder, and checkpoint with `resume`, which is loaded; nothing is written. Collects the figures for
+ * the caller. result->bad_input: 1: one of them is refused. */
 static pd_status pdi_run_check_resume(pdi_run *r, pd_run_result *result)
 {
     pd_archive_file store;

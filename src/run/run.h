@@ -88,7 +88,8 @@ PD_API pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *d
 PD_API void pd_run_format_result(const pd_run_result *result, char *text, size_t size);
 
 #ifdef PDI_APP_INTERNAL
-/* Put file and line of the scene before the message of a setup that cannot be built. */
+/* Put file and line (0: the file alone) of the scene before the message of a setup that cannot be built; nothing where
+ * the setup has no file. */
 PDI_FN void pdi_run_prefix_message(pd_ctx *ctx, const pd_setup *setup, int line);
 #endif
 

@@ -5,7 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Append an output, growing the list. */
+/* Append an output, growing the list. monitor: its index in the setup, -1: none. Strings are copied and cut to fit. */
 static pd_status pdi_scalar_outputs_add(pd_ctx *ctx, pd_scalar_outputs *f, const char *section, const char *name,
                                         int monitor, const char *key, const char *unit, double value)
 {
@@ -24,7 +24,8 @@ static pd_status pdi_scalar_outputs_add(pd_ctx *ctx, pd_scalar_outputs *f, const
     return PD_OK;
 }
 
-/* Append the values of one field at a probe, by components. */
+/* Append the values of one field at a probe, by components, if the probe records the field. all: as of
+ * pdi_scalar_outputs_collect. */
 static pd_status pdi_scalar_outputs_add_probe_field(pd_ctx *ctx, const pd_model *model, const pd_setup_probe *p,
                                                     pd_field field, int all, pd_scalar_outputs *f)
 {

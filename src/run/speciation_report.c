@@ -36,7 +36,7 @@ static void pdi_speciation_report_print(const pdi_speciation_report_context *w, 
 
 /* ---- the equilibrium ---- */
 
-/* Print concentrations and activities of the solutes c [count] [mol/m3]. */
+/* Print written and equilibrium concentrations c[count] [mol/m3] and log10 activities of the solutes. */
 static void pdi_speciation_report_print_species(const pdi_speciation_report_context *w, const double *c,
                                                 const pd_electrolyte_state *s)
 {
@@ -50,7 +50,7 @@ static void pdi_speciation_report_print_species(const pdi_speciation_report_cont
     }
 }
 
-/* Print amounts and saturation indices of minerals; returns how many are supersaturated. */
+/* Print amounts [mol/m3] and saturation indices log10(IAP/K) of minerals; returns how many are supersaturated. */
 static int pdi_speciation_report_print_minerals(const pdi_speciation_report_context *w, const double *c,
                                                 const pd_electrolyte_state *s)
 {
@@ -68,7 +68,8 @@ static int pdi_speciation_report_print_minerals(const pdi_speciation_report_cont
     return above;
 }
 
-/* Print the totals of elements before and after; returns the largest relative difference. */
+/* Print the totals [mol/m3] of elements before and after the equilibrium; returns the largest relative difference [-].
+ */
 static double pdi_speciation_report_print_elements(const pdi_speciation_report_context *w, const double *c)
 {
     double worst = 0.0;
@@ -110,7 +111,7 @@ static void pdi_speciation_report_print_missing_enthalpies(const pdi_speciation_
                                     "constants without an enthalpy, which do not follow the temperature: %s", list);
 }
 
-/* Print the pH of the inlet where it differs from ph. */
+/* Solve the equilibrium of the inlet and print its pH where it differs from ph. */
 static pd_status pdi_speciation_report_print_inlet_ph(pd_ctx *ctx, const pdi_speciation_report_context *w, double ph)
 {
     pd_electrolyte_state s;
@@ -168,7 +169,7 @@ static pd_status pdi_speciation_report_reject_titration(pd_ctx *ctx, const char 
                    text, PDI_SPECIATION_REPORT_MAX_ROWS);
 }
 
-/* Parse "REAGENT FROM..TO UNIT ROWS". */
+/* Parse "REAGENT FROM..TO UNIT ROWS" into t, amounts in mol/m3. PD_ERR_PARSE. */
 static pd_status pdi_speciation_report_parse_titration(pd_ctx *ctx, const pd_electrolyte *e, const char *text,
                                                        pdi_speciation_report_titration *t)
 {
@@ -253,7 +254,8 @@ static pd_status pdi_speciation_report_print_titration(pd_ctx *ctx, const pdi_sp
     return PD_OK;
 }
 
-/* Read the electrolyte and print its equilibrium or titration; *bad_input: 1: the input is at fault. */
+/* Read the electrolyte and print its equilibrium or titration; *bad_input: 1: the file or the titration text is
+ * refused, 0: solved or failed later. */
 static pd_status pdi_speciation_report_execute(pd_ctx *ctx, pdi_speciation_report_context *w, int *bad_input)
 {
     pdi_speciation_report_titration t;

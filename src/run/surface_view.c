@@ -24,7 +24,8 @@ PDI_FN pd_status pdi_surface_view_build(pd_ctx *ctx, const pd_setup *u, pd_rende
                               u->drawing.width ? u->drawing.width : PD_FIELD_PLOT_WIDTH, shade);
 }
 
-/* Fraction [-] of the metal of cell i that is left, for the position of the surface. */
+/* Fraction [-] of the metal of cell i that is left, for the position of the surface: 0 outside the metal, at least 1e-9
+ * in it, 1 where nothing dissolves. */
 static double pdi_surface_view_get_metal_fraction(const void *user, const int *i)
 {
     const pd_model *m = (const pd_model *)user;

@@ -13,7 +13,8 @@ PDI_FN int pdi_surface_view_is_requested(const pd_setup *setup);
 PDI_FN pd_field pdi_surface_view_get_colour_field(const pd_setup *setup);
 /* Allocate the pixels of the rendering; freed by pdi_renderer_free. */
 PDI_FN pd_status pdi_surface_view_build(pd_ctx *ctx, const pd_setup *setup, pd_rendering *shade);
-/* Mesh and render the metal surface as it is now; call pd_sample_prepare before. PD_CANCELLED. */
+/* Mesh and render the metal surface as it is now into the pixels of shade; call pd_sample_prepare before. The mesh is
+ * freed. PD_CANCELLED. */
 PDI_FN pd_status pdi_surface_view_draw(pd_ctx *ctx, const pd_model *model, pd_rendering *shade);
 #endif
 

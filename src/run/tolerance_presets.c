@@ -12,7 +12,8 @@ typedef struct pdi_tolerance_presets {
     char set_text[256], kept_text[256];
 } pdi_tolerance_presets;
 
-/* Set a solver setting, unless the scene gives it (given: 1), and append it to the list of set or kept ones. */
+/* Set a solver setting to `pick`, unless the scene gives it (given: 1), and append "key = value" to the list of set or
+ * kept ones. */
 static void pdi_tolerance_presets_set_unless_given(pdi_tolerance_presets *a, const char *key, int given, double pick,
                                                    double *value)
 {

@@ -8,7 +8,8 @@
 #include "setup/setup.h"
 
 #ifdef PDI_APP_INTERNAL
-/* Build setup->fingerprint from the text of a scene that has been read. */
+/* Append the lines of a text that was read, and checksums of the masks and surfaces of the setup, to
+ * setup->fingerprint. */
 PDI_FN pd_status pdi_fingerprint_build(pd_ctx *ctx, const pd_text *text, pd_setup *setup);
 /* Append one line, given without newline, to setup->fingerprint. */
 PDI_FN pd_status pdi_fingerprint_add_line(pd_ctx *ctx, pd_setup *setup, const char *line);

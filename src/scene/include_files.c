@@ -23,8 +23,8 @@ static const pd_text_entry *pdi_include_files_find_entry(const pd_text *text)
     return NULL;
 }
 
-/* Merge one pair of an included file into a section of text. depth: nesting depth of the file; smaller depths have
- * priority. PD_ERR_PARSE: a file of the same depth has the pair. */
+/* Merge one pair of the included file `file`, a name that text owns, into a section of text. depth: nesting depth of
+ * the file; smaller depths have priority. PD_ERR_PARSE: a file of the same depth has the pair. */
 static pd_status pdi_include_files_merge_entry(pd_ctx *ctx, pd_text *text, int section, const pd_text_entry *e,
                                                char *file, int depth)
 {
@@ -85,8 +85,9 @@ static pd_status pdi_include_files_merge_text(pd_ctx *ctx, pd_text *text, const 
 static pd_status pdi_include_files_read_list(pd_ctx *ctx, pd_text *text, const pd_text *from, int depth,
                                              pdi_include_files_seen *files);
 
-/* Read one file name[size] of the include list `e` of `from`, merge it, and follow its own list. A file already read is
- * skipped. PD_ERR_PARSE: it includes itself, nesting too deep, or too many files. */
+/* Read one file name[size] of the include list `e` of `from`, relative to its folder, merge it, and follow its own
+ * list. A file already read is skipped. PD_ERR_PARSE: it is missing or includes itself, nesting too deep, or too many
+ * files. */
 static pd_status pdi_include_files_read_file(pd_ctx *ctx, pd_text *text, const pd_text *from, const pd_text_entry *e,
                                              const char *name, size_t size, int depth, pdi_include_files_seen *files)
 {
@@ -126,7 +127,8 @@ static pd_status pdi_include_files_read_file(pd_ctx *ctx, pd_text *text, const p
     return status;
 }
 
-/* Read all files of the include list of `from` and merge them into text. */
+/* Read all files of the include list of `from`, if it has one, and merge them into text, which may be `from`. depth:
+ * nesting depth of these files, 1 for those of the scene. */
 static pd_status pdi_include_files_read_list(pd_ctx *ctx, pd_text *text, const pd_text *from, int depth,
                                              pdi_include_files_seen *files)
 {

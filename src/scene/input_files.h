@@ -11,13 +11,14 @@
 PDI_FN pd_status pdi_input_files_get_path(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *folder,
                                           char *path);
 /* Prefix the message of a failed call with "file:line: key", since the value of that key caused it. Returns
- * PD_ERR_ARGUMENT, or the status of the call when it was out of memory. */
+ * PD_ERR_ARGUMENT, or the status of the call where that is fatal (out of memory, cancelled). */
 PDI_FN pd_status pdi_input_files_fail(pd_ctx *ctx, const pd_text *text, int section, const char *key);
-/* Read the output folder from a key; it must lie below the current folder. PD_ERR_ARGUMENT with file:line. */
+/* Read the output folder from a key into setup->folder, by default output/NAME of the setup. PD_ERR_ARGUMENT with
+ * file:line: it is not below the current folder. */
 PDI_FN pd_status pdi_input_files_read_output_folder(pd_ctx *ctx, pd_text *text, int section, const char *key,
                                                     pd_setup *setup);
-/* Split a path: file name without ending into name[PD_SETUP_NAME], and its folder, when `folder` is not NULL, into
- * folder[PD_PATH_SIZE]. */
+/* Split a path: file name without ending into name[PD_SETUP_NAME], cut to fit, with _ for blanks and =; and its folder
+ * with a '/' at the end, when `folder` is not NULL, into folder[PD_PATH_SIZE] ("": none, or too long). */
 PDI_FN void pdi_input_files_split_path(const char *path, char *name, char *folder);
 #endif
 

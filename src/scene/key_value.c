@@ -5,7 +5,7 @@
 
 #define PDI_KEY_VALUE_MAX_CHOICES 8 /* most words of a choice */
 
-/* Row of a key of a section of the text. */
+/* Row of a key in the table of the section with index `section`. NULL: the table has none. */
 static const pd_key *pdi_key_value_find(const pd_ctx *ctx, const pd_text *text, int section, const char *key)
 {
     const pd_key_section *table = pdi_keys_find_known_section(ctx, text->section[section].name);
@@ -20,7 +20,8 @@ static int pdi_key_value_is_choice(const pd_key *row, const char *word, size_t l
     return 0;
 }
 
-/* Default of the table in `out`; NULL: the key is required, or the text tells where its value comes from. */
+/* Default of the table, copied into out[size] up to its first ; or : and returned. NULL: the key is required, or the
+ * table tells in words where its value comes from. */
 static const char *pdi_key_value_get_default(const pd_key *row, char *out, size_t size)
 {
     size_t length = strcspn(row->default_text, ";:"), word = strcspn(row->default_text, " ;:,");
@@ -34,21 +35,21 @@ static const char *pdi_key_value_get_default(const pd_key *row, char *out, size_
     return out;
 }
 
-/* Unit of a key; "" for a plain number. */
+/* Unit of a key as the parser takes it: "" for a plain number; m^(d-1) becomes m2, m or "" by the dimension. */
 static const char *pdi_key_value_get_unit(const pd_key *row)
 {
     if (strcmp(row->unit, "m^(d-1)") == 0) return PD_DIM == 3 ? "m2" : PD_DIM == 2 ? "m" : "";
     return strcmp(row->unit, "-") == 0 ? "" : row->unit;
 }
 
-/* PD_ERR_INTERNAL: the table has no such key. */
+/* Report that the table has no such key of the wanted type. Returns PD_ERR_INTERNAL. */
 static pd_status pdi_key_value_fail_key(pd_ctx *ctx, const pd_text *text, int section, const char *key)
 {
     return pd_fail(ctx, PD_ERR_INTERNAL, "keys", "[%.40s] has no key '%.40s' of this type",
                    section >= 0 ? text->section[section].name : "", key);
 }
 
-/* Message of a value out of bounds. */
+/* Report a value [SI] that is not between the lower bound of the row and `high`. Returns PD_ERR_ARGUMENT. */
 static pd_status pdi_key_value_fail_bounds(pd_ctx *ctx, const pd_text *text, int section, const pd_key *row,
                                            double high, const char *key, double value)
 {
@@ -70,7 +71,7 @@ static int pdi_key_value_is_number(const pd_key *row)
     return row->type == PD_KEY_NUMBER || (row->type == PD_KEY_TEXT && row->low < row->high);
 }
 
-/* 1: a value is within bounds. */
+/* 1: a value [SI] lies between the lower bound of the row, which may be open, and `high`, which is included. */
 static int pdi_key_value_is_within(const pd_key *row, double high, double value)
 {
     return (row->low_is_open ? value > row->low : value >= row->low) && value <= high;
@@ -83,7 +84,8 @@ PDI_FN pd_status pdi_key_value_check_bounds(pd_ctx *ctx, const pd_text *text, in
     return pdi_key_value_fail_bounds(ctx, text, section, row, row->high, row->keys, value);
 }
 
-/* A number with its default, or `fallback` where has_fallback is 1, up to `high`. */
+/* Read a number [SI] of at most `high` and the upper bound of its row. Its default is that of the table, or, where
+ * has_fallback is 1, `fallback` (NULL: the key is required). */
 static pd_status pdi_key_value_read_number(pd_ctx *ctx, pd_text *text, int section, const char *key, int has_fallback,
                                            const char *fallback, double high, double *value)
 {
@@ -114,7 +116,7 @@ PDI_FN pd_status pdi_key_value_get_number_up_to(pd_ctx *ctx, pd_text *text, int 
     return pdi_key_value_read_number(ctx, text, section, key, 0, NULL, high, value);
 }
 
-/* One of the words of a choice. */
+/* Read one of the words of a choice; *value: its position among them, from 0 on. */
 static pd_status pdi_key_value_read_choice(pd_ctx *ctx, pd_text *text, int section, const char *key, const pd_key *row,
                                            const char *fallback, int *value)
 {
@@ -136,7 +138,8 @@ static pd_status pdi_key_value_read_choice(pd_ctx *ctx, pd_text *text, int secti
     return pdi_text_get_choice(ctx, text, section, key, names, fallback, value);
 }
 
-/* A whole number or a choice with its default, or `fallback` where has_fallback is 1. */
+/* Read a whole number, or the position of a choice. Its default is that of the table, or, where has_fallback is 1,
+ * `fallback` (NULL: the key is required). */
 static pd_status pdi_key_value_read_index(pd_ctx *ctx, pd_text *text, int section, const char *key, int has_fallback,
                                           const char *fallback, int *value)
 {

@@ -5,7 +5,8 @@
 #include "setup/setup.h"
 
 #ifdef PDI_APP_INTERNAL
-/* [byte] Memory of the largest picture; they are drawn one by one. A callback of pd_setup. */
+/* [byte] Memory of the largest picture that the setup asks for, 0: none; they are drawn one by one. A callback of
+ * pd_setup. */
 PDI_FN double pdi_picture_memory_estimate(const pd_setup *setup);
 #endif
 

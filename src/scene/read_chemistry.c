@@ -10,7 +10,8 @@
 /* [-] Relative tolerance between the electrons of a reaction and the charge of Faraday's law. */
 #define PDI_READ_CHEMISTRY_ELECTRON_TOL 1e-9
 
-/* Section of a species in the text, for messages; if it has none, [chemistry], else the first [species ...]. */
+/* Section of a species in the text, for messages; if it has none, [chemistry], else the first [species ...]; -1: none
+ * of them. */
 static int pdi_read_chemistry_find_section(pdi_reader *s, const char *name)
 {
     int section = pdi_text_get_section(s->ctx, s->text, "species", name);
@@ -30,8 +31,8 @@ static int pdi_read_chemistry_has_mineral(pdi_reader *s, const char *name)
     return 0;
 }
 
-/* Read the kinetics of a mineral: rate constant [mol/m2/s] times surface area, exponent, nucleation threshold,
- * porosity. Without a rate it is in equilibrium. */
+/* Read the kinetics of a mineral: rate constant [mol/m2/s] times area [1/m] into m->rate and times surface [m2/mol]
+ * into m->surface_rate, exponent, nucleation threshold, least porosity. Without a rate it is in equilibrium. */
 static pd_status pdi_read_chemistry_mineral_rate(pdi_reader *s, int section, pd_mineral *m)
 {
     double rate = 0.0, area, surface;
@@ -89,8 +90,8 @@ static pd_status pdi_read_chemistry_check_reactions(pdi_reader *s)
     return pdi_text_fail_key(s->ctx, s->text, section, "mineral", "%.500s", message);
 }
 
-/* Choose the minerals among the solid species, read their kinetics, and remove all other solids from the electrolyte.
- * Check that all solutes have a diffusivity. */
+/* Choose the minerals among the solid species, read their kinetics, and remove all other solids from the electrolyte,
+ * with a note. Read tortuosity and covering thickness. Check that all solutes have a diffusivity. */
 static pd_status pdi_read_chemistry_minerals(pdi_reader *s)
 {
     pd_electrolyte *e = &s->setup->electrolyte;
@@ -173,7 +174,8 @@ PDI_FN pd_status pdi_read_chemistry_read(pdi_reader *s)
 
 /* ---- the reaction at the surface ---- */
 
-/* Copy the next word of a reaction equation into word[PD_SPECIES_NAME] and advance *text. 0: end of the text. */
+/* Copy the next word of a reaction equation into word[PD_SPECIES_NAME], cut to fit, and advance *text. 1: there was
+ * one; 0: end of the text. */
 static int pdi_read_chemistry_next_word(const char **text, char *word)
 {
     const char *from = *text + strspn(*text, " \t");
@@ -255,8 +257,8 @@ PDI_FN pd_status pdi_read_chemistry_electrode_reaction(pdi_reader *s, int sectio
     return PD_OK;
 }
 
-/* Check the electrons that the reaction of metal m releases: on the right, carried away by a current, and as many as
- * the charge in Faraday's law. */
+/* Check the electrons that the reaction of metal m releases per mole of metal: on the right, carried away by a current,
+ * and as many as the charge in Faraday's law. */
 static pd_status pdi_read_chemistry_check_electrons(pdi_reader *s, int section, int m, double electrons)
 {
     const pd_setup *u = s->setup;
@@ -299,7 +301,8 @@ static pd_status pdi_read_chemistry_set_gas(pdi_reader *s, int section, const ch
     return PD_OK;
 }
 
-/* Read the dissolution reaction of metal m: moles of species and gas released per mole of metal. */
+/* Read the dissolution reaction of metal m: species_released and gas_released, moles per mole of metal (negative:
+ * consumed). Sets setup->has_surface_reaction, and setup->gas if a gas evolves. */
 static pd_status pdi_read_chemistry_metal_reaction(pdi_reader *s, int section, int m)
 {
     pd_electrolyte all;
@@ -332,7 +335,8 @@ static int pdi_read_chemistry_is_releasing(const pd_setup *u, int m)
     return pd_setup_find_species_rate_metal(u) < 0 ? m == 0 : pd_setup_has_species_rate(&u->metal[m]);
 }
 
-/* Read the dissolution reactions of all metals that release species; check that these and no others have one. */
+/* Read the dissolution reactions of all metals that release species; check that these and no others have one. section:
+ * one with a reaction, for messages. */
 static pd_status pdi_read_chemistry_metal_reactions(pdi_reader *s, int section)
 {
     pd_setup *u = s->setup;

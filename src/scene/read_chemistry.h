@@ -5,8 +5,9 @@
 #include "scene/reader.h"
 
 #ifdef PDI_APP_INTERNAL
-/* Read the sections of chemistry into the setup: species, reactions, minerals. Solids that are no minerals are left
- * out. PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line. */
+/* Read the sections of chemistry into the setup, if there are any: species, reactions, minerals, time treatment,
+ * migration. Declares the temperature T as a constant. Solids that are no minerals are left out, with a note.
+ * PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line. */
 PDI_FN pd_status pdi_read_chemistry_read(pdi_reader *reader);
 /* Read the dissolution reactions of metals, after all other physics; check combinations that are not supported. */
 PDI_FN pd_status pdi_read_chemistry_surface_reactions(pdi_reader *reader);

@@ -30,7 +30,8 @@ PDI_FN int pdi_read_constants_format_unit(pd_ctx *ctx, const pd_dims *dims, char
     return pd_units_parse(ctx, unit, NULL, &again) == PD_OK && pd_units_is_same(dims, &again);
 }
 
-/* Read one pair of [constants] as a named constant. PD_ERR_ARGUMENT: the name is reserved or a unit. */
+/* Read one pair of [constants] as a named constant, which the text knows at once. PD_ERR_ARGUMENT: the name is reserved
+ * or a unit, a dimension with fractional exponents, too many constants. */
 static pd_status pdi_read_constants_add_one(pd_ctx *ctx, pd_text *text, int section, const char *name,
                                             pdi_read_constants_table *n)
 {

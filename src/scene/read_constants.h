@@ -20,7 +20,8 @@ typedef struct pdi_read_constants_table {
 /* Read all constants in the order of the file; each may use those before it. From then on `text` knows them, as long as
  * `named` lives. PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line. */
 PDI_FN pd_status pdi_read_constants_read(pd_ctx *ctx, pd_text *text, pdi_read_constants_table *named);
-/* Append a constant of the program (Cs, Csat, T, ...) to the named constants; the string `unit` must live as long. */
+/* Append a constant of the program (Cs, Csat, T, ...) with its value in SI to the named constants and to those that
+ * `text` knows; the strings `name` and `unit` must live as long. */
 PDI_FN void pdi_read_constants_add_builtin(pd_text *text, pdi_read_constants_table *named, const char *name,
                                            const char *unit, double value);
 /* SI unit of a dimension as expressions parse it, into unit[PD_UNITS_TEXT]. 1: done; 0: exponents too fractional to

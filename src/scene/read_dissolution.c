@@ -96,7 +96,8 @@ PDI_FN pd_status pdi_read_dissolution_constants(pdi_reader *s)
 
 /* ---- laws ---- */
 
-/* Check the rate law at C = 0: 0 to 1 m/s, and grains if it uses them. Adds a note on the speed of a law per layer. */
+/* Check that the rate law at C = 0 is 0 to 1 m/s, where it depends on C alone, and that there are grains if it uses
+ * them. Adds a note on the speed of a law per layer. */
 static pd_status pdi_read_dissolution_check_rate(pdi_reader *s, int section, const char *key,
                                                  const pd_setup_metal *metal)
 {
@@ -115,9 +116,9 @@ static pd_status pdi_read_dissolution_check_rate(pdi_reader *s, int section, con
     return PD_OK;
 }
 
-/* Symbol table vars[*count] of the rate law under `key`: C, t, x, y, z, grain, i, E, fields of the physics of the
- * program, whose units unit[] stores, pH, the species that its text names as [H+], whose names name[] stores, and all
- * surface states. Variables without a value here get the name "". */
+/* Make the symbol table vars[*count] of the rate law under `key`: C, t, x, y, z, grain, i, E, fields of the physics of
+ * the program, whose units unit[] stores, pH, the species that its text names as [H+], whose names name[] stores, and
+ * all surface states. Variables without a value here get the name "". */
 static pd_status pdi_read_dissolution_rate_symbols(pdi_reader *s, int section, const char *key, pd_setup_metal *metal,
                                                    pd_expr_symbol *vars, char (*unit)[PD_UNITS_TEXT],
                                                    char (*name)[PD_SPECIES_NAME + 2], int *count)
@@ -146,7 +147,8 @@ static pd_status pdi_read_dissolution_rate_symbols(pdi_reader *s, int section, c
                                            &metal->species_count);
 }
 
-/* Read the prescribed electrode potential [V] of a metal in an electrolyte whose ions migrate, a function of t. */
+/* Read the prescribed electrode potential [V] of a metal in an electrolyte whose ions migrate, a function of t.
+ * metal->has_potential becomes 1 with it, and where an electrode among ions gives the potential. */
 static pd_status pdi_read_dissolution_potential(pdi_reader *s, int section, pd_setup_metal *metal)
 {
     if (pd_setup_has_ion_electrodes(s->setup)) metal->has_potential = 1;
@@ -206,8 +208,8 @@ static pd_status pdi_read_dissolution_check_species_rate(pdi_reader *s, int sect
     return PD_OK;
 }
 
-/* Read the rate law under `key` in `unit` (speed, 1/s, or current density) and its factor rate_scale. `other`: key that
- * must not stand beside it. */
+/* Read the rate law under `key` in `unit` (speed, 1/s, or current density), and multiply metal->rate_scale by the
+ * factor rate_scale. `other`: key that must not stand beside it. */
 static pd_status pdi_read_dissolution_rate(pdi_reader *s, int section, const char *key, const char *other,
                                            const char *unit, pd_setup_metal *metal)
 {
@@ -226,7 +228,8 @@ static pd_status pdi_read_dissolution_rate(pdi_reader *s, int section, const cha
     return pdi_read_dissolution_check_rate(s, section, key, metal);
 }
 
-/* Read the rate law as a recession speed or as a current density, which Faraday's law converts to a speed. */
+/* Read the rate law as a recession speed or as a current density, which metal->rate_scale converts to a speed by
+ * Faraday's law with the charge and Cs of the metal. */
 static pd_status pdi_read_dissolution_speed_or_current(pdi_reader *s, int section, pd_setup_metal *m)
 {
     pd_material metal = m->material;
@@ -236,7 +239,8 @@ static pd_status pdi_read_dissolution_speed_or_current(pdi_reader *s, int sectio
     return pdi_read_dissolution_rate(s, section, current ? "current" : "rate", "rate", current ? "A/m2" : "m/s", m);
 }
 
-/* Read the rate law of [dissolve]: speed, layers of one cell per second (key `law`), or current density. */
+/* Read the rate law of [dissolve]: speed, layers of one cell per second (key `law`), or current density.
+ * metal->rate_scale converts it to a speed. */
 static pd_status pdi_read_dissolution_dissolve_rate(pdi_reader *s, int section, pd_setup_metal *metal)
 {
     const pd_setup *u = s->setup;
@@ -397,7 +401,7 @@ static pd_status pdi_read_dissolution_corrode_fluid(pdi_reader *s, int section)
     return pdi_key_value_get_number_up_to(s->ctx, s->text, section, "bulk", u->saturation, &u->bulk_c);
 }
 
-/* A concentration of the fluid: metal begins at Cs. */
+/* Csat is read for its check alone, at most Cs of the first metal: pdi_read_dissolution_constants has stored it. */
 PDI_FN pd_status pdi_read_dissolution_corrode(pdi_reader *s)
 {
     pd_setup *u = s->setup;

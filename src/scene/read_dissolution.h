@@ -15,15 +15,16 @@ PDI_FN int pdi_read_dissolution_has_section(pdi_reader *reader, const char *name
  * constants of all later expressions. */
 PDI_FN pd_status pdi_read_dissolution_constants(pdi_reader *reader);
 /* Section of metal m in the text: the one with its label if that has the key (NULL: if it is present), else the one
- * without label. */
+ * without label, which is created empty where it is missing. */
 PDI_FN int pdi_read_dissolution_find_section(pdi_reader *reader, int m, const char *key);
-/* Read the dissolution rate law of each metal. */
+/* Read the dissolution rate law of each metal with its factor, with the constants of that metal. PD_ERR_ARGUMENT: laws
+ * that the physics does not support, or, with [corrode], Csat not below Cs. */
 PDI_FN pd_status pdi_read_dissolution_rates(pdi_reader *reader);
 /* Before other sections are read: [corrode] switches transport and dissolution on. PD_ERR_ARGUMENT: beside
  * [dissolve]. */
 PDI_FN pd_status pdi_read_dissolution_begin(pdi_reader *reader);
-/* Read the horizons over h of the fluid operators (from section `grid`) and of the bonds of metal (from [dissolve] or
- * [corrode]). */
+/* Read the horizons over h of the fluid operators (from section `grid`) into fluid_m and of the bonds of metal (from
+ * [dissolve] or [corrode]) into metal_m. [corrode] has one for both unless both are given. */
 PDI_FN pd_status pdi_read_dissolution_horizons(pdi_reader *reader, int grid);
 /* Read the section [dissolve]: threshold of conversion and factor of grain boundaries. Rate laws are read
  * separately. */

@@ -24,7 +24,7 @@ typedef struct pdi_read_electrolyte_state {
 } pdi_read_electrolyte_state;
 
 /* Report a failed call of the chemistry room with file:line and key before its message. Returns PD_ERR_ARGUMENT, or the
- * status of that call when it was out of memory. */
+ * status of that call where it is fatal (out of memory, cancelled). */
 static pd_status pdi_read_electrolyte_fail(const pdi_read_electrolyte_state *s, int section, const char *key)
 {
     char message[PD_MESSAGE_SIZE];
@@ -106,7 +106,8 @@ static pd_status pdi_read_electrolyte_other_concentration(pdi_read_electrolyte_s
                              e->species[e->count].name);
 }
 
-/* Read one [species FORMULA] section: formula, charge, D, concentrations, molar volume. */
+/* Read one [species FORMULA] section and append it to the electrolyte: formula, charge, D, concentrations, molar
+ * volume. */
 static pd_status pdi_read_electrolyte_one_species(pdi_read_electrolyte_state *s, int section)
 {
     pd_electrolyte *e = s->electrolyte;
@@ -146,7 +147,8 @@ static pd_status pdi_read_electrolyte_one_species(pdi_read_electrolyte_state *s,
     return PD_OK;
 }
 
-/* Read all species, and add the solvent H2O if the file has none. */
+/* Read all species, and add the solvent H2O if the file has none, with the concentration of pure water at 25 C unless
+ * one is given. */
 static pd_status pdi_read_electrolyte_species(pdi_read_electrolyte_state *s)
 {
     pd_electrolyte *e = s->electrolyte;
@@ -178,7 +180,8 @@ static pd_status pdi_read_electrolyte_species(pdi_read_electrolyte_state *s)
 
 /* ---- [reaction NAME] ---- */
 
-/* Read an equilibrium or rate constant: *value and unit[PD_UNITS_TEXT] as a product of powers of mol, L and s. */
+/* Read an equilibrium or rate constant: *value in the unit that unit[PD_UNITS_TEXT] names, a product of powers of mol,
+ * L and s. */
 static pd_status pdi_read_electrolyte_constant(pdi_read_electrolyte_state *s, int section, const char *key,
                                                double *value, char *unit)
 {
@@ -208,7 +211,7 @@ static pd_status pdi_read_electrolyte_constant(pdi_read_electrolyte_state *s, in
 }
 
 /* Convert the equilibrium constant from 25 C to the temperature by van't Hoff, if its enthalpy is given (theory: eq.
- * 5b.12). */
+ * 5b.12). Stores the enthalpy [J/mol] of the reaction in work in the electrolyte, NaN: not given. */
 static pd_status pdi_read_electrolyte_vant_hoff(pdi_read_electrolyte_state *s, int section, pd_reaction_desc *desc)
 {
     pd_electrolyte *e = s->electrolyte;
@@ -242,7 +245,8 @@ static pd_status pdi_read_electrolyte_rate_temperature(pdi_read_electrolyte_stat
     return PD_OK;
 }
 
-/* Read one [reaction NAME] section: equation, equilibrium constant, rate constants. */
+/* Read one [reaction NAME] section and append it to the electrolyte: equation, equilibrium constant, rate constants, at
+ * the temperature. */
 static pd_status pdi_read_electrolyte_reaction(pdi_read_electrolyte_state *s, int section)
 {
     static const char *const rates[] = {"forward", "backward"};
@@ -364,7 +368,7 @@ static pd_status pdi_read_electrolyte_close_solution(pdi_read_electrolyte_state 
                        : pdi_read_electrolyte_fail(s, written, key);
 }
 
-/* Make the initial, inlet and inside solutions neutral with their pH; keep the recipe as it was before. */
+/* Make the initial, inlet and inside solutions neutral with their pH. The initial one as written stays in e->recipe. */
 static pd_status pdi_read_electrolyte_close_solutions(pdi_read_electrolyte_state *s)
 {
     pd_electrolyte *e = s->electrolyte;

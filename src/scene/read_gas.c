@@ -24,7 +24,8 @@ PDI_FN pd_status pdi_read_gas_check_alone(pd_ctx *ctx, pd_text *text, const pd_s
                              beside);
 }
 
-/* Read an expression in x, y, z, whose value has the bounds of the key where it is constant. */
+/* Read an expression in x, y, z, not t, of a required key of [gas]. A constant must lie within the bounds of the key.
+ */
 static pd_status pdi_read_gas_expr(pd_ctx *ctx, pd_text *text, int section, const char *key, pd_expr *expr)
 {
     double value;

@@ -22,8 +22,8 @@ typedef struct pdi_read_image_options_state {
     pd_fields drawn_fields; /* bit k: a picture shows pd_field k */
 } pdi_read_image_options_state;
 
-/* Copy the next item of a comma-separated list, without blanks around it, into item and advance *list. 0: end of the
- * list. */
+/* Copy the next item of a comma-separated list, without blanks around it and cut to PDI_READ_IMAGE_OPTIONS_ITEM_SIZE
+ * bytes, into item and advance *list. 1: there was one; 0: end of the list. */
 static int pdi_read_image_options_next_item(const char **list, char *item)
 {
     const char *from = *list + strspn(*list, " \t");
@@ -116,7 +116,7 @@ static pd_status pdi_read_image_options_ranges(pdi_read_image_options_state *r)
     return PD_OK;
 }
 
-/* Read the colour maps: "grey" for all fields, "p diverging" for one. */
+/* Read the colour maps: "grey" for all fields, "p diverging" for one. drawing.map[field] is 1 + the map. */
 static pd_status pdi_read_image_options_maps(pdi_read_image_options_state *r)
 {
     static const char *const names[] = {"violet", "viridis", "grey", "diverging"};
@@ -297,7 +297,8 @@ static pd_status pdi_read_image_options_flow_lines(pdi_read_image_options_state 
 
 /* ---- the surface of the metal ---- */
 
-/* Read the 3D view of the metal surface: "yes" or the field that colours it, and the direction of view. */
+/* Read the 3D view of the metal surface: drawing.surface is 1 for "yes", 2 + the field that colours it, which then
+ * counts as drawn, and 0 for "no"; and the direction of view. */
 static pd_status pdi_read_image_options_surface(pdi_read_image_options_state *r)
 {
     pd_setup_image_options *drawing = &r->setup->drawing;
@@ -334,7 +335,7 @@ static pd_status pdi_read_image_options_surface(pdi_read_image_options_state *r)
     return PD_OK;
 }
 
-/* Read the image formats, png and svg. */
+/* Read the image formats as bits of drawing.formats: 0 for png, 1 for svg. */
 static pd_status pdi_read_image_options_formats(pdi_read_image_options_state *r)
 {
     static const char *const names[] = {"png", "svg"};
@@ -371,7 +372,7 @@ static pd_status pdi_read_image_options_plane_images(pdi_read_image_options_stat
     return pdi_key_value_get_index(r->ctx, r->text, r->section, "width", &drawing->width);
 }
 
-/* With images = none the other options have no effect; without the key `images` they are refused. */
+/* With images = none the other options are read and have no effect; without the key `images` they are refused. */
 static pd_status pdi_read_image_options_check_unused(pdi_read_image_options_state *r)
 {
     static const char *const keys[] = {"range", "percentile", "log_scale", "colormap",    "width",

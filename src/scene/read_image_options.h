@@ -5,8 +5,8 @@
 #include "scene/read_monitors.h"
 
 #ifdef PDI_APP_INTERNAL
-/* Read the image options of the section [output], after setup->images is known. PD_ERR_PARSE, PD_ERR_ARGUMENT with
- * file:line. */
+/* Read the image options of the section [output] into setup->drawing, after setup->images is known. PD_ERR_PARSE,
+ * PD_ERR_ARGUMENT with file:line. */
 PDI_FN pd_status pdi_read_image_options_read(pd_ctx *ctx, pd_text *text, int section, pd_setup *setup);
 #endif
 

@@ -39,7 +39,7 @@ static pd_status pdi_read_measured_fail_row(const pdi_read_tables_state *s, int 
                              s->table.row_line[row], found, expected);
 }
 
-/* Read the column of times, ascending, as time since the start of the run [s]. */
+/* Read the column of times, ascending, as time[rows] since the start of the run [s]. */
 static pd_status pdi_read_measured_times(const pdi_read_tables_state *s, double *time)
 {
     char unit[PD_UNITS_TEXT];
@@ -59,7 +59,8 @@ static pd_status pdi_read_measured_times(const pdi_read_tables_state *s, double 
     return PD_OK;
 }
 
-/* Read the columns of values and of error bars, converted to SI. */
+/* Read the columns of values and, if there is one, of error bars into r->value and the new array r->spread, converted
+ * to SI. */
 static pd_status pdi_read_measured_values(const pdi_read_tables_state *s, pd_setup_measured *r)
 {
     char unit[PD_UNITS_TEXT];
@@ -118,7 +119,8 @@ static pd_status pdi_read_measured_check_times(const pdi_read_tables_state *s, c
                              s->table.path, until);
 }
 
-/* Read one [measured NAME] section with its data file. */
+/* Read one [measured NAME] section with its data file and append it to the setup. The table of the file stays in
+ * s->table for the caller to free. */
 static pd_status pdi_read_measured_section(pdi_read_tables_state *s, pd_setup *u)
 {
     const char *label = s->text->section[s->section].label;

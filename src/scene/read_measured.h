@@ -14,14 +14,14 @@
 #include "setup/setup.h"
 
 #ifdef PDI_APP_INTERNAL
-/* Read all [measured NAME] sections, after the end time of the run is known, into setup->record. folder: of the scene.
- * Whether the run has the figure is checked when the model is built. PD_ERR_PARSE, PD_ERR_ARGUMENT with the lines of
- * the scene and of the data file. */
+/* Read all [measured NAME] sections, after the end time of the run is known, into setup->measured. folder: of the
+ * scene. Whether the run has the figure is checked when the model is built. PD_ERR_PARSE, PD_ERR_ARGUMENT with the
+ * lines of the scene and of the data file. */
 PDI_FN pd_status pdi_read_measured_read(pd_ctx *ctx, pd_text *text, const char *folder, pd_setup *setup);
-/* Replace all experimental data of the setup by those of a command-line text, as it would follow "file =": "wire.csv
- * start = 0.7 h". `where` is the location at the start of messages. */
+/* Replace all measured sections of the setup by one of a command-line text, as it would follow "file =": "wire.csv
+ * start = 0.7 h". Its line is 0. `where` is the location at the start of messages. */
 PDI_FN pd_status pdi_read_measured_replace(pd_ctx *ctx, const char *where, const char *text, pd_setup *setup);
-/* 1: the time of a data point lies in the run, 0 < t <= until; such points enter the comparison. */
+/* 1: the time of a data point lies in the run, 0 < t <= until [s]; such points enter the comparison. */
 PDI_FN int pdi_read_measured_is_in_run(const pd_setup_measured *record, int point, double until);
 /* Plot series of the data points with 0 <= t <= last [s]: markers with error bars, in units of x_unit [s] and y_unit
  * [SI]. work [3 points]: memory of the series. */

@@ -49,7 +49,7 @@ PDI_FN pd_status pdi_read_mechanics_shape_bc(pd_ctx *ctx, pd_text *text, int sec
                              "displacement");
 }
 
-/* Read all PD_DIM components of a vector of expressions in x, y, z, t. */
+/* Read all PD_DIM components of a vector of expressions in x, y, z, t into expr[PD_DIM]. */
 static pd_status pdi_read_mechanics_vector(pdi_reader *s, int section, const char *key, const char *unit, pd_expr *expr)
 {
     int count;
@@ -99,7 +99,7 @@ static pd_status pdi_read_mechanics_sides(pdi_reader *s, int section)
         "traction = ... or pressure = ... in a [side ...], kind = grip in a [shape ...], or force");
 }
 
-/* Add a monitor of solid mechanics. index: of the boundary condition. */
+/* Add a monitor of solid mechanics. index: of the boundary condition, 0 for the body; name: of its table. */
 static pd_status pdi_read_mechanics_add_monitor(pdi_reader *s, int section, pd_monitor_kind kind, int index,
                                                 const char *name)
 {
@@ -243,7 +243,8 @@ static pd_status pdi_read_mechanics_plasticity_failure(pdi_reader *s, int sectio
     return pdi_read_mechanics_failure(s, section);
 }
 
-/* Read whether the metal moves dynamically, and its density; neither dynamics nor bond-based metal may dissolve. */
+/* Read whether the metal moves dynamically, and its density [kg/m3], which stays 0 at rest; neither dynamics nor
+ * bond-based metal may dissolve. */
 static pd_status pdi_read_mechanics_dynamics(pdi_reader *s, int section)
 {
     pd_setup_mechanics *b = &s->setup->metal_body;
@@ -311,7 +312,7 @@ PDI_FN void pdi_read_mechanics_add_notes(pdi_reader *s)
                           b->poisson, pdi_read_mechanics_material_names[b->material], PDI_READ_MECHANICS_NU_LOCKING);
 }
 
-/* Read the factor by which stress changes the dissolution rate (key `speed_factor`). */
+/* Read the factor [-] by which stress changes the dissolution rate (key `dissolution_factor`), if it is given. */
 static pd_status pdi_read_mechanics_rate_factor(pdi_reader *s, int section)
 {
     pd_setup_mechanics *b = &s->setup->metal_body;

@@ -137,7 +137,8 @@ static pd_status pdi_read_monitors_line(pdi_read_monitors_state *w, pd_setup_mon
     return PD_OK;
 }
 
-/* Read a [plane NAME] section: the lattice plane between cells nearest to the coordinate. */
+/* Read a [plane NAME] section: axis, and m->index, the number of cells below the plane between cells nearest to the
+ * coordinate. PD_ERR_ARGUMENT: it would be a side of the box. */
 static pd_status pdi_read_monitors_plane(pdi_read_monitors_state *w, pd_setup_monitor *m)
 {
     const pd_setup *u = w->setup;
@@ -155,7 +156,7 @@ static pd_status pdi_read_monitors_plane(pdi_read_monitors_state *w, pd_setup_mo
     return PD_OK;
 }
 
-/* Read the solid or wall on which a force is measured. */
+/* Read the solid or wall on which a force is measured: m->shape is 1 + the index of its shape. */
 static pd_status pdi_read_monitors_shape(pdi_read_monitors_state *w, pd_setup_monitor *m)
 {
     const char *name;
@@ -191,7 +192,8 @@ static pd_status pdi_read_monitors_force(pdi_read_monitors_state *w, pd_setup_mo
     return PD_DIM == 1 ? PD_OK : pdi_key_value_get_number(w->ctx, w->text, w->section, size, &m->area);
 }
 
-/* Read the reference concentration of a Sherwood number: fluid = inlet, bulk, or a value [mol/m3]. */
+/* Read the reference concentration of a Sherwood number: fluid = inlet, bulk (needs a flow and an axis), or a value
+ * [mol/m3]. */
 static pd_status pdi_read_monitors_reference_fluid(pdi_read_monitors_state *w, pd_setup_monitor *m)
 {
     const pd_setup *u = w->setup;

@@ -116,7 +116,8 @@ static pd_status pdi_read_param_file_add_notes(pd_ctx *ctx, pd_text *text, const
     return PD_OK;
 }
 
-/* Set box, spacing and horizon; in 3D the bounding box of the tube, rounded up to whole cells. */
+/* Set box, spacing, horizons and geometry; in 3D the box bounds the tube, rounded up to whole cells. The axis of an
+ * axisymmetric box becomes a mirror. PD_ERR_ARGUMENT: no whole number of cells. */
 static pd_status pdi_read_param_file_box(pd_ctx *ctx, const pd_text *text, const pdi_read_param_file_values *f,
                                          pd_setup *setup)
 {
@@ -149,7 +150,7 @@ static pd_status pdi_read_param_file_box(pd_ctx *ctx, const pd_text *text, const
     return PD_OK;
 }
 
-/* A cylinder along x through the origin; radius [m]. */
+/* Make *shape a cylinder along x through the origin; radius [m]. */
 static void pdi_read_param_file_init_cylinder(double radius, pd_shape *shape)
 {
     memset(shape, 0, sizeof *shape);
@@ -157,7 +158,8 @@ static void pdi_read_param_file_init_cylinder(double radius, pd_shape *shape)
     shape->radius = radius;
 }
 
-/* Add the shapes: tube wall (3D) and wire. */
+/* Add the shapes: tube wall (3D) as setup->wall, and the wire (in 2D a slab) as setup->solid. No wire where R_wire or
+ * L_wire is 0. */
 static pd_status pdi_read_param_file_shapes(pd_ctx *ctx, const pd_text *text, const pdi_read_param_file_values *f,
                                             pd_setup *setup)
 {
@@ -190,7 +192,8 @@ static pd_status pdi_read_param_file_shapes(pd_ctx *ctx, const pd_text *text, co
     return pd_setup_add_shape(ctx, setup, &shape, &setup->solid);
 }
 
-/* Set the flow: parabolic inlet of mean speed Q_flow/(pi R_tube^2), outlet, steady tolerance. */
+/* Set the flow: parabolic inlet of mean speed Q_flow/(pi R_tube^2), outlet, steady tolerance, with a note on the
+ * latter. Q_flow = 0: no flow. */
 static void pdi_read_param_file_flow(const pdi_read_param_file_values *f, pd_setup *setup)
 {
     setup->has_flow = f->Q_flow > 0.0;
@@ -206,7 +209,8 @@ static void pdi_read_param_file_flow(const pdi_read_param_file_values *f, pd_set
                       f->flow_conv_tol);
 }
 
-/* Set diffusivity and concentrations; fractions of the file refer to the intact metal, rho_m over the molar mass. */
+/* Set diffusivity, concentrations and the density of the metal; fractions of the file refer to the intact metal, rho_m
+ * over the molar mass. */
 static pd_status pdi_read_param_file_transport(pd_ctx *ctx, const pdi_read_param_file_values *f, pd_setup *setup)
 {
     char text[64];
@@ -226,8 +230,9 @@ static pd_status pdi_read_param_file_transport(pd_ctx *ctx, const pdi_read_param
 }
 
 /* Sums over the bonds that a plane front along an axis opens. While the front passes a node, the node has been in all
- * rows, so that each bond counts as often as the rows it spans. *exposure [-]: mean fluid fraction of the neighbours,
- * for k_corr; *bonds [1/m2]: sum of diffusion bond weights, whose constant in the logarithm is exact in 2D. */
+ * rows, so that each bond counts as often as the rows it spans. *exposure [-]: fluid share of the neighbours, summed
+ * over these rows, for k_corr; *bonds [1/m2]: sum of diffusion bond weights, whose constant in the logarithm is exact
+ * in 2D. */
 static void pdi_read_param_file_compute_front_sums(const pdi_read_param_file_values *f, double *exposure, double *bonds)
 {
     double delta = f->m_ratio, count = 0.0, opened = 0.0, sum = 0.0;
@@ -247,14 +252,14 @@ static void pdi_read_param_file_compute_front_sums(const pdi_read_param_file_val
     *bonds = constant * sum / (f->dx_file * f->dx_file);
 }
 
-/* Harmonic mean of the diffusivities [m2/s] on both sides of the surface. */
+/* Harmonic mean [m2/s] of the diffusivities on both sides of the surface; 0 where both are 0. */
 static double pdi_read_param_file_harmonic_mean(double fluid, double metal)
 {
     return fluid + metal > 0.0 ? 2.0 * fluid * metal / (fluid + metal) : 0.0;
 }
 
 /* Recession speed [m/s] with k_corr: a node loses k_corr f per second, f the fluid fraction of its neighbours, from
- * C_solid_init down to C_thresh. */
+ * C_solid_init down to C_thresh. Sets the factor of grain boundaries in the setup, and adds a note. */
 static double pdi_read_param_file_speed_by_rate(const pdi_read_param_file_values *f, pd_setup *setup)
 {
     double exposure, bonds;
@@ -284,7 +289,8 @@ static double pdi_read_param_file_speed_by_diffusion(const pdi_read_param_file_v
     return speed;
 }
 
-/* Set the dissolution rate law: constant speed [m/s], or proportional to 1 - C/Csat if the file has C_sat. */
+/* Set the dissolution rate law of the metal: constant speed [m/s], or proportional to 1 - C/Csat if setup->saturation
+ * is not 0. */
 static pd_status pdi_read_param_file_rate_law(pd_ctx *ctx, double speed, pd_setup *setup)
 {
     static const pd_expr_symbol concentration[] = {{"C", "mol/m3", 0.0}};
@@ -301,7 +307,8 @@ static pd_status pdi_read_param_file_rate_law(pd_ctx *ctx, double speed, pd_setu
     return pd_expr_build(ctx, &desc, &setup->metal[0].rate);
 }
 
-/* Set up dissolution: threshold, saturation and rate law. */
+/* Set up dissolution: threshold as a fraction of C_solid_init, saturation, rate law, notes. Without a solid or a rate
+ * has_dissolve is 0 and nothing else is set. */
 static pd_status pdi_read_param_file_dissolve(pd_ctx *ctx, const pd_text *text, const pdi_read_param_file_values *f,
                                               pd_setup *setup)
 {
@@ -326,7 +333,8 @@ static pd_status pdi_read_param_file_dissolve(pd_ctx *ctx, const pd_text *text, 
                                         setup);
 }
 
-/* Set the grain structure of the metal. */
+/* Set the grain structure of the metal, with a note on the width of its boundaries. Without grains the factor of grain
+ * boundaries becomes 1. */
 static void pdi_read_param_file_grains(const pdi_read_param_file_values *f, pd_setup *setup)
 {
     setup->has_grains = setup->solid >= 0 && f->grain_size_mean > 0.0;
@@ -342,7 +350,8 @@ static void pdi_read_param_file_grains(const pdi_read_param_file_values *f, pd_s
                       setup->grain.boundary_width * 1e6);
 }
 
-/* Set end time, output interval and fields; all fields that exist are written. */
+/* Set folder, end time, output interval (a twentieth of the run), the share of a node that a step takes (0.1) and
+ * fields; all fields that exist are written, and C, v and grain are drawn. */
 static pd_status pdi_read_param_file_output(pd_ctx *ctx, pd_text *text, const pdi_read_param_file_values *f,
                                             pd_setup *setup)
 {

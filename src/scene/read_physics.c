@@ -4,7 +4,8 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Read the value of a key: an expression in x, y, z, t, or a number, or that of a choice. */
+/* Read the value of a key into an expression, for pd_expr_free: one in x, y, z, t, a number, or the index of a whole
+ * number or choice. A constant must lie within the bounds of the key. */
 static pd_status pdi_read_physics_value(pdi_reader *s, int section, const pd_key *key, pd_expr *value)
 {
     const char *unit = strcmp(key->unit, "-") == 0 ? "" : key->unit;
@@ -27,7 +28,8 @@ static pd_status pdi_read_physics_value(pdi_reader *s, int section, const pd_key
     return status;
 }
 
-/* Read the keys of its section. A default of "-" leaves the key out. */
+/* Read the keys of its section into own->value and set their bits in own->given. A key with the default "-" that is
+ * absent is left out. */
 static pd_status pdi_read_physics_keys(pdi_reader *s, int section, pd_setup_registered *own)
 {
     const pd_key_section *table = &own->type->section;
@@ -40,7 +42,8 @@ static pd_status pdi_read_physics_keys(pdi_reader *s, int section, pd_setup_regi
     return PD_OK;
 }
 
-/* Read the values of the first field that sides hold. */
+/* Read the values that sides prescribe for the first field of the physics, under its name as a key, and set their bits
+ * in own->prescribed_sides. */
 static pd_status pdi_read_physics_sides(pdi_reader *s, pd_setup_registered *own)
 {
     const pd_physics_field *field = &own->type->field[0];
@@ -54,7 +57,7 @@ static pd_status pdi_read_physics_sides(pdi_reader *s, pd_setup_registered *own)
     return PD_OK;
 }
 
-/* Check that the names of the fields are free, and make their labels. */
+/* Check that the fields fit in number and that their names are free, and make their labels. */
 static pd_status pdi_read_physics_fields(pdi_reader *s, int section, pd_setup_registered *own)
 {
     const pd_expr_symbol *variable = pd_setup_get_rate_symbols();

@@ -42,7 +42,8 @@ static int pdi_read_potential_find_metal(pdi_reader *s, int section)
     return 0;
 }
 
-/* Read the shape of an electrode: its index in the setup and its metal. PD_ERR_ARGUMENT: no such solid. */
+/* Read the shape of an electrode: its index in the setup into e->shape, its metal into e->metal. PD_ERR_ARGUMENT: no
+ * such solid. */
 static pd_status pdi_read_potential_shape(pdi_reader *s, int section, pd_setup_electrode *e)
 {
     const pd_setup *u = s->setup;
@@ -68,7 +69,7 @@ static pd_status pdi_read_potential_shape(pdi_reader *s, int section, pd_setup_e
                              name);
 }
 
-/* Read where an electrode is: a solid shape, or all metal of a material. */
+/* Read where an electrode is: a solid shape, or all metal of a material (e->shape -1), with e->metal in both cases. */
 static pd_status pdi_read_potential_location(pdi_reader *s, int section, pd_setup_electrode *e)
 {
     const pd_setup *u = s->setup;
@@ -92,7 +93,8 @@ static pd_status pdi_read_potential_location(pdi_reader *s, int section, pd_setu
 
 /* ---- curves ---- */
 
-/* Read a Butler-Volmer (both = 1) or Tafel curve: exchange current density, slopes per decade, limiting currents. */
+/* Read a Butler-Volmer (both = 1) or Tafel curve: exchange current density, slopes per decade, which are stored per
+ * factor e [V], limiting currents. PD_ERR_ARGUMENT: another number of slopes than two or one. */
 static pd_status pdi_read_potential_tafel_slopes(pdi_reader *s, int section, int both, pd_electrode_term *t)
 {
     static const char *const keys[] = {"anodic_slope", "cathodic_slope"}, *const limits[] = {"anodic_limit",
@@ -115,8 +117,8 @@ static pd_status pdi_read_potential_tafel_slopes(pdi_reader *s, int section, int
                              given, both ? "both with butler_volmer" : "one of them with tafel");
 }
 
-/* Tabulate a curve i(E) [A/m2] over its range. PD_ERR_ARGUMENT: i falls with E, so that solutions would not be
- * unique. */
+/* Tabulate a curve i(E) [A/m2] over its key `range` into new arrays of e, which its term refers to. PD_ERR_ARGUMENT: i
+ * falls with E, so that solutions would not be unique. */
 static pd_status pdi_read_potential_tabulate_curve(pdi_reader *s, int section, const pd_expr *curve,
                                                    pd_setup_electrode *e)
 {
@@ -151,7 +153,7 @@ static pd_status pdi_read_potential_tabulate_curve(pdi_reader *s, int section, c
     return PD_OK;
 }
 
-/* Check that a curve in E, pH and species does not fall with E, at 1 mol/m3 of each species and pH 7. */
+/* Check that a curve in E, pH and species does not fall with E from -4 to 4 V, at 1 mol/m3 of each species and pH 7. */
 static pd_status pdi_read_potential_check_rising(pdi_reader *s, int section, const pd_setup_electrode *e)
 {
     double vars[PD_EXPR_VARS], last = -HUGE_VAL;
@@ -174,7 +176,7 @@ static pd_status pdi_read_potential_check_rising(pdi_reader *s, int section, con
 }
 
 /* With migrating ions, read a curve that names pH or species; it stays an expression instead of a table. Sets
- * e->reads. */
+ * e->has_species_curve; any other curve is left alone. */
 static pd_status pdi_read_potential_species_curve(pdi_reader *s, int section, pd_setup_electrode *e)
 {
     pd_expr_symbol vars[PD_EXPR_VARS];
@@ -203,7 +205,8 @@ static pd_status pdi_read_potential_species_curve(pdi_reader *s, int section, pd
     return pdi_read_potential_check_rising(s, section, e);
 }
 
-/* Read a polarisation curve that is given as an expression (key `i`). */
+/* Read a polarisation curve that is given as an expression (key `i`), as a table of points with the range of measured
+ * tables in it, or, with pH or species, as it is. */
 static pd_status pdi_read_potential_expression_curve(pdi_reader *s, int section, pd_setup_electrode *e)
 {
     pd_expr curve;
@@ -217,7 +220,7 @@ static pd_status pdi_read_potential_expression_curve(pdi_reader *s, int section,
 }
 
 /* Read the polarisation curve of an electrode: Butler-Volmer, Tafel, linear, an expression, or primary (no kinetics),
- * with its parameters and film resistance. With ions that migrate it may be absent. */
+ * with its parameters and film resistance. With ions that migrate it may be absent (e->has_no_curve). */
 static pd_status pdi_read_potential_kinetics(pdi_reader *s, int section, pd_setup_electrode *e)
 {
     int curve = 0;
@@ -245,7 +248,8 @@ static pd_status pdi_read_potential_kinetics(pdi_reader *s, int section, pd_setu
 
 /* ---- circuits ---- */
 
-/* Read the prescribed potential [V] or current [A] of an electrode, a function of t; neither: it floats. */
+/* Read the prescribed potential [V] or current [A] of an electrode into e->fixed_value, a function of t; neither: it
+ * floats. */
 static pd_status pdi_read_potential_control(pdi_reader *s, int section, pd_setup_electrode *e)
 {
     e->has_fixed_potential = pdi_text_has_key(s->ctx, s->text, section, "potential");
@@ -303,7 +307,8 @@ static pd_status pdi_read_potential_check_circuits(pdi_reader *s)
 
 /* ---- sections ---- */
 
-/* Add a monitor of potential and current of an electrode. */
+/* Add a monitor of potential and current of an electrode; index: of the electrode. PD_ERR_ARGUMENT: too many monitors.
+ */
 static pd_status pdi_read_potential_add_monitor(pdi_reader *s, int section, int index)
 {
     pd_setup *u = s->setup;
@@ -318,7 +323,7 @@ static pd_status pdi_read_potential_add_monitor(pdi_reader *s, int section, int 
     return PD_OK;
 }
 
-/* Read one [electrode NAME] section. */
+/* Read one [electrode NAME] section and append the electrode, in a circuit of its own, with its monitor. */
 static pd_status pdi_read_potential_electrode(pdi_reader *s, int section)
 {
     pd_setup_potential *p = &s->setup->potential;

@@ -33,8 +33,8 @@ static pd_status pdi_read_precracks_corners(pdi_reader *s, int section, pd_setup
     return PD_OK;
 }
 
-/* Read the growth direction of the crack; default in 2D: the direction of its last segment. A crack with a direction is
- * recorded in a table. */
+/* Read the growth direction of the crack; default in 2D: the direction of its last segment. In 2D, and in 3D with a
+ * direction, is_recorded becomes 1: the crack gets a table. */
 static pd_status pdi_read_precracks_direction(pdi_reader *s, int section, pd_setup_precrack *cut)
 {
     double square = 0.0;
@@ -53,8 +53,8 @@ static pd_status pdi_read_precracks_direction(pdi_reader *s, int section, pd_set
                              "expected a direction, %d numbers that are not all zero", PD_DIM);
 }
 
-/* Read the three radii [m] about the tip that bound the two domains of the J-integral, a horizon or more apart. Only
- * 2D, small strains, equilibrium. */
+/* Read the three radii [m] about the tip that bound the two domains of the J-integral, a horizon or more apart, if they
+ * are given; then j_domains is 2. Only 2D, small strains, equilibrium. */
 static pd_status pdi_read_precracks_j_contours(pdi_reader *s, int section, pd_setup_precrack *cut)
 {
     const pd_setup_mechanics *b = &s->setup->metal_body;
@@ -88,7 +88,7 @@ static pd_status pdi_read_precracks_j_contours(pdi_reader *s, int section, pd_se
     return PD_OK;
 }
 
-/* Add a monitor of the crack tip. */
+/* Add a monitor of the tip of the crack that was appended last, if it is recorded. */
 static pd_status pdi_read_precracks_add_monitor(pdi_reader *s, const pd_setup_precrack *cut)
 {
     pd_setup *u = s->setup;
@@ -105,7 +105,8 @@ static pd_status pdi_read_precracks_add_monitor(pdi_reader *s, const pd_setup_pr
     return PD_OK;
 }
 
-/* Read one [crack NAME] section. */
+/* Read one [crack NAME] section and append the crack, with its monitor. PD_ERR_ARGUMENT: there is no [solid] section.
+ */
 static pd_status pdi_read_precracks_section(pdi_reader *s, int section)
 {
     pd_setup_mechanics *b = &s->setup->metal_body;

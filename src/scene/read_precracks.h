@@ -1,11 +1,12 @@
-/* read_precracks: reads the [cut NAME] sections of a scene: pre-cracks of the metal, with the domains of their
+/* read_precracks: reads the [crack NAME] sections of a scene: pre-cracks of the metal, with the domains of their
  * J-integral. */
 #ifndef PD_READ_PRECRACKS_H
 #define PD_READ_PRECRACKS_H
 #include "scene/reader.h"
 
 #ifdef PDI_APP_INTERNAL
-/* Read all [cut NAME] sections, after [solid]. PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line. */
+/* Read all [crack NAME] sections, after [solid]; adds a monitor for each crack that is recorded. PD_ERR_PARSE,
+ * PD_ERR_ARGUMENT with file:line. */
 PDI_FN pd_status pdi_read_precracks_read(pdi_reader *reader);
 #endif
 

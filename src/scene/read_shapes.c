@@ -54,7 +54,7 @@ typedef enum pdi_read_shapes_form {
     PDI_READ_SHAPES_DIFFERENCE
 } pdi_read_shapes_form;
 
-/* Read PD_DIM coordinates. */
+/* Read PD_DIM numbers of dimension `unit` into x[PD_DIM], in SI. */
 static pd_status pdi_read_shapes_point(pdi_read_shapes_state *s, const char *key, const char *unit, double *x)
 {
     int count;
@@ -79,7 +79,7 @@ static pd_status pdi_read_shapes_box(pdi_read_shapes_state *s, pd_shape *shape)
                              count, count > 1 ? "s" : "", PD_DIM, count, count);
 }
 
-/* Read an infinite cylinder: axis, centre, radius. */
+/* Read an unbounded cylinder: axis, centre (the origin by default), radius. */
 static pd_status pdi_read_shapes_cylinder(pdi_read_shapes_state *s, pd_shape *shape)
 {
     static const char *const axes[] = {"x", "y", "z", NULL};
@@ -105,8 +105,8 @@ static pd_status pdi_read_shapes_half_space(pdi_read_shapes_state *s, pd_shape *
     return pdi_text_fail_key(s->ctx, s->text, s->section, "normal", "found a zero vector, expected the outward normal");
 }
 
-/* Convert a picture to a mask: light pixels are inside, dark and transparent ones outside; the lowest row of the
- * picture becomes the first row of the mask. *least, *most: range of grey levels. */
+/* Convert a picture to mask[width height], 1 inside: light pixels are inside, dark and transparent ones outside; the
+ * lowest row of the picture becomes the first row of the mask. *least, *most: range of grey levels, 0 to 255. */
 static void pdi_read_shapes_threshold_pixels(const pd_image *image, uint8_t *mask, int *least, int *most)
 {
     *least = 255;
@@ -121,7 +121,7 @@ static void pdi_read_shapes_threshold_pixels(const pd_image *image, uint8_t *mas
         }
 }
 
-/* Read the mask of a shape from a PNG picture (2D). */
+/* Read the mask of a shape from a PNG picture (2D); the setup owns it. PD_ERR_ARGUMENT: no pixel is inside. */
 static pd_status pdi_read_shapes_png(pdi_read_shapes_state *s, pd_shape *shape)
 {
     char path[PD_PATH_SIZE];
@@ -153,7 +153,8 @@ static pd_status pdi_read_shapes_png(pdi_read_shapes_state *s, pd_shape *shape)
     return status;
 }
 
-/* Read the mask of a shape from a raw file: one byte a voxel, nonzero inside, x fastest. */
+/* Read the mask of a shape from a raw file: one byte a voxel, nonzero inside, x fastest; the setup owns it.
+ * PD_ERR_ARGUMENT: another number of bytes than voxels, or all are 0. */
 static pd_status pdi_read_shapes_raw(pdi_read_shapes_state *s, pd_shape *shape)
 {
     char path[PD_PATH_SIZE], *bytes = NULL;
@@ -194,7 +195,7 @@ static pd_status pdi_read_shapes_raw(pdi_read_shapes_state *s, pd_shape *shape)
     return status;
 }
 
-/* Read a shape of voxels: corner, cell size and mask. */
+/* Read a shape of voxels: first corner [m] into shape->a, cell size [m] into shape->b, and the mask. */
 static pd_status pdi_read_shapes_mask(pdi_read_shapes_state *s, pdi_read_shapes_form form, pd_shape *shape)
 {
     int count;
@@ -210,7 +211,8 @@ static pd_status pdi_read_shapes_mask(pdi_read_shapes_state *s, pdi_read_shapes_
     return form == PDI_READ_SHAPES_MASK ? pdi_read_shapes_png(s, shape) : pdi_read_shapes_raw(s, shape);
 }
 
-/* Read a closed triangle surface from an STL file (3D). Key `scale`: length of one unit of the file. */
+/* Read a closed triangle surface from an STL file (3D); the setup owns it. Key `scale`: length of one unit of the file.
+ * Adds notes where triangles were turned or corners merged. */
 static pd_status pdi_read_shapes_stl(pdi_read_shapes_state *s, pd_shape *shape)
 {
     char path[PD_PATH_SIZE];
@@ -316,8 +318,8 @@ static pd_status pdi_read_shapes_geometry(pdi_read_shapes_state *s, int *index)
     return outside ? pd_setup_add_complement(s->ctx, s->setup, index) : PD_OK;
 }
 
-/* Read the material of a solid shape and add its metal to the setup. The first named material is also that of shapes
- * without one. */
+/* Read the material of a solid shape; append the shape to setup->solid_shape and a new metal to setup->metal. The first
+ * named material becomes metal 0, which is also that of shapes without one. */
 static pd_status pdi_read_shapes_material(pdi_read_shapes_state *s, int index)
 {
     pd_setup *u = s->setup;
@@ -349,7 +351,8 @@ static pd_status pdi_read_shapes_material(pdi_read_shapes_state *s, int index)
     return found ? pd_setup_add_union(s->ctx, u, index, &metal->shape) : PD_OK;
 }
 
-/* Read the grain structure of a solid: size, spread, seed, boundary width; one for all solids. */
+/* Read the grain structure of a solid into setup->grain, if it is given: size, spread, seed, boundary width.
+ * PD_ERR_ARGUMENT: another structure than that of a solid above. */
 static pd_status pdi_read_shapes_grains(pdi_read_shapes_state *s)
 {
     pd_grain_desc grain;
@@ -376,7 +379,8 @@ static pd_status pdi_read_shapes_grains(pdi_read_shapes_state *s)
     return PD_OK;
 }
 
-/* Add the shape to the walls, with a Dirichlet concentration if key C is given. */
+/* Add the shape to setup->wall and setup->wall_shape, with a Dirichlet concentration if key C is given and there is
+ * transport. */
 static pd_status pdi_read_shapes_wall(pdi_read_shapes_state *s, int index)
 {
     pd_setup *u = s->setup;
@@ -396,7 +400,7 @@ static pd_status pdi_read_shapes_wall(pdi_read_shapes_state *s, int index)
     return pd_setup_add_union(s->ctx, u, index, &u->wall);
 }
 
-/* Add the shape to the medium, fluid with a diffusivity of its own; one for all such shapes. */
+/* Add the shape to the medium, fluid with a diffusivity of its own. PD_ERR_ARGUMENT: a medium above has another one. */
 static pd_status pdi_read_shapes_medium(pdi_read_shapes_state *s, int index)
 {
     pd_setup *u = s->setup;
@@ -430,7 +434,8 @@ static pd_status pdi_read_shapes_solution(pdi_read_shapes_state *s, int index)
     return pd_setup_add_union(s->ctx, s->setup, index, &s->setup->solution);
 }
 
-/* Read one [shape NAME] section: geometry, kind, and the keys of that kind. */
+/* Read one [shape NAME] section: geometry, kind, and the keys of that kind; the shape joins the region of its kind in
+ * the setup. */
 static pd_status pdi_read_shapes_section(pdi_read_shapes_state *s)
 {
     static const char *const kinds[] = {"part", "solid", "wall", "medium", "passive", "grip", "solution", NULL};

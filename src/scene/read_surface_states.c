@@ -60,7 +60,7 @@ static int pdi_read_surface_states_has_dims(const pd_expr *expr, const pd_dims *
     return pd_units_is_same(&expr->dims, dims) || !(fabs(zero) > 0.0);
 }
 
-/* Read a bound of the state (key `min` or `max`), of its dimension, if it is given. */
+/* Read a bound of the state (key `min` or `max`) [SI], of its dimension; *value is unchanged if the key is absent. */
 static pd_status pdi_read_surface_states_bound(pdi_reader *s, int section, const char *key,
                                                const pd_setup_surface_state *state, double *value)
 {
@@ -77,7 +77,8 @@ static pd_status pdi_read_surface_states_bound(pdi_reader *s, int section, const
     return pdi_text_fail_key(s->ctx, s->text, section, key, "found %s, expected %s as of 'initial'", found, wanted);
 }
 
-/* Read one [surface NAME] section up to its rate: name, unit, initial value, bounds. */
+/* Read one [surface NAME] section up to its rate and append the state: name, unit, initial value, bounds (infinite by
+ * default). */
 static pd_status pdi_read_surface_states_state(pdi_reader *s, int section)
 {
     pd_setup *u = s->setup;
@@ -232,7 +233,7 @@ PDI_FN pd_status pdi_read_surface_states_current_factor(pdi_reader *s, int secti
 
 /* ---- rates ---- */
 
-/* Read the electrodes that carry the state (key `of`); all of them by default. */
+/* Read the electrodes that carry the state (key `of`) as bits of state->electrodes; all of them by default. */
 static pd_status pdi_read_surface_states_electrodes(pdi_reader *s, int section, pd_setup_surface_state *state)
 {
     const pd_setup_potential *p = &s->setup->potential;
@@ -259,7 +260,8 @@ static pd_status pdi_read_surface_states_electrodes(pdi_reader *s, int section, 
     return PD_OK;
 }
 
-/* Read the rate law of a state in C, t, x, y, z, i, E, pH, species and states; dimension of the state per time. */
+/* Read the rate law of a state in t, x, y, z, i, E, pH, species and states, not in C; it has the dimension of the state
+ * per time. */
 static pd_status pdi_read_surface_states_rate(pdi_reader *s, int section, pd_setup_surface_state *state)
 {
     pd_setup *u = s->setup;
@@ -346,7 +348,7 @@ static pd_status pdi_read_surface_states_check_uses(pdi_reader *s)
     return PD_OK;
 }
 
-/* Add a monitor of a surface state. */
+/* Add a monitor of the surface state `index`. PD_ERR_ARGUMENT: too many monitors. */
 static pd_status pdi_read_surface_states_add_monitor(pdi_reader *s, int section, int index)
 {
     pd_setup *u = s->setup;

@@ -11,20 +11,23 @@
 /* Read names, units, initial values and bounds of all surface states, after the species. PD_ERR_PARSE, PD_ERR_ARGUMENT
  * with file:line. */
 PDI_FN pd_status pdi_read_surface_states_read(pdi_reader *reader);
-/* Read the rate laws of all surface states and the electrodes that carry them, after metals and electrodes. */
+/* Read the rate laws of all surface states and the electrodes that carry them, after metals and electrodes. Adds a
+ * monitor for each. Checks that each state is carried wherever a law or factor uses it. */
 PDI_FN pd_status pdi_read_surface_states_rates(pdi_reader *reader);
 /* Append the species that the expression under `key` names as [H+] to the symbol table vars[*count], whose names name[]
- * stores. species_index[*species]: their indices in the electrolyte. PD_ERR_ARGUMENT: no solute. */
+ * stores, each once. species_index[*species]: their indices in the electrolyte; *species: their number.
+ * PD_ERR_ARGUMENT: no solute, or too many. */
 PDI_FN pd_status pdi_read_surface_states_species_symbols(pdi_reader *reader, int section, const char *key,
                                                          pd_expr_symbol *vars, char (*name)[PD_SPECIES_NAME + 2],
                                                          int *count, int *species_index, int *species);
 /* Append the species that the expression under `key` names as [H+], then all surface states, to the symbol table
- * vars[*count]. name[] stores the names of species; species_index[*species]: their indices in the electrolyte. */
+ * vars[*count]. name[] stores the names of species; species_index[*species]: their indices in the electrolyte;
+ * *species: their number. */
 PDI_FN pd_status pdi_read_surface_states_symbols(pdi_reader *reader, int section, const char *key, pd_expr_symbol *vars,
                                                  char (*name)[PD_SPECIES_NAME + 2], int *count, int *species_index,
                                                  int *species);
-/* Read the current factor of an electrode (key `factor`), an expression in x, y, z, t and the surface states.
- * electrode: its index. */
+/* Read the factor of the current density of an electrode (key `current_factor`) [-], an expression in x, y, z, t and
+ * the surface states, if it is given. electrode: its index. */
 PDI_FN pd_status pdi_read_surface_states_current_factor(pdi_reader *reader, int section, int electrode);
 #endif
 

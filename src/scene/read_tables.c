@@ -6,7 +6,8 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Read the label of the section as name of the function: an identifier that expressions do not use yet. */
+/* Copy the label of the section into name[PD_SETUP_NAME] as the name of its function. PD_ERR_ARGUMENT: it is no short
+ * identifier, or expressions use it already. */
 static pd_status pdi_read_tables_check_name(const pdi_read_tables_state *s, char *name)
 {
     const char *label = s->text->section[s->section].label;
@@ -24,7 +25,8 @@ static pd_status pdi_read_tables_check_name(const pdi_read_tables_state *s, char
     return PD_OK;
 }
 
-/* Find the column with this heading, or of this number; *column from 0. PD_ERR_ARGUMENT: there is none. */
+/* Find the column with this heading, or of this number from 1 on; *column counts from 0. PD_ERR_ARGUMENT: there is
+ * none. */
 static pd_status pdi_read_tables_find_column(const pdi_read_tables_state *s, const char *key, const char *heading,
                                              int *column)
 {
@@ -42,7 +44,8 @@ static pd_status pdi_read_tables_find_column(const pdi_read_tables_state *s, con
                              heading, s->table.path, list);
 }
 
-/* Unit in the brackets at the end of a heading, "loss [%]", into unit; unchanged if there are none. */
+/* Unit in the brackets at the end of a heading, "loss [%]", into unit[PD_UNITS_TEXT]; "" for [-], unchanged if there
+ * are no brackets. */
 static void pdi_read_tables_get_bracket_unit(const char *heading, char *unit)
 {
     const char *open = strrchr(heading, '[');
@@ -53,7 +56,7 @@ static void pdi_read_tables_get_bracket_unit(const char *heading, char *unit)
     if (strcmp(unit, "-") == 0) unit[0] = '\0'; /* as the tables of a run have it */
 }
 
-/* Split "heading in unit" into heading[PD_EXPR_LENGTH] and unit[PD_UNITS_TEXT]. */
+/* Split "heading in unit" into heading[PD_EXPR_LENGTH] and unit[PD_UNITS_TEXT]; unit "" where there is no "in". */
 static pd_status pdi_read_tables_split_heading(const pdi_read_tables_state *s, const char *key, const char *given,
                                                char *heading, char *unit)
 {
@@ -99,7 +102,8 @@ PDI_FN pd_status pdi_read_tables_column(const pdi_read_tables_state *s, const ch
     return PD_OK;
 }
 
-/* Build the monotone interpolant from the columns x and y of the section. x[rows], y[rows]: work arrays. */
+/* Build the monotone interpolant from the columns x and y of the section, in SI, and set the dimensions of the
+ * function. x[rows], y[rows]: work arrays. PD_ERR_ARGUMENT: x does not rise, with the line of the file. */
 static pd_status pdi_read_tables_build_curve(const pdi_read_tables_state *s, double *x, double *y,
                                              pd_expr_table *function, pd_monotone_cubic *curve)
 {

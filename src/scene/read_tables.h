@@ -26,8 +26,9 @@ typedef struct pdi_read_tables_state {
  * required. bracket 1: without "in" the unit is taken from the heading, "loss [%]". */
 PDI_FN pd_status pdi_read_tables_column(const pdi_read_tables_state *tables, const char *key, const char *fallback,
                                         int bracket, double *values, char *unit, double *scale, pd_dims *dims);
-/* Read all [table NAME] sections into setup->table; the expressions of `text` know the functions from then on. folder:
- * of the scene. PD_ERR_PARSE, PD_ERR_ARGUMENT with the lines of the scene and of the table. */
+/* Read all [table NAME] sections into setup->table and setup->function, which are allocated; the expressions of `text`
+ * know the functions from then on. folder: of the scene. PD_ERR_PARSE, PD_ERR_ARGUMENT with the lines of the scene and
+ * of the table. */
 PDI_FN pd_status pdi_read_tables_read(pd_ctx *ctx, pd_text *text, const char *folder, pd_setup *setup);
 #endif
 

@@ -14,9 +14,10 @@ typedef struct pdi_reader {
     pdi_read_constants_table constants;
 } pdi_reader;
 
-/* 1: two values are equal up to the rounding of unit conversions. */
+/* 1: a and b differ by at most 1e-12 of the larger magnitude, the rounding of unit conversions. */
 PDI_FN int pdi_reader_is_equal(double a, double b);
-/* Read the initial concentration [mol/m3], an expression in x, y, z, from the key `initial` into the setup. */
+/* Read the key `initial` of a section, a concentration [mol/m3] as an expression in x, y, z (default 0), into
+ * setup->initial_c. A constant must lie within the bounds of the key. */
 PDI_FN pd_status pdi_reader_read_initial(pdi_reader *reader, int section);
 #endif
 

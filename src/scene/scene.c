@@ -29,7 +29,8 @@
 #define PDI_SCENE_MAX_CELLS 1e9 /* largest number of cells on an axis */
 #define PDI_SCENE_MAX_STEPS 1e9 /* largest number of time steps */
 
-/* Mark in setup->given that the scene sets a solver setting, so that the `accuracy` preset leaves it alone. */
+/* Set bit `knob` of setup->settings_given if the section has the key, so that an accuracy preset leaves that solver
+ * setting alone. */
 static void pdi_scene_mark_given(pdi_reader *s, int section, const char *key, pd_solver_setting knob)
 {
     if (pdi_text_has_key(s->ctx, s->text, section, key)) s->setup->settings_given |= 1u << knob;
@@ -89,7 +90,7 @@ static pd_status pdi_scene_read_geometry(pdi_reader *s, int section)
                              found, horizon);
 }
 
-/* Read the section [grid]: spacing, horizon, box, threads, geometry. */
+/* Read the section [grid]: spacing, horizons of fluid and metal, box of whole cells, threads, geometry. */
 static pd_status pdi_scene_read_grid(pdi_reader *s)
 {
     pd_setup *u = s->setup;
@@ -134,7 +135,7 @@ static pd_status pdi_scene_check_side_names(pdi_reader *s)
     return PD_OK;
 }
 
-/* Read an expression in x, y, z and t. */
+/* Read an expression in x, y, z and t; fallback NULL: the key is required. */
 static pd_status pdi_scene_read_expr(pdi_reader *s, int section, const char *key, const char *unit,
                                      const char *fallback, pd_expr *expr)
 {
@@ -142,8 +143,8 @@ static pd_status pdi_scene_read_expr(pdi_reader *s, int section, const char *key
                              PD_SETUP_POSITION_VARS, fallback, expr);
 }
 
-/* Read the mean speed or flow rate of an inlet as a function of t; stream->uses is 0 for a constant. PD_ERR_ARGUMENT:
- * it depends on the place. */
+/* Read the mean speed or flow rate of an inlet as a function of t; stream->variables_used is 0 for a constant.
+ * PD_ERR_ARGUMENT: it depends on the place. */
 static pd_status pdi_scene_read_time_expr(pdi_reader *s, int section, const char *key, const char *unit,
                                           pd_expr *stream)
 {
@@ -154,7 +155,8 @@ static pd_status pdi_scene_read_time_expr(pdi_reader *s, int section, const char
                              " profile = expression with a velocity");
 }
 
-/* Read the strength of the inflow: `mean` [m/s] or `flow_rate` [m3/s], constant or a function of t. */
+/* Read the strength of the inflow, `mean` [m/s] or `flow_rate` [m3/s], into side->inflow_of_time. A constant also goes
+ * into mean_speed or flow_rate; a flow rate that depends on t leaves flow_rate at 1 as a mark. */
 static pd_status pdi_scene_read_inflow(pdi_reader *s, int section, pd_setup_side *side)
 {
     int volume = pdi_text_has_key(s->ctx, s->text, section, "flow_rate");
@@ -172,7 +174,8 @@ static pd_status pdi_scene_read_inflow(pdi_reader *s, int section, pd_setup_side
     return pdi_key_value_get_number(s->ctx, s->text, section, "flow_rate", &side->flow_rate);
 }
 
-/* Read an inlet: velocity profile, its strength, and the velocity of profile = expression. */
+/* Read an inlet: velocity profile, its strength, and for profile = expression the velocity [m/s], which `mean` or
+ * `flow_rate` scale if given (is_scaled). */
 static pd_status pdi_scene_read_inlet(pdi_reader *s, int section, pd_setup_side *side)
 {
     static const char *const keys[] = {"vx", "vy", "vz"};
@@ -197,7 +200,8 @@ static pd_status pdi_scene_read_inlet(pdi_reader *s, int section, pd_setup_side 
                              "found 'expression' without a velocity, expected vx = ...");
 }
 
-/* Read a value that all inlets (C) or outlets (p) share; *seen 1: it must repeat *value. */
+/* Read a value [SI] that all inlets (C) or outlets (p) share, 0 by default. *seen 1: it must repeat *value. Sets *seen
+ * to 1. */
 static pd_status pdi_scene_read_shared_value(pdi_reader *s, int section, const char *key, int *seen, double *value)
 {
     double found;
@@ -219,8 +223,8 @@ static pd_status pdi_scene_read_open_side(pdi_reader *s, int section, pd_setup_s
     return pdi_scene_read_expr(s, section, "C", "mol/m3", "0", &side->inlet_c);
 }
 
-/* Read the concentration of an inlet: one constant of all inlets, or an expression of the side. *inlets 1: the constant
- * was read. */
+/* Read the concentration of an inlet: a constant into setup->inlet_c, one for all inlets, or an expression into
+ * side->inlet_c with setup->has_inlet_c_by_side 1. *inlets 1: a constant was read, also before. */
 static pd_status pdi_scene_read_inlet_concentration(pdi_reader *s, int section, pd_setup_side *side, int *inlets)
 {
     pd_expr found;
@@ -244,7 +248,8 @@ static pd_status pdi_scene_read_wall_species(pdi_reader *s, int section, pd_setu
                              "others");
 }
 
-/* Read a wall: tangential velocity, Dirichlet concentration, species. */
+/* Read a wall; k: index of the side. With a flow its tangential velocity (no component across the side), with transport
+ * its Dirichlet concentration, and whether it holds species. */
 static pd_status pdi_scene_read_wall(pdi_reader *s, int section, int k)
 {
     pd_setup_side *side = &s->setup->side[k];
@@ -283,7 +288,7 @@ static pd_status pdi_scene_check_periodic_pairs(pdi_reader *s)
     return PD_OK;
 }
 
-/* Open side of [corrode] in fluid at rest: a wall whose Dirichlet concentration is `bulk`. */
+/* Read an open side of [corrode] in fluid at rest: it becomes a wall whose Dirichlet concentration is `bulk`. */
 static pd_status pdi_scene_read_bulk_side(pdi_reader *s, int section, pd_setup_side *side)
 {
     int corrode = pdi_text_get_section(s->ctx, s->text, "corrode", NULL);
@@ -330,7 +335,7 @@ static pd_status pdi_scene_read_side(pdi_reader *s, int k, int section, int *inl
     return PD_OK;
 }
 
-/* Read the boundary conditions of all sides. */
+/* Read the boundary conditions of all sides. Checks the names of the sections and that periodic sides come in pairs. */
 static pd_status pdi_scene_read_sides(pdi_reader *s)
 {
     int inlets = 0, outlets = 0;
@@ -345,7 +350,8 @@ static pd_status pdi_scene_read_sides(pdi_reader *s)
 
 /* ---- physics ---- */
 
-/* Read the time treatment of the flow, its initial velocity, and the tolerance or equation of state of that scheme. */
+/* Read the time treatment of the flow, its initial or prescribed velocity, and the tolerance (implicit) or equation of
+ * state (explicit) of that scheme. */
 static pd_status pdi_scene_read_flow_time(pdi_reader *s, int section)
 {
     static const char *const motions[] = {"steady", "implicit", "explicit", "prescribed", NULL};
@@ -389,7 +395,8 @@ static pd_status pdi_scene_read_ignored_eos(pdi_reader *s, int section)
     return PD_OK;
 }
 
-/* Read the body force per mass: a constant vector, or expressions if one component is not constant. */
+/* Read the body force per mass [m/s2]: a constant vector into setup->force, or, if one component is not constant,
+ * expressions into setup->body_force with has_body_force_expr 1. */
 static pd_status pdi_scene_read_body_force(pdi_reader *s, int section)
 {
     pd_setup *u = s->setup;
@@ -403,7 +410,8 @@ static pd_status pdi_scene_read_body_force(pdi_reader *s, int section)
     return pdi_text_get_numbers(s->ctx, s->text, section, "body_force", "m/s2", NULL, PD_DIM, u->force, &count);
 }
 
-/* Read the order of the flow discretisation, auto, 2 or 4; 4 needs m = 1 and planar geometry. */
+/* Read the order of the flow discretisation into setup->flow_order: 0 (auto), 2 or 4. 4 needs m = 1, planar geometry
+ * and a steady or implicit flow. */
 static pd_status pdi_scene_read_flow_order(pdi_reader *s, int section)
 {
     const pd_setup *u = s->setup;
@@ -422,7 +430,7 @@ static pd_status pdi_scene_read_flow_order(pdi_reader *s, int section)
     return PD_OK;
 }
 
-/* Read the section [flow]. */
+/* Read the section [flow], if there is one. PD_ERR_ARGUMENT: an inlet without an outlet. */
 static pd_status pdi_scene_read_flow(pdi_reader *s)
 {
     pd_setup *u = s->setup;
@@ -450,7 +458,8 @@ static pd_status pdi_scene_read_flow(pdi_reader *s)
     return PD_OK;
 }
 
-/* Read the section [transport]. */
+/* Read the section [transport], if there is one: D, advection scheme, time treatment (that of [chemistry] beside it),
+ * initial concentration. */
 static pd_status pdi_scene_read_transport(pdi_reader *s)
 {
     static const char *const times[] = {"implicit", "steady", NULL};
@@ -525,7 +534,8 @@ static pd_status pdi_scene_check_steady_scene(pdi_reader *s)
                                             u->body_force, PD_DIM);
 }
 
-/* Read the section [run]: end time, largest step, tolerances. A steady scene has none. */
+/* Read the section [run]: end time, largest step, tolerances. A scene that is steady has none of them; it is checked
+ * that nothing in it depends on t. */
 static pd_status pdi_scene_read_run(pdi_reader *s)
 {
     pd_setup *u = s->setup;
@@ -561,7 +571,7 @@ static pd_status pdi_scene_read_run(pdi_reader *s)
     return pdi_key_value_get_number(s->ctx, s->text, section, "max_dissolved_fraction", &u->max_node_fraction);
 }
 
-/* Read the plane that images of a 3D run show. */
+/* Read the plane that images of a 3D run show: slice_axis and slice_at [m]; by default the middle of the last axis. */
 static pd_status pdi_scene_read_slice(pdi_reader *s, int section)
 {
     pd_setup *u = s->setup;
@@ -596,7 +606,8 @@ static pd_status pdi_scene_read_magnification(pdi_reader *s, int section)
     return pdi_key_value_get_number(s->ctx, s->text, section, "deformation_scale", &s->setup->displacement_scale);
 }
 
-/* Read the section [output]: interval, fields, images and their options, folder. */
+/* Read the section [output]: interval (a twentieth of the run by default), fields, images and their options, folder. A
+ * gas without max_step gets a twentieth of the interval. */
 static pd_status pdi_scene_read_output(pdi_reader *s)
 {
     pd_setup *u = s->setup;
@@ -624,7 +635,7 @@ static pd_status pdi_scene_read_output(pdi_reader *s)
     return pdi_scene_read_slice(s, section);
 }
 
-/* Line of a section in the file, 0: absent. */
+/* Line of a section in the file, 0: absent. The section counts as looked up. */
 static int pdi_scene_find_section_line(pdi_reader *s, const char *name, const char *label)
 {
     int section = pdi_text_get_section(s->ctx, s->text, name, label);
@@ -647,7 +658,7 @@ static void pdi_scene_set_section_lines(pdi_reader *s)
         u->side[k].line = pdi_scene_find_section_line(s, "side", pd_setup_side_name(k));
 }
 
-/* Add a note of the former names that the text has. */
+/* Add a note to the setup for each former name that the text has. */
 static void pdi_scene_add_renamed_notes(const pd_text *text, pd_setup *setup)
 {
     for (int k = 0; k < PD_RENAMED_KEYS; k++) {
@@ -658,7 +669,8 @@ static void pdi_scene_add_renamed_notes(const pd_text *text, pd_setup *setup)
     }
 }
 
-/* Read all sections of a scene in the order of their dependencies. */
+/* Read all sections of a scene in the order of their dependencies; path: of the scene. Checks all names of keys first
+ * and, at the end, that every key has an effect. */
 static pd_status pdi_scene_read_sections(pd_ctx *ctx, pd_text *text, const char *path, pd_setup *setup)
 {
     pdi_reader s;

@@ -12,7 +12,7 @@ typedef struct pd_template {
 
 #define pd_templates PD_NAME(pd_templates)
 
-/* All templates of this dimension, by name. */
+/* All templates of this dimension, by name; *count: their number. One whose name is NULL follows them. */
 PD_API const pd_template *pd_templates(int *count);
 
 #endif

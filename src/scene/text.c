@@ -176,7 +176,8 @@ PDI_FN size_t pdi_text_scan_word(const char *t, pdi_text_charset kind)
     return n;
 }
 
-/* Length of the key at t if `identifier =` starts there, else 0; *value: offset of the value behind the '='. */
+/* Length of the key at t if `identifier =` starts there, else 0; *value: offset of the value behind the '=', unchanged
+ * if 0. */
 static size_t pdi_text_scan_key(const char *t, size_t *value)
 {
     size_t n = pdi_text_scan_word(t, PDI_TEXT_CHARSET_KEY), equal = pdi_text_skip_blanks(t, n);
@@ -193,7 +194,8 @@ PDI_FN pd_status pdi_text_fail_expected(pd_ctx *ctx, const pd_text *text, int li
     return pdi_text_fail_line(ctx, text->name, line, "column %d: found %s, expected %s", (int)at + 1, found, expected);
 }
 
-/* Parse a section line "[name label]" at t[*at]; *section: the section that it opens, *at: index behind the ']'. */
+/* Parse the section line "[name label]" whose '[' is t[*at]; null bytes in t end its words. The text is flat no longer.
+ * *section: the section that it opens, *at: index behind the ']'. */
 static pd_status pdi_text_parse_section(pd_ctx *ctx, pd_text *text, char *t, int line, size_t *at, int *section)
 {
     size_t name = pdi_text_skip_blanks(t, *at + 1), name_size = pdi_text_scan_word(t + name, PDI_TEXT_CHARSET_KEY);
@@ -236,8 +238,8 @@ static const pd_key *pdi_text_find_listed_key(const pd_text *text, int section, 
     return pdi_keys_find_key(table, pdi_renamed_keys_get_key(table->name, key));
 }
 
-/* Length of the key at t, 0: none. In a section with free text, and inside such a value (within = 1), only the keys of
- * its table count. */
+/* Length of the key at t, 0: none; *value as of pdi_text_scan_key. In a section with free text, and inside such a value
+ * (within = 1), only the keys of its table count. */
 static size_t pdi_text_scan_section_key(const pd_text *text, int section, const char *t, int within, size_t *value)
 {
     size_t size = pdi_text_scan_key(t, value);
@@ -278,7 +280,8 @@ static pd_status pdi_text_find_value_end(pd_ctx *ctx, const pd_text *text, int s
     return PD_OK;
 }
 
-/* Parse one line: comment, section header, pairs. *section: the current section, updated by a header. */
+/* Parse one line, which null bytes cut into strings: comment, section header, pairs. *section: the current section,
+ * updated by a header. */
 static pd_status pdi_text_parse_line(pd_ctx *ctx, pd_text *text, char *t, int line, int *section)
 {
     char *comment = strchr(t, '#');
@@ -324,7 +327,8 @@ PDI_FN pd_status pdi_text_check_bytes(pd_ctx *ctx, const pd_text *text, const ch
     return PD_OK;
 }
 
-/* Parse bytes[size] line by line into sections and pairs; skips a UTF-8 byte order mark. */
+/* Parse bytes[size] line by line into sections and pairs, and find whether the text is flat. Skips a UTF-8 byte order
+ * mark. */
 static pd_status pdi_text_parse(pd_ctx *ctx, pd_text *text, const char *name, const char *bytes, size_t size)
 {
     char *t, *kept_name;
@@ -445,8 +449,8 @@ typedef struct pdi_text_value {
     char location[PDI_TEXT_LOCATION_SIZE];
 } pdi_text_value;
 
-/* Look up a pair, or its default; marks it as read. `what` describes the expected value in the message of a missing
- * key. */
+/* Look up a pair, which then counts as read, or its default. `what` describes the expected value in the message of a
+ * missing key. unit: only for the check against the table of keys with PD_DEBUG. */
 static pd_status pdi_text_find_value(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
                                      const char *fallback, const char *what, pdi_text_value *v)
 {
@@ -484,7 +488,8 @@ static pd_status pdi_text_fail_value(pd_ctx *ctx, const pdi_text_value *v, size_
                    expected);
 }
 
-/* Compile bytes first .. end of the value as an expression of the given dimension in vars[var_count]. */
+/* Compile bytes [first, end) of the value as an expression in vars[var_count], for pd_expr_free. unit: its dimension,
+ * NULL: any. It knows the constants and tables of the text. */
 static pd_status pdi_text_compile_expr(pd_ctx *ctx, const pd_text *text, const pdi_text_value *v, size_t first,
                                        size_t end, const char *unit, const pd_expr_symbol *vars, int var_count,
                                        pd_expr *expr)
@@ -515,7 +520,7 @@ static pd_status pdi_text_compile_expr(pd_ctx *ctx, const pd_text *text, const p
     return pd_expr_build(ctx, &desc, expr);
 }
 
-/* Evaluate bytes first .. end of the value as a constant expression; *value in SI. */
+/* Evaluate bytes [first, end) of the value as a constant expression; *value in SI. */
 static pd_status pdi_text_eval_constant(pd_ctx *ctx, const pd_text *text, const pdi_text_value *v, size_t first,
                                         size_t end, const char *unit, double *value)
 {
@@ -535,7 +540,8 @@ static size_t pdi_text_find_item_end(const char *value, size_t first)
     return first;
 }
 
-/* Describe the dimension of a unit for the message of a missing key: "a length [m]". */
+/* Describe the dimension of a unit in what[PD_UNITS_TEXT] for the message of a missing key: "a length [m]"; unit NULL:
+ * "an expression". */
 static void pdi_text_describe_unit(pd_ctx *ctx, const char *unit, char *what)
 {
     pd_dims dims;
@@ -666,7 +672,7 @@ PDI_FN pd_status pdi_text_get_words(pd_ctx *ctx, pd_text *text, int section, con
     }
 }
 
-/* Parse one range "a .. b" in bytes at .. end of the value, in SI; requires a < b. */
+/* Parse one range "a .. b" in bytes [at, end) of the value, in SI; requires a < b. */
 static pd_status pdi_text_parse_range(pd_ctx *ctx, const pd_text *text, const pdi_text_value *v, size_t at, size_t end,
                                       const char *unit, double *low, double *high)
 {

@@ -97,57 +97,61 @@ typedef enum pdi_text_charset {
     PDI_TEXT_CHARSET_FORMULA
 } pdi_text_charset;
 
-/* Parse a copy of bytes[size]; `name` is the file name in messages. PD_ERR_PARSE: no text, wrong format, a duplicate
- * key, too many pairs. PD_ERR_SIZE: larger than PD_TEXT_SIZE. */
+/* Parse a copy of bytes[size] into text, for pdi_text_free; on failure text is zero. name: file name in messages.
+ * PD_ERR_PARSE: control bytes, wrong format, a duplicate key, too many pairs. PD_ERR_SIZE: larger than PD_TEXT_SIZE. */
 PDI_FN pd_status pdi_text_build(pd_ctx *ctx, const char *name, const char *bytes, size_t size, pd_text *text);
-/* Read a file and parse it as pdi_text_build does. PD_ERR_FILE: it cannot be read or is too large. */
+/* Read a file and parse it as pdi_text_build does. PD_ERR_FILE: it cannot be read or is larger than PD_TEXT_SIZE. */
 PDI_FN pd_status pdi_text_read(pd_ctx *ctx, const char *path, pd_text *text);
-/* Free all memory of the text. */
+/* Free all memory of the text, which includes the strings that look-ups returned, and zero it. */
 PDI_FN void pdi_text_free(pd_ctx *ctx, pd_text *text);
 /* 1: a file without sections (SI numbers, no units). */
 PDI_FN int pdi_text_is_flat(const pd_text *text);
 
-/* Index of the section [name label] for the look-ups below; label NULL is "". A missing section is created empty. -1:
- * out of memory; the next call that returns a status reports it. */
+/* Index of the section [name label] for the look-ups below; label NULL is "". A missing section is created empty. All
+ * sections of that name then count as looked up. -1: out of memory; the next call that returns a status reports it. */
 PDI_FN int pdi_text_get_section(pd_ctx *ctx, pd_text *text, const char *name, const char *label);
 /* Iterate over the sections of that name that are present, in file order: index of the next one after `after` (-1:
- * first). -1: no more. */
+ * first). -1: no more, or out of memory. The name counts as looked up. */
 PDI_FN int pdi_text_next_section(pd_ctx *ctx, pd_text *text, const char *name, int after);
-/* 1: the section has the key; key NULL: the section is present. Out of memory: 0, reported by the next call with a
- * status. */
+/* 1: the section has the key; key NULL: the section is in the file or has a pair. The key is recorded as asked for, and
+ * its value stays unread. Section -1: 0. Out of memory: 0, reported by the next call with a status. */
 PDI_FN int pdi_text_has_key(pd_ctx *ctx, pd_text *text, int section, const char *key);
 
-/* Typed look-ups of the value under `key` of a section. fallback: default as text, parsed like a value of the file;
- * NULL: the key is required. unit: expected dimension ("um" asks for a length); results are in SI. PD_ERR_PARSE with
- * file:line, what was found, what was expected; PD_ERR_ARGUMENT: section -1. */
+/* Typed look-ups of the value under `key` of a section, which then counts as read. fallback: default as text, parsed
+ * like a value of the file; NULL: the key is required. unit: expected dimension ("um" asks for a length), "" for a
+ * plain number; results are in SI. PD_ERR_PARSE with file:line, what was found, what was expected; PD_ERR_ARGUMENT:
+ * section -1. */
 /* The value as a string, unparsed. It lives as long as the text (or is fallback itself). */
 PDI_FN pd_status pdi_text_get_string(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
                                      const char **value);
 /* A number: a constant, finite expression. */
 PDI_FN pd_status pdi_text_get_number(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
                                      const char *fallback, double *value);
-/* A list `a, b, c` of 1 to max numbers. */
+/* A list `a, b, c` of 1 to max numbers into values[max]; *count: how many. */
 PDI_FN pd_status pdi_text_get_numbers(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
                                       const char *fallback, int max, double *values, int *count);
 /* A whole number in low .. high. */
 PDI_FN pd_status pdi_text_get_integer(pd_ctx *ctx, pd_text *text, int section, const char *key, int low, int high,
                                       const char *fallback, int *value);
-/* yes, true, on: 1; no, false, off: 0. */
+/* Read yes, true, on as *value 1 and no, false, off as 0. */
 PDI_FN pd_status pdi_text_get_bool(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
                                    int *value);
 /* One of the words in names, which ends with NULL; *index: its position. */
 PDI_FN pd_status pdi_text_get_choice(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *const *names,
                                      const char *fallback, int *index);
-/* A list `C, v, p` of words of letters, digits and _ + - . */
+/* A list `C, v, Mg(OH)2(s)` of 1 to PD_TEXT_WORDS words of letters, digits and _ + - . and, behind the first character,
+ * ( ) : */
 PDI_FN pd_status pdi_text_get_words(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
                                     pd_word_list *list);
-/* A list `a .. b, c .. d` of 1 to max ranges with a < b. */
+/* A list `a .. b, c .. d` of 1 to max ranges with a < b into low[max] and high[max]; *count: how many. */
 PDI_FN pd_status pdi_text_get_ranges(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
                                      const char *fallback, int max, double *low, double *high, int *count);
-/* An expression in the variables vars[var_count]; unit NULL: any dimension. The caller frees it with pd_expr_free. */
+/* An expression in the variables vars[var_count]; unit NULL: any dimension. The caller frees it with pd_expr_free; on
+ * failure there is nothing to free. */
 PDI_FN pd_status pdi_text_get_expr(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
                                    const pd_expr_symbol *vars, int var_count, const char *fallback, pd_expr *expr);
-/* A list of 1 to max expressions into exprs[*count]; on failure none is left to free. */
+/* A list of 1 to max expressions into exprs[max], whose rest is zeroed; *count: how many. On failure none is left to
+ * free. */
 PDI_FN pd_status pdi_text_get_exprs(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
                                     const pd_expr_symbol *vars, int var_count, const char *fallback, int max,
                                     pd_expr *exprs, int *count);
@@ -155,8 +159,8 @@ PDI_FN pd_status pdi_text_get_exprs(pd_ctx *ctx, pd_text *text, int section, con
  * PD_ERR_ARGUMENT. */
 PDI_FN pd_status pdi_text_fail_key(pd_ctx *ctx, const pd_text *text, int section, const char *key, const char *format,
                                    ...) PD_PRINTF_LIKE(5, 6);
-/* Check after all readers that every section and key was read. PD_ERR_PARSE: one was not; the message suggests the
- * nearest name that was looked up. */
+/* Check after all readers that each pair was read and each section that is present was looked up. PD_ERR_PARSE: one was
+ * not; the message suggests the nearest name that was looked up. */
 PDI_FN pd_status pdi_text_check_unused(pd_ctx *ctx, const pd_text *text);
 
 /* For modules that change a text: command-line overrides, included files. */
@@ -170,18 +174,21 @@ PDI_FN pd_status pdi_text_fail_expected(pd_ctx *ctx, const pd_text *text, int li
                                         const char *expected);
 /* Append a name to the list of names in a message, list[PDI_TEXT_LIST_SIZE]; "..." when it is full. */
 PDI_FN void pdi_text_add_to_list(char *list, const char *separator, const char *name);
-/* Find the section [name label], or create it empty; *index: its position. */
+/* Find the section [name label], or create it empty and not present; *index: its position. A former name stands for the
+ * present one. */
 PDI_FN pd_status pdi_text_find_or_add_section(pd_ctx *ctx, pd_text *text, const char *name, const char *label,
                                               int *index);
-/* Present names of a section, and of a key of a section; a former one is recorded for the notes. */
+/* Present names of a section, and of a key of a section; a former one is recorded for the notes. A name that is none of
+ * the former ones is returned as it is. */
 PDI_FN const char *pdi_text_get_present_section(pd_text *text, const char *name);
 PDI_FN const char *pdi_text_get_present_key(pd_text *text, int section, const char *key);
-/* Set the value of a pair, which must live as long as text. */
+/* Set the value of a pair. A former word is replaced by its present one and recorded for the notes. value must live as
+ * long as text. */
 PDI_FN void pdi_text_set_value(pd_text *text, pd_text_entry *entry, const char *value);
-/* Find the pair of a key in a section. NULL: there is none. */
+/* Find the pair of a key, given by its present or a former name, in a section. NULL: there is none. */
 PDI_FN pd_text_entry *pdi_text_find_entry(const pd_text *text, int section, const char *key);
-/* Append a pair to a section; key and value must live as long as text. PD_ERR_PARSE: the section has the key
- * already. */
+/* Append a pair to a section, which then is present; former names are replaced. key and value must live as long as
+ * text. line 0: command line. PD_ERR_PARSE: the section has the key already, or there are PD_TEXT_ENTRIES pairs. */
 PDI_FN pd_status pdi_text_add_entry(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *value,
                                     int line, int column);
 /* Index of the first non-blank byte in t from t[at] on. */
@@ -190,7 +197,8 @@ PDI_FN size_t pdi_text_skip_blanks(const char *t, size_t at);
 PDI_FN pdi_text_charset pdi_text_get_label_charset(const char *section);
 /* Length [byte] of the word at the start of t; 0: none. */
 PDI_FN size_t pdi_text_scan_word(const char *t, pdi_text_charset kind);
-/* Check that t[size] holds only printable bytes, tabs and line ends, to reject binary files. PD_ERR_PARSE. */
+/* Check that t[size] holds no control bytes but tabs and line ends, to reject binary files. PD_ERR_PARSE with the line.
+ */
 PDI_FN pd_status pdi_text_check_bytes(pd_ctx *ctx, const pd_text *text, const char *t, size_t size);
 #endif
 
