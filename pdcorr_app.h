@@ -63,7 +63,7 @@
  *     fingerprint normalised text of all input that affects results: name, sections, pairs after overrides, checksums of
  *     reader     state shared by the readers of scene sections (text, setup to fill, constants).
  *     read_mechanics reads solid mechanics of the metal: section [solid] (material, failure, loads) and the mechanical
- *     read_precracks reads the [cut NAME] sections of a scene: pre-cracks of the metal, with the domains of their
+ *     read_precracks reads the [crack NAME] sections of a scene: pre-cracks of the metal, with the domains of their
  *     read_shapes reads the [shape NAME] sections of a scene into the geometry tree of the setup: primitives, voxel masks,
  *     read_surface_states reads the [surface NAME] sections of a scene: state variables of metal surfaces (film coverage,
  *     read_physics the sections of physics that the program brings along, by the tables of their keys.
@@ -585,7 +585,7 @@ typedef struct pd_template {
 
 #define pd_templates PD_NAME(pd_templates)
 
-/* All templates of this dimension, by name. */
+/* All templates of this dimension, by name; *count: their number. One whose name is NULL follows them. */
 PD_API const pd_template *pd_templates(int *count);
 
 #endif
@@ -683,7 +683,7 @@ typedef struct pd_word_list {
  * scene, or of a file that has nothing else.
  *
  *   [chemistry]  include = electrolytes/hbss.electrolyte   activity = davies|ideal   temperature = 298.15 K
- *                pH = 7.4   inlet_pH   counter = Cl-   balance = Cl-   minerals = given|all
+ *                pH = 7.4   inlet_pH   counter_ion = Cl-   balance_ion = Cl-   minerals = given|all
  *   [species Mg2+]    D = 0.705e-9 m2/s   initial = 0.9 mM   inlet = 0.9 mM   charge   formula
  *   [reaction water]  H+ + OH- = H2O   K = 1e14 L2/mol2 | log10_K = 14   forward = 1.4e11 L/mol/s   backward
  */
@@ -694,8 +694,8 @@ typedef struct pd_word_list {
 #define pd_electrolyte_parse PD_NAME(pd_electrolyte_parse)
 
 /* Read an electrolyte from a file, apply overrides ("species.Mg2+.initial=2 mM"), include files, and make its solutions
- * neutral with the given pH (pd_electrolyte_neutralise). Other sections are ignored. PD_ERR_FILE, PD_ERR_PARSE,
- * PD_ERR_ARGUMENT with file:line, what was found and what was expected. */
+ * neutral with the given pH (pd_electrolyte_neutralise). Other sections are ignored. On failure it is zero.
+ * PD_ERR_FILE, PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line, what was found and what was expected. */
 PD_API pd_status pd_electrolyte_read(pd_ctx *ctx, const char *path, const char *const *overrides, int count,
                                      pd_electrolyte *electrolyte);
 /* Read an electrolyte from a text, as pd_electrolyte_read does from a file; `path` is its name in messages, and
@@ -708,51 +708,8 @@ PD_API pd_status pd_electrolyte_parse(pd_ctx *ctx, const char *path, const char 
 /* ======== >>scene/scene.h ======== */
 /* scene: reads a scene file, or a flat parameter file, into a setup.
  *
- *   [constants]  v = 1.3 um/h  tau = 1 h  ...: names for all numbers and expressions
- *   [grid]       h = 5 um (one length or one for each axis)  m = 3  box = a .. b, c .. d  threads = 2
- *   [shape NAME] one of  box = a .. b, ... | ball = centre  radius = r | cylinder = x|y|z  centre  radius |
- *                half_space = yes  point  normal | mask = file.png  corner  cell | raw = file  size  corner  cell |
- *                stl = file  scale  shift (3D) |
- *                union|intersect|difference = NAME, NAME;  outside = yes: the complement
- *                kind = solid|wall (C = held)|medium (D = its diffusivity)|passive (with corrode: fluid there does not
- *                attack)|part  material = mg4ag|steel304|copper|alloy625
- *                grains = 40 um  grain_spread  grain_seed  boundary_width
- *   [side x-]    flow = inlet|outlet|noslip|periodic|mirror|open  profile = parabola|uniform|expression
- *                mean = speed | flow_rate = 1 mL/min  vx = expression in x y z (vy, vz)  C = ...  p = 0
- *                noslip: velocity = 1 m/s, 0 m/s of a wall that slides along itself; C = ... held by the wall
- *                open without flow, with corrode: bulk behind it
- *   [flow]       rho  mu  steady = 1e-6  order = 2|4  force = ...  speed, length: of reported residuals, by default its
- *                own
- *                time = steady|implicit|explicit|given  vx (vy, vz) = expression: flow at the start, or the given flow,
- *                which open sides let in and out  rtol = 1e-4 of implicit steps  eos = tait|linear, c0 = speed of sound
- *                of explicit ones
- *   [gas]        gamma = 1.4  rho, p, vx (vy, vz) = expressions: at the start  order = second|first  cfl = 0.8; alone.
- *                [side x-] flow = slip|mirror|periodic|outlet|inlet (the state of the start)
- *   [transport]  D  initial = expression in x y z  advection = limited|upwind  time = implicit|steady
- *   [dissolve]   rate = speed, an expression in C | law = the same in 1/s per layer of h
- *                rate_scale = 1  Csat  Cs  gb_factor = 1  threshold = 0
- *   [corrode]    bond-based, in place of dissolve: rate = speed | current = A/m2, expressions in C
- *                rate_scale = 1  Csat  Cs  charge  D  initial (without transport)  bulk = 0  gb_factor = 1
- *                control = diffusion|activation  drive = constant|difference  kernel = area|square|inverse
- *                weights = calibrated|printed
- *                repassivation = concentration  breaking = deterministic|stochastic  seed = 1
- *   [table NAME] file = law.csv  x = heading in unit  y = heading in unit  outside = hold|error: a function NAME(x) for
- *                all expressions, monotone between the points
- *   [run]        until  rtol = 4e-3 (of the volume loss; without dissolution 1e-3, of a step of the transport or of
- *                corrode)
- *                fraction of a node that a step takes (25 rtol)  max_step
- *   [output]     every  fields = C, v, p, kind, grain, phase, D, rate, density, damage, energy  images = ...
- *                slice = z 0 um  deformed = 100  prefix  folder
- *   [probe NAME] at = x, y  fields = C, v
- *   [line NAME]  from = x, y  to = x, y  points = 101 | spacing  fields  images
- *   [plane NAME] at = x 1 mm
- *   [force NAME] box = a .. b, c .. d  shape = NAME  balance = yes|no  speed, length (3D: area): reference values of
- *                coefficients
- *   [transfer NAME] box  along = x|y|z  length  surface = C there  fluid = inlet|bulk|C  D  area
- *   [total NAME] box
- *   [measured NAME] file = wire.csv  time = heading in unit  value = heading in unit  spread = heading in unit
- *                of = volume_loss | plane.NAME.flow | ...: points that the run is compared with
- *                start = 0 s: time of the file at which the run begins
+ * Sections and keys are those of pd_key_sections, with unit, default, meaning and what they allow; docs/guide.md,
+ * chapter 2, explains them.
  *
  * Named constants in numbers and expressions: Csat, Cs, and rho_m, M_m, z_m of the material.
  */
@@ -762,9 +719,9 @@ PD_API pd_status pd_electrolyte_parse(pd_ctx *ctx, const char *path, const char 
 #define pd_scene_read PD_NAME(pd_scene_read)
 #define pd_scene_parse PD_NAME(pd_scene_parse)
 
-/* Read a scene file, apply `count` overrides ("key=value", "section.key=value") and check everything that can be
- * checked without a grid. PD_ERR_FILE, PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line, what was found and what was
- * expected. */
+/* Read a scene file into setup, for pd_setup_free (on failure it is freed), apply `count` overrides ("key=value",
+ * "section.key=value") and check everything that can be checked without a grid. PD_ERR_FILE, PD_ERR_PARSE,
+ * PD_ERR_ARGUMENT with file:line, what was found and what was expected. */
 PD_API pd_status pd_scene_read(pd_ctx *ctx, const char *path, const char *const *overrides, int count, pd_setup *setup);
 /* Read a scene from a text into a setup, with overrides, as pd_scene_read does from a file; `path` is its name in
  * messages, and files that the scene names are relative to the folder of `path`. */
@@ -948,6 +905,7 @@ typedef struct pd_scalar_outputs {
 
 #define pd_scalar_outputs_free PD_NAME(pd_scalar_outputs_free)
 
+/* Free the list and zero figures. A zeroed one is allowed. */
 PD_API void pd_scalar_outputs_free(pd_ctx *ctx, pd_scalar_outputs *figures);
 
 #endif
@@ -1157,22 +1115,23 @@ typedef struct pd_sim {
 #define pd_sim_close PD_NAME(pd_sim_close)
 
 /* scene: the path of a scene file, or the text of a scene, which has a newline in it. `count` overrides as for
- * pd_scene_read. The flow is solved and the balance opened: fields are there. The errors of the reader, of the builders
- * and of the first flow solve. */
+ * pd_scene_read. The flow is solved and the balance opened: fields are there. On failure sim is zero. The errors of the
+ * reader, of the builders and of the first flow solve. */
 PD_API pd_status pd_sim_open(pd_ctx *ctx, const char *scene, const char *const *overrides, int count, pd_sim *sim);
-/* The second half of it: sim is zero but for its setup, which the caller has read, and changed, and which it takes. */
+/* The second half of it: sim is zero but for its setup, which the caller has read and changed. sim owns it from then
+ * on: on failure the setup is freed, too, and sim is zero. */
 PD_API pd_status pd_sim_start(pd_ctx *ctx, pd_sim *sim);
-/* One step, as long as its error allows, that does not pass t_limit [s]. Statuses of pd_time_loop_step;
- * PD_ERR_ARGUMENT: t_limit lies not ahead. */
+/* Make one step, as long as its error allows, that does not pass t_limit [s]; sim->time and steps follow. Statuses of
+ * pd_time_loop_step; PD_ERR_ARGUMENT: t_limit lies not ahead. */
 PD_API pd_status pd_sim_step(pd_ctx *ctx, pd_sim *sim, double t_limit);
 /* The values of an output field (C, v, p, kind, grain, phase, D, rate, density, damage) as they are now. They stay in
  * place until the field is asked for again or the simulation is closed. PD_ERR_ARGUMENT: no such field, or the scene
  * has none. */
 PD_API pd_status pd_sim_field(pd_ctx *ctx, pd_sim *sim, const char *name, pd_field_view *view);
-/* The values of a view stay as they are until pd_sim_free_view, also when the simulation is closed; the next view of
- * the field has others. */
+/* Take the values of a view out of sim: they stay as they are until pd_sim_free_view, also when the simulation is
+ * closed; the next view of the field has others. */
 PD_API void pd_sim_detach_view(pd_sim *sim, const pd_field_view *view);
-/* Free the values of a view that was kept. */
+/* Free the values of a view that was detached, and zero the view. */
 PD_API void pd_sim_free_view(pd_ctx *ctx, pd_field_view *view);
 PD_API void pd_sim_close(pd_ctx *ctx, pd_sim *sim);
 
@@ -1237,16 +1196,17 @@ typedef struct pd_richardson {
 #define pd_richardson_suggest_spacing PD_NAME(pd_richardson_suggest_spacing)
 #define pd_richardson_free PD_NAME(pd_richardson_free)
 
-/* Run the coarser lattices of a run that gave `figures`; desc says when to stop. With desc->check they are only built:
- * then there are no errors, only `coarser_runs` and `without`. setup is borrowed. The errors of pdi_coarsen_setup_build
- * and pd_run: there is no estimate, the run stands. PD_ERR_STATE: stopped. */
+/* Run the coarser lattices of a run that gave `figures`; desc says when to stop. With desc->check_only they are only
+ * built: errors are NaN then, and coarser_runs and missing_reason count. setup is borrowed. Errors of
+ * pdi_coarsen_setup_build and pd_run at 2 h: the estimate is freed, the run stands. PD_ERR_STATE: stopped. */
 PD_API pd_status pd_richardson_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc,
                                    const pd_scalar_outputs *figures, pd_richardson *estimate);
-/* A line "result case=... estimate=richardson ..." for the scene and one for each section with figures. */
+/* Print a line "result case=... estimate=richardson ..." for the scene and one for each section with figures. */
 PD_API void pd_richardson_print(const pd_richardson *estimate, pd_print_fn print, void *user);
 /* The largest h[PD_DIM] [m] that divides the boxes of the run and of the coarser ones, and at which no figure but minor
  * ones should be off by more than `accuracy` [-], as far as the orders hold; h of the run when that is so already. */
 PD_API void pd_richardson_suggest_spacing(const pd_richardson *estimate, double accuracy, double *h);
+/* Free the outputs of the estimate and zero it. A zeroed one is allowed. */
 PD_API void pd_richardson_free(pd_ctx *ctx, pd_richardson *estimate);
 
 #endif
@@ -1265,9 +1225,9 @@ PD_API void pd_richardson_free(pd_ctx *ctx, pd_richardson *estimate);
 
 #define pd_tolerance_presets_apply PD_NAME(pd_tolerance_presets_apply)
 
-/* accuracy [-]: relative, from PD_ACCURACY_MIN to PD_ACCURACY_MAX, else PD_ERR_ARGUMENT. What was picked and what
- * the scene keeps goes into text[size], for example "accuracy 1 %: picked steady = 0.0001; of the scene rtol = 0.004".
- */
+/* Set the tolerances that the scene does not give from accuracy [-], relative, PD_ACCURACY_MIN to PD_ACCURACY_MAX, else
+ * PD_ERR_ARGUMENT. Adds it to setup->fingerprint. Into text[size] goes what was picked and what the scene keeps, as
+ * "accuracy 1 %: picked flow.steady_tolerance = 0.001; the scene sets run.rtol = 0.004". */
 PD_API pd_status pd_tolerance_presets_apply(pd_ctx *ctx, double accuracy, pd_setup *setup, char *text, size_t size);
 
 #endif
@@ -1333,9 +1293,10 @@ typedef struct pd_fit {
  * fewer points than parameters, a parameter without effect. A run that fails at a trial value ends the fit with its
  * status and the value. PD_NOT_CONVERGED as for pd_least_squares_solve. */
 PD_API pd_status pd_fit_run(pd_ctx *ctx, const pd_fit_desc *desc, pd_fit *fit);
-/* "result case=... fit=volume_loss points=9 rms=... KEY=1.07 KEY.error=0.02 ..." into text[size]. */
+/* Write "result case=... fit=volume_loss points=9 rms=... KEY=1.07 KEY.error=0.02 ..." into text[size]. */
 PD_API void pd_fit_format_result(const pd_fit *fit, char *text, size_t size);
-/* The setup of the runs with the overrides of desc and `count` more, and with its points. */
+/* Read the setup of the runs with the overrides of desc and `count` more, and with its points, for pd_setup_free; on
+ * failure it is freed. PD_ERR_ARGUMENT: it has no points. */
 PD_API pd_status pd_fit_read_setup(pd_ctx *ctx, const pd_fit_desc *desc, const char *const *more, int count,
                                    pd_setup *setup);
 
@@ -1401,17 +1362,18 @@ typedef struct pd_parameter_sweep_count {
 #define pd_parameter_sweep_write PD_NAME(pd_parameter_sweep_write)
 #define pd_parameter_sweep_free PD_NAME(pd_parameter_sweep_free)
 
-/* PD_ERR_ARGUMENT: an axis without key or value, twice the same key, too many runs. The errors of pd_scene_read for the
- * first run whose scene is refused. Results of a former sweep in the folder are forgotten. */
+/* Parse the axes and read every scene to check it; removes results of a former sweep from the folder. On failure sweep
+ * is zero. PD_ERR_ARGUMENT: an axis without key or value, twice the same key, too many runs. Errors of pd_scene_read
+ * for the first run whose scene is refused. */
 PD_API pd_status pd_parameter_sweep_build(pd_ctx *ctx, const pd_parameter_sweep_desc *desc, pd_parameter_sweep *sweep);
-/* "run003 mean=0.2 m/s h=10 um" of run `index` into text[size]. */
+/* Write "run003 mean=0.2 m/s h=10 um" of run `index` into text[size]. */
 PD_API void pd_parameter_sweep_label(const pd_parameter_sweep *sweep, int index, char *text, size_t size);
-/* Make run `index`, 0 .. runs - 1, in its folder run001, run002, ...; `desc` as for pd_run, but for the folder. Its
- * status, PD_RETRY when it was stopped: a run that fails is no failure of the sweep. */
+/* Make run `index`, 0 .. runs - 1, in its folder run001, run002, ...; `desc` as for pd_run, but for the folder. Returns
+ * its status, PD_RETRY when it was stopped: a run that fails is no failure of the sweep. */
 PD_API pd_status pd_parameter_sweep_run(pd_ctx *ctx, const pd_parameter_sweep *sweep, int index,
                                         const pd_run_desc *desc);
-/* sweep.csv: a row for each run with its values and all figures of its result line; sweep.png: volume loss over time.
- * A run that was not begun counts as stopped. PD_ERR_FILE. */
+/* Write sweep.csv, a row for each run with its values and all figures of its result line, and sweep.png, volume loss
+ * over time. *count: how they ended; a run that was not begun counts as stopped. PD_ERR_FILE. */
 PD_API pd_status pd_parameter_sweep_write(pd_ctx *ctx, const pd_parameter_sweep *sweep,
                                           pd_parameter_sweep_count *count);
 PD_API void pd_parameter_sweep_free(pd_ctx *ctx, pd_parameter_sweep *sweep);
@@ -2252,28 +2214,29 @@ PDI_FN void pdi_progress_format_duration(double seconds, char *text, size_t size
 #define PDI_KEYS_MAX_POINTS 100000 /* most points of a line */
 /* Find the section of this name in the table. NULL: there is none. */
 PDI_FN const pd_key_section *pdi_keys_find_section(const char *name);
-/* Find it there or among the physics that the program brings along. NULL: there is none. */
+/* Find it among the physics that are registered with the context, else in that table. NULL: there is none. */
 PDI_FN const pd_key_section *pdi_keys_find_known_section(const pd_ctx *ctx, const char *name);
-/* 1: a physics of the program has a field of this name. */
+/* 1: a physics that is registered with the context has a field of this name. */
 PDI_FN int pdi_keys_is_field(const pd_ctx *ctx, const char *name);
-/* Find a key in the table of a section. NULL: the section has no such key. */
+/* Find the row of a key in the table of a section; a row of the unit "any" takes every name. NULL: there is none. */
 PDI_FN const pd_key *pdi_keys_find_key(const pd_key_section *section, const char *key);
 #ifdef PD_DEBUG
 /* Consistency check of a look-up with the table. 1: the table has this key with this unit (NULL: not checked) and this
- * default (NULL: not checked), or the section has no name. */
+ * default (NULL: not checked; one that the table tells in words: any), or the section has no name and no such key. */
 PDI_FN int pdi_keys_is_consistent(const char *section, const char *key, const char *unit, const char *fallback);
 #endif
 
 /* ======== >>scene/renamed_keys.h, internal ======== */
-/* The present name of a section. */
+/* The present name of a section; `section` itself where that is no former name. */
 PDI_FN const char *pdi_renamed_keys_get_section(const char *section);
-/* The present name of a key of a section, given by its present name. */
+/* The present name of a key of a section, given by its present name; `key` itself where that is no former name. */
 PDI_FN const char *pdi_renamed_keys_get_key(const char *section, const char *key);
-/* The present name of a value of a key; section and key by their present names. */
+/* The present name of a value of a key; `value` itself where that is no former one. section and key: present names. */
 PDI_FN const char *pdi_renamed_keys_get_value(const char *section, const char *key, const char *value);
 /* Number of the former name that a section (key NULL), key (value NULL) or value is; -1: it is none. */
 PDI_FN int pdi_renamed_keys_find(const char *section, const char *key, const char *value);
-/* Former and present name of entry `index` for a message, "toughness", "fracture_energy", and its section. */
+/* Former and present name of entry `index` for a message, "toughness", "fracture_energy". Returns the section of the
+ * entry, which is the former name itself where a section was renamed. */
 PDI_FN const char *pdi_renamed_keys_describe(int index, const char **former, const char **present);
 
 /* ======== >>scene/text.h, internal ======== */
@@ -2286,57 +2249,61 @@ typedef enum pdi_text_charset {
     PDI_TEXT_CHARSET_FORMULA
 } pdi_text_charset;
 
-/* Parse a copy of bytes[size]; `name` is the file name in messages. PD_ERR_PARSE: no text, wrong format, a duplicate
- * key, too many pairs. PD_ERR_SIZE: larger than PD_TEXT_SIZE. */
+/* Parse a copy of bytes[size] into text, for pdi_text_free; on failure text is zero. name: file name in messages.
+ * PD_ERR_PARSE: control bytes, wrong format, a duplicate key, too many pairs. PD_ERR_SIZE: larger than PD_TEXT_SIZE. */
 PDI_FN pd_status pdi_text_build(pd_ctx *ctx, const char *name, const char *bytes, size_t size, pd_text *text);
-/* Read a file and parse it as pdi_text_build does. PD_ERR_FILE: it cannot be read or is too large. */
+/* Read a file and parse it as pdi_text_build does. PD_ERR_FILE: it cannot be read or is larger than PD_TEXT_SIZE. */
 PDI_FN pd_status pdi_text_read(pd_ctx *ctx, const char *path, pd_text *text);
-/* Free all memory of the text. */
+/* Free all memory of the text, which includes the strings that look-ups returned, and zero it. */
 PDI_FN void pdi_text_free(pd_ctx *ctx, pd_text *text);
 /* 1: a file without sections (SI numbers, no units). */
 PDI_FN int pdi_text_is_flat(const pd_text *text);
 
-/* Index of the section [name label] for the look-ups below; label NULL is "". A missing section is created empty. -1:
- * out of memory; the next call that returns a status reports it. */
+/* Index of the section [name label] for the look-ups below; label NULL is "". A missing section is created empty. All
+ * sections of that name then count as looked up. -1: out of memory; the next call that returns a status reports it. */
 PDI_FN int pdi_text_get_section(pd_ctx *ctx, pd_text *text, const char *name, const char *label);
 /* Iterate over the sections of that name that are present, in file order: index of the next one after `after` (-1:
- * first). -1: no more. */
+ * first). -1: no more, or out of memory. The name counts as looked up. */
 PDI_FN int pdi_text_next_section(pd_ctx *ctx, pd_text *text, const char *name, int after);
-/* 1: the section has the key; key NULL: the section is present. Out of memory: 0, reported by the next call with a
- * status. */
+/* 1: the section has the key; key NULL: the section is in the file or has a pair. The key is recorded as asked for, and
+ * its value stays unread. Section -1: 0. Out of memory: 0, reported by the next call with a status. */
 PDI_FN int pdi_text_has_key(pd_ctx *ctx, pd_text *text, int section, const char *key);
 
-/* Typed look-ups of the value under `key` of a section. fallback: default as text, parsed like a value of the file;
- * NULL: the key is required. unit: expected dimension ("um" asks for a length); results are in SI. PD_ERR_PARSE with
- * file:line, what was found, what was expected; PD_ERR_ARGUMENT: section -1. */
+/* Typed look-ups of the value under `key` of a section, which then counts as read. fallback: default as text, parsed
+ * like a value of the file; NULL: the key is required. unit: expected dimension ("um" asks for a length), "" for a
+ * plain number; results are in SI. PD_ERR_PARSE with file:line, what was found, what was expected; PD_ERR_ARGUMENT:
+ * section -1. */
 /* The value as a string, unparsed. It lives as long as the text (or is fallback itself). */
 PDI_FN pd_status pdi_text_get_string(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
                                      const char **value);
 /* A number: a constant, finite expression. */
 PDI_FN pd_status pdi_text_get_number(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
                                      const char *fallback, double *value);
-/* A list `a, b, c` of 1 to max numbers. */
+/* A list `a, b, c` of 1 to max numbers into values[max]; *count: how many. */
 PDI_FN pd_status pdi_text_get_numbers(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
                                       const char *fallback, int max, double *values, int *count);
 /* A whole number in low .. high. */
 PDI_FN pd_status pdi_text_get_integer(pd_ctx *ctx, pd_text *text, int section, const char *key, int low, int high,
                                       const char *fallback, int *value);
-/* yes, true, on: 1; no, false, off: 0. */
+/* Read yes, true, on as *value 1 and no, false, off as 0. */
 PDI_FN pd_status pdi_text_get_bool(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
                                    int *value);
 /* One of the words in names, which ends with NULL; *index: its position. */
 PDI_FN pd_status pdi_text_get_choice(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *const *names,
                                      const char *fallback, int *index);
-/* A list `C, v, p` of words of letters, digits and _ + - . */
+/* A list `C, v, Mg(OH)2(s)` of 1 to PD_TEXT_WORDS words of letters, digits and _ + - . and, behind the first character,
+ * ( ) : */
 PDI_FN pd_status pdi_text_get_words(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
                                     pd_word_list *list);
-/* A list `a .. b, c .. d` of 1 to max ranges with a < b. */
+/* A list `a .. b, c .. d` of 1 to max ranges with a < b into low[max] and high[max]; *count: how many. */
 PDI_FN pd_status pdi_text_get_ranges(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
                                      const char *fallback, int max, double *low, double *high, int *count);
-/* An expression in the variables vars[var_count]; unit NULL: any dimension. The caller frees it with pd_expr_free. */
+/* An expression in the variables vars[var_count]; unit NULL: any dimension. The caller frees it with pd_expr_free; on
+ * failure there is nothing to free. */
 PDI_FN pd_status pdi_text_get_expr(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
                                    const pd_expr_symbol *vars, int var_count, const char *fallback, pd_expr *expr);
-/* A list of 1 to max expressions into exprs[*count]; on failure none is left to free. */
+/* A list of 1 to max expressions into exprs[max], whose rest is zeroed; *count: how many. On failure none is left to
+ * free. */
 PDI_FN pd_status pdi_text_get_exprs(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
                                     const pd_expr_symbol *vars, int var_count, const char *fallback, int max,
                                     pd_expr *exprs, int *count);
@@ -2344,8 +2311,8 @@ PDI_FN pd_status pdi_text_get_exprs(pd_ctx *ctx, pd_text *text, int section, con
  * PD_ERR_ARGUMENT. */
 PDI_FN pd_status pdi_text_fail_key(pd_ctx *ctx, const pd_text *text, int section, const char *key, const char *format,
                                    ...) PD_PRINTF_LIKE(5, 6);
-/* Check after all readers that every section and key was read. PD_ERR_PARSE: one was not; the message suggests the
- * nearest name that was looked up. */
+/* Check after all readers that each pair was read and each section that is present was looked up. PD_ERR_PARSE: one was
+ * not; the message suggests the nearest name that was looked up. */
 PDI_FN pd_status pdi_text_check_unused(pd_ctx *ctx, const pd_text *text);
 
 /* For modules that change a text: command-line overrides, included files. */
@@ -2359,18 +2326,21 @@ PDI_FN pd_status pdi_text_fail_expected(pd_ctx *ctx, const pd_text *text, int li
                                         const char *expected);
 /* Append a name to the list of names in a message, list[PDI_TEXT_LIST_SIZE]; "..." when it is full. */
 PDI_FN void pdi_text_add_to_list(char *list, const char *separator, const char *name);
-/* Find the section [name label], or create it empty; *index: its position. */
+/* Find the section [name label], or create it empty and not present; *index: its position. A former name stands for the
+ * present one. */
 PDI_FN pd_status pdi_text_find_or_add_section(pd_ctx *ctx, pd_text *text, const char *name, const char *label,
                                               int *index);
-/* Present names of a section, and of a key of a section; a former one is recorded for the notes. */
+/* Present names of a section, and of a key of a section; a former one is recorded for the notes. A name that is none of
+ * the former ones is returned as it is. */
 PDI_FN const char *pdi_text_get_present_section(pd_text *text, const char *name);
 PDI_FN const char *pdi_text_get_present_key(pd_text *text, int section, const char *key);
-/* Set the value of a pair, which must live as long as text. */
+/* Set the value of a pair. A former word is replaced by its present one and recorded for the notes. value must live as
+ * long as text. */
 PDI_FN void pdi_text_set_value(pd_text *text, pd_text_entry *entry, const char *value);
-/* Find the pair of a key in a section. NULL: there is none. */
+/* Find the pair of a key, given by its present or a former name, in a section. NULL: there is none. */
 PDI_FN pd_text_entry *pdi_text_find_entry(const pd_text *text, int section, const char *key);
-/* Append a pair to a section; key and value must live as long as text. PD_ERR_PARSE: the section has the key
- * already. */
+/* Append a pair to a section, which then is present; former names are replaced. key and value must live as long as
+ * text. line 0: command line. PD_ERR_PARSE: the section has the key already, or there are PD_TEXT_ENTRIES pairs. */
 PDI_FN pd_status pdi_text_add_entry(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *value,
                                     int line, int column);
 /* Index of the first non-blank byte in t from t[at] on. */
@@ -2379,7 +2349,8 @@ PDI_FN size_t pdi_text_skip_blanks(const char *t, size_t at);
 PDI_FN pdi_text_charset pdi_text_get_label_charset(const char *section);
 /* Length [byte] of the word at the start of t; 0: none. */
 PDI_FN size_t pdi_text_scan_word(const char *t, pdi_text_charset kind);
-/* Check that t[size] holds only printable bytes, tabs and line ends, to reject binary files. PD_ERR_PARSE. */
+/* Check that t[size] holds no control bytes but tabs and line ends, to reject binary files. PD_ERR_PARSE with the line.
+ */
 PDI_FN pd_status pdi_text_check_bytes(pd_ctx *ctx, const pd_text *text, const char *t, size_t size);
 
 /* ======== >>scene/key_value.h ======== */
@@ -2392,21 +2363,23 @@ PDI_FN pd_status pdi_text_check_bytes(pd_ctx *ctx, const pd_text *text, const ch
 #define PD_KEY_VALUE_H
 
 #ifdef PDI_APP_INTERNAL
-/* A number [SI] within the bounds of its key. PD_ERR_ARGUMENT with file:line: out of bounds; others:
- * pdi_text_get_number. */
+/* A number [SI] within the bounds of its key, with the default of the table. PD_ERR_ARGUMENT with file:line: out of
+ * bounds. PD_ERR_INTERNAL: the table has no such number. Others: pdi_text_get_number. */
 PDI_FN pd_status pdi_key_value_get_number(pd_ctx *ctx, pd_text *text, int section, const char *key, double *value);
 /* The same with a default that depends on the scene; fallback NULL: the key is required. */
 PDI_FN pd_status pdi_key_value_get_number_or(pd_ctx *ctx, pd_text *text, int section, const char *key,
                                              const char *fallback, double *value);
-/* The same with an upper bound [SI] that depends on the scene. */
+/* The same with an upper bound [SI] that depends on the scene; the smaller of it and that of the table counts. */
 PDI_FN pd_status pdi_key_value_get_number_up_to(pd_ctx *ctx, pd_text *text, int section, const char *key, double high,
                                                 double *value);
-/* A whole number within the bounds of its key, or the number of a choice, from 0 on. */
+/* A whole number within the bounds of its key, or the position of a word among its choices, from 0 on ("no, yes": 0,
+ * 1). */
 PDI_FN pd_status pdi_key_value_get_index(pd_ctx *ctx, pd_text *text, int section, const char *key, int *value);
 /* The same with a default that depends on the scene; fallback NULL: the key is required. */
 PDI_FN pd_status pdi_key_value_get_index_or(pd_ctx *ctx, pd_text *text, int section, const char *key,
                                             const char *fallback, int *value);
-/* PD_ERR_ARGUMENT with file:line: a value [SI] of this key is out of its bounds. */
+/* Check a value [SI] against the bounds of its key. PD_ERR_ARGUMENT with file:line: it is out of them. A key without
+ * bounds admits any value. */
 PDI_FN pd_status pdi_key_value_check_bounds(pd_ctx *ctx, const pd_text *text, int section, const pd_key *key,
                                             double value);
 #endif
@@ -2454,13 +2427,14 @@ PDI_FN pd_status pdi_include_files_read(pd_ctx *ctx, pd_text *text);
 PDI_FN pd_status pdi_input_files_get_path(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *folder,
                                           char *path);
 /* Prefix the message of a failed call with "file:line: key", since the value of that key caused it. Returns
- * PD_ERR_ARGUMENT, or the status of the call when it was out of memory. */
+ * PD_ERR_ARGUMENT, or the status of the call where that is fatal (out of memory, cancelled). */
 PDI_FN pd_status pdi_input_files_fail(pd_ctx *ctx, const pd_text *text, int section, const char *key);
-/* Read the output folder from a key; it must lie below the current folder. PD_ERR_ARGUMENT with file:line. */
+/* Read the output folder from a key into setup->folder, by default output/NAME of the setup. PD_ERR_ARGUMENT with
+ * file:line: it is not below the current folder. */
 PDI_FN pd_status pdi_input_files_read_output_folder(pd_ctx *ctx, pd_text *text, int section, const char *key,
                                                     pd_setup *setup);
-/* Split a path: file name without ending into name[PD_SETUP_NAME], and its folder, when `folder` is not NULL, into
- * folder[PD_PATH_SIZE]. */
+/* Split a path: file name without ending into name[PD_SETUP_NAME], cut to fit, with _ for blanks and =; and its folder
+ * with a '/' at the end, when `folder` is not NULL, into folder[PD_PATH_SIZE] ("": none, or too long). */
 PDI_FN void pdi_input_files_split_path(const char *path, char *name, char *folder);
 #endif
 
@@ -2473,7 +2447,8 @@ PDI_FN void pdi_input_files_split_path(const char *path, char *name, char *folde
 #define PD_PICTURE_MEMORY_H
 
 #ifdef PDI_APP_INTERNAL
-/* [byte] Memory of the largest picture; they are drawn one by one. A callback of pd_setup. */
+/* [byte] Memory of the largest picture that the setup asks for, 0: none; they are drawn one by one. A callback of
+ * pd_setup. */
 PDI_FN double pdi_picture_memory_estimate(const pd_setup *setup);
 #endif
 
@@ -2515,7 +2490,8 @@ typedef struct pdi_read_constants_table {
 /* Read all constants in the order of the file; each may use those before it. From then on `text` knows them, as long as
  * `named` lives. PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line. */
 PDI_FN pd_status pdi_read_constants_read(pd_ctx *ctx, pd_text *text, pdi_read_constants_table *named);
-/* Append a constant of the program (Cs, Csat, T, ...) to the named constants; the string `unit` must live as long. */
+/* Append a constant of the program (Cs, Csat, T, ...) with its value in SI to the named constants and to those that
+ * `text` knows; the strings `name` and `unit` must live as long. */
 PDI_FN void pdi_read_constants_add_builtin(pd_text *text, pdi_read_constants_table *named, const char *name,
                                            const char *unit, double value);
 /* SI unit of a dimension as expressions parse it, into unit[PD_UNITS_TEXT]. 1: done; 0: exponents too fractional to
@@ -2530,11 +2506,12 @@ PDI_FN int pdi_read_constants_is_reserved(const char *name);
 /* ======== >>scene/read_electrolyte.h, internal ======== */
 /* 1: the text has a section of chemistry. */
 PDI_FN int pdi_read_electrolyte_has_sections(pd_ctx *ctx, pd_text *text);
-/* Read the electrolyte from a text whose constants are declared and whose files are included. Declares the temperature
- * T as a constant. */
+/* Read the electrolyte, which is zeroed first, from a text whose constants are declared and whose files are included.
+ * Declares the temperature T as a constant. Its solutions become neutral with their pH. */
 PDI_FN pd_status pdi_read_electrolyte_sections(pd_ctx *ctx, pd_text *text, pdi_read_constants_table *named,
                                                pd_electrolyte *electrolyte);
-/* Include the files of [chemistry] and apply overrides; an override of chemistry.include is applied first. */
+/* Include the files of [chemistry] into text and apply all overrides[count]; one of chemistry.include is applied before
+ * the files are read. */
 PDI_FN pd_status pdi_read_electrolyte_prepare(pd_ctx *ctx, pd_text *text, const char *const *overrides, int count);
 
 /* ======== >>scene/read_tables.h ======== */
@@ -2563,8 +2540,9 @@ typedef struct pdi_read_tables_state {
  * required. bracket 1: without "in" the unit is taken from the heading, "loss [%]". */
 PDI_FN pd_status pdi_read_tables_column(const pdi_read_tables_state *tables, const char *key, const char *fallback,
                                         int bracket, double *values, char *unit, double *scale, pd_dims *dims);
-/* Read all [table NAME] sections into setup->table; the expressions of `text` know the functions from then on. folder:
- * of the scene. PD_ERR_PARSE, PD_ERR_ARGUMENT with the lines of the scene and of the table. */
+/* Read all [table NAME] sections into setup->table and setup->function, which are allocated; the expressions of `text`
+ * know the functions from then on. folder: of the scene. PD_ERR_PARSE, PD_ERR_ARGUMENT with the lines of the scene and
+ * of the table. */
 PDI_FN pd_status pdi_read_tables_read(pd_ctx *ctx, pd_text *text, const char *folder, pd_setup *setup);
 #endif
 
@@ -2579,7 +2557,8 @@ PDI_FN pd_status pdi_read_tables_read(pd_ctx *ctx, pd_text *text, const char *fo
 #define PD_FINGERPRINT_H
 
 #ifdef PDI_APP_INTERNAL
-/* Build setup->fingerprint from the text of a scene that has been read. */
+/* Append the lines of a text that was read, and checksums of the masks and surfaces of the setup, to
+ * setup->fingerprint. */
 PDI_FN pd_status pdi_fingerprint_build(pd_ctx *ctx, const pd_text *text, pd_setup *setup);
 /* Append one line, given without newline, to setup->fingerprint. */
 PDI_FN pd_status pdi_fingerprint_add_line(pd_ctx *ctx, pd_setup *setup, const char *line);
@@ -2604,9 +2583,10 @@ typedef struct pdi_reader {
     pdi_read_constants_table constants;
 } pdi_reader;
 
-/* 1: two values are equal up to the rounding of unit conversions. */
+/* 1: a and b differ by at most 1e-12 of the larger magnitude, the rounding of unit conversions. */
 PDI_FN int pdi_reader_is_equal(double a, double b);
-/* Read the initial concentration [mol/m3], an expression in x, y, z, from the key `initial` into the setup. */
+/* Read the key `initial` of a section, a concentration [mol/m3] as an expression in x, y, z (default 0), into
+ * setup->initial_c. A constant must lie within the bounds of the key. */
 PDI_FN pd_status pdi_reader_read_initial(pdi_reader *reader, int section);
 #endif
 
@@ -2619,11 +2599,11 @@ PDI_FN pd_status pdi_reader_read_initial(pdi_reader *reader, int section);
 #define PD_READ_MECHANICS_H
 
 #ifdef PDI_APP_INTERNAL
-/* Read the section [solid] and the loads of sides, after shapes, sides and metals. PD_ERR_PARSE, PD_ERR_ARGUMENT with
- * file:line. */
+/* Read the section [solid], if there is one, and the loads of sides, after shapes, sides and metals. Adds monitors of
+ * the body and of each mechanical boundary condition. PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line. */
 PDI_FN pd_status pdi_read_mechanics_read(pdi_reader *reader);
-/* Read a shape of kind = grip: prescribed displacements of the metal in shape `shape`. Called before [solid] is
- * read. */
+/* Read a shape of kind = grip: prescribed displacements [m] of the metal in shape `shape`, at least along one axis.
+ * Called before [solid] is read. */
 PDI_FN pd_status pdi_read_mechanics_shape_bc(pd_ctx *ctx, pd_text *text, int section, int shape, pd_setup *setup);
 /* Add notes on known limits: several metals with one E, toughness without a pre-crack (initiation depends on h),
  * volumetric locking near nu = 1/2. */
@@ -2633,13 +2613,14 @@ PDI_FN void pdi_read_mechanics_add_notes(pdi_reader *reader);
 #endif
 
 /* ======== >>scene/read_precracks.h ======== */
-/* read_precracks: reads the [cut NAME] sections of a scene: pre-cracks of the metal, with the domains of their
+/* read_precracks: reads the [crack NAME] sections of a scene: pre-cracks of the metal, with the domains of their
  * J-integral. */
 #ifndef PD_READ_PRECRACKS_H
 #define PD_READ_PRECRACKS_H
 
 #ifdef PDI_APP_INTERNAL
-/* Read all [cut NAME] sections, after [solid]. PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line. */
+/* Read all [crack NAME] sections, after [solid]; adds a monitor for each crack that is recorded. PD_ERR_PARSE,
+ * PD_ERR_ARGUMENT with file:line. */
 PDI_FN pd_status pdi_read_precracks_read(pdi_reader *reader);
 #endif
 
@@ -2653,7 +2634,8 @@ PDI_FN pd_status pdi_read_precracks_read(pdi_reader *reader);
 
 #ifdef PDI_APP_INTERNAL
 /* Read all [shape ...] sections: geometry, solids, walls, materials and grains. folder: relative paths of masks and
- * surfaces start there. PD_ERR_PARSE, PD_ERR_ARGUMENT, PD_ERR_FILE with file:line. */
+ * surfaces start there. PD_ERR_PARSE, PD_ERR_ARGUMENT, PD_ERR_FILE with file:line; also for a part that no shape uses.
+ */
 PDI_FN pd_status pdi_read_shapes_read(pd_ctx *ctx, pd_text *text, const char *folder, pd_setup *setup);
 #endif
 
@@ -2672,20 +2654,23 @@ PDI_FN pd_status pdi_read_shapes_read(pd_ctx *ctx, pd_text *text, const char *fo
 /* Read names, units, initial values and bounds of all surface states, after the species. PD_ERR_PARSE, PD_ERR_ARGUMENT
  * with file:line. */
 PDI_FN pd_status pdi_read_surface_states_read(pdi_reader *reader);
-/* Read the rate laws of all surface states and the electrodes that carry them, after metals and electrodes. */
+/* Read the rate laws of all surface states and the electrodes that carry them, after metals and electrodes. Adds a
+ * monitor for each. Checks that each state is carried wherever a law or factor uses it. */
 PDI_FN pd_status pdi_read_surface_states_rates(pdi_reader *reader);
 /* Append the species that the expression under `key` names as [H+] to the symbol table vars[*count], whose names name[]
- * stores. species_index[*species]: their indices in the electrolyte. PD_ERR_ARGUMENT: no solute. */
+ * stores, each once. species_index[*species]: their indices in the electrolyte; *species: their number.
+ * PD_ERR_ARGUMENT: no solute, or too many. */
 PDI_FN pd_status pdi_read_surface_states_species_symbols(pdi_reader *reader, int section, const char *key,
                                                          pd_expr_symbol *vars, char (*name)[PD_SPECIES_NAME + 2],
                                                          int *count, int *species_index, int *species);
 /* Append the species that the expression under `key` names as [H+], then all surface states, to the symbol table
- * vars[*count]. name[] stores the names of species; species_index[*species]: their indices in the electrolyte. */
+ * vars[*count]. name[] stores the names of species; species_index[*species]: their indices in the electrolyte;
+ * *species: their number. */
 PDI_FN pd_status pdi_read_surface_states_symbols(pdi_reader *reader, int section, const char *key, pd_expr_symbol *vars,
                                                  char (*name)[PD_SPECIES_NAME + 2], int *count, int *species_index,
                                                  int *species);
-/* Read the current factor of an electrode (key `factor`), an expression in x, y, z, t and the surface states.
- * electrode: its index. */
+/* Read the factor of the current density of an electrode (key `current_factor`) [-], an expression in x, y, z, t and
+ * the surface states, if it is given. electrode: its index. */
 PDI_FN pd_status pdi_read_surface_states_current_factor(pdi_reader *reader, int section, int electrode);
 #endif
 
@@ -2724,15 +2709,16 @@ PDI_FN int pdi_read_dissolution_has_section(pdi_reader *reader, const char *name
  * constants of all later expressions. */
 PDI_FN pd_status pdi_read_dissolution_constants(pdi_reader *reader);
 /* Section of metal m in the text: the one with its label if that has the key (NULL: if it is present), else the one
- * without label. */
+ * without label, which is created empty where it is missing. */
 PDI_FN int pdi_read_dissolution_find_section(pdi_reader *reader, int m, const char *key);
-/* Read the dissolution rate law of each metal. */
+/* Read the dissolution rate law of each metal with its factor, with the constants of that metal. PD_ERR_ARGUMENT: laws
+ * that the physics does not support, or, with [corrode], Csat not below Cs. */
 PDI_FN pd_status pdi_read_dissolution_rates(pdi_reader *reader);
 /* Before other sections are read: [corrode] switches transport and dissolution on. PD_ERR_ARGUMENT: beside
  * [dissolve]. */
 PDI_FN pd_status pdi_read_dissolution_begin(pdi_reader *reader);
-/* Read the horizons over h of the fluid operators (from section `grid`) and of the bonds of metal (from [dissolve] or
- * [corrode]). */
+/* Read the horizons over h of the fluid operators (from section `grid`) into fluid_m and of the bonds of metal (from
+ * [dissolve] or [corrode]) into metal_m. [corrode] has one for both unless both are given. */
 PDI_FN pd_status pdi_read_dissolution_horizons(pdi_reader *reader, int grid);
 /* Read the section [dissolve]: threshold of conversion and factor of grain boundaries. Rate laws are read
  * separately. */
@@ -2750,8 +2736,9 @@ PDI_FN pd_status pdi_read_dissolution_corrode(pdi_reader *reader);
 #define PD_READ_CHEMISTRY_H
 
 #ifdef PDI_APP_INTERNAL
-/* Read the sections of chemistry into the setup: species, reactions, minerals. Solids that are no minerals are left
- * out. PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line. */
+/* Read the sections of chemistry into the setup, if there are any: species, reactions, minerals, time treatment,
+ * migration. Declares the temperature T as a constant. Solids that are no minerals are left out, with a note.
+ * PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line. */
 PDI_FN pd_status pdi_read_chemistry_read(pdi_reader *reader);
 /* Read the dissolution reactions of metals, after all other physics; check combinations that are not supported. */
 PDI_FN pd_status pdi_read_chemistry_surface_reactions(pdi_reader *reader);
@@ -2771,7 +2758,8 @@ PDI_FN pd_status pdi_read_chemistry_electrode_reaction(pdi_reader *reader, int s
 #ifdef PDI_APP_INTERNAL
 /* 1: the scene has a section [potential] or [electrode NAME]. */
 PDI_FN int pdi_read_potential_has_sections(pdi_reader *reader);
-/* Read all of it, after shapes, sides, species and metals. PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line. */
+/* Read all of it, if setup->has_potential, after shapes, sides, species and metals. Adds a monitor for each electrode.
+ * PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line. */
 PDI_FN pd_status pdi_read_potential_read(pdi_reader *reader);
 #endif
 
@@ -2783,13 +2771,14 @@ PDI_FN pd_status pdi_read_potential_read(pdi_reader *reader);
 #define PD_READ_GAS_H
 
 #ifdef PDI_APP_INTERNAL
-/* Read the section [gas] (Euler equations), if setup->has_gas, after the sides. PD_ERR_ARGUMENT, PD_ERR_PARSE with
- * file:line. */
+/* Read the section [gas] (Euler equations), if setup->has_gas, after the sides. Sides that are walls become mirrors.
+ * PD_ERR_ARGUMENT, PD_ERR_PARSE with file:line. */
 PDI_FN pd_status pdi_read_gas_read(pd_ctx *ctx, pd_text *text, pd_setup *setup);
 /* Check that no flow, transport or dissolution stands beside a gas: the inviscid gas is not coupled to them.
  * PD_ERR_ARGUMENT. */
 PDI_FN pd_status pdi_read_gas_check_alone(pd_ctx *ctx, pd_text *text, const pd_setup *setup);
-/* Read the boundary condition of a side for a gas: slip, inlet, outlet, periodic or mirror. */
+/* Read the boundary condition of a side for a gas into side->kind: slip (as a wall), inlet, outlet, periodic or mirror.
+ */
 PDI_FN pd_status pdi_read_gas_side(pd_ctx *ctx, pd_text *text, int section, pd_setup_side *side);
 #endif
 
@@ -2831,8 +2820,8 @@ PDI_FN pd_status pdi_read_param_file_read(pd_ctx *ctx, pd_text *text, const char
 #ifdef PDI_APP_INTERNAL
 /* Read all of these sections, after physics, sides and box are known. PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line. */
 PDI_FN pd_status pdi_read_monitors_read(pd_ctx *ctx, pd_text *text, pd_setup *setup);
-/* Read a list of field names as a set of bits. Listed fields must exist in this scene; those of the fallback need
- * not. */
+/* Read a list of field names as a set of bits; the word none alone is 0. PD_ERR_ARGUMENT: a listed field does not exist
+ * in this scene. Those of the fallback that do not exist are left out. */
 PDI_FN pd_status pdi_read_monitors_fields(pd_ctx *ctx, pd_text *text, const pd_setup *setup, int section,
                                           const char *key, const char *fallback, pd_fields *bits);
 /* Read an axis-aligned plane "x 1 mm": *axis, and its coordinate *at [m], inside the box. */
@@ -2849,8 +2838,8 @@ PDI_FN pd_status pdi_read_monitors_plane_position(pd_ctx *ctx, pd_text *text, co
 #define PD_READ_IMAGE_OPTIONS_H
 
 #ifdef PDI_APP_INTERNAL
-/* Read the image options of the section [output], after setup->images is known. PD_ERR_PARSE, PD_ERR_ARGUMENT with
- * file:line. */
+/* Read the image options of the section [output] into setup->drawing, after setup->images is known. PD_ERR_PARSE,
+ * PD_ERR_ARGUMENT with file:line. */
 PDI_FN pd_status pdi_read_image_options_read(pd_ctx *ctx, pd_text *text, int section, pd_setup *setup);
 #endif
 
@@ -2870,14 +2859,14 @@ PDI_FN pd_status pdi_read_image_options_read(pd_ctx *ctx, pd_text *text, int sec
 #define PD_READ_MEASURED_H
 
 #ifdef PDI_APP_INTERNAL
-/* Read all [measured NAME] sections, after the end time of the run is known, into setup->record. folder: of the scene.
- * Whether the run has the figure is checked when the model is built. PD_ERR_PARSE, PD_ERR_ARGUMENT with the lines of
- * the scene and of the data file. */
+/* Read all [measured NAME] sections, after the end time of the run is known, into setup->measured. folder: of the
+ * scene. Whether the run has the figure is checked when the model is built. PD_ERR_PARSE, PD_ERR_ARGUMENT with the
+ * lines of the scene and of the data file. */
 PDI_FN pd_status pdi_read_measured_read(pd_ctx *ctx, pd_text *text, const char *folder, pd_setup *setup);
-/* Replace all experimental data of the setup by those of a command-line text, as it would follow "file =": "wire.csv
- * start = 0.7 h". `where` is the location at the start of messages. */
+/* Replace all measured sections of the setup by one of a command-line text, as it would follow "file =": "wire.csv
+ * start = 0.7 h". Its line is 0. `where` is the location at the start of messages. */
 PDI_FN pd_status pdi_read_measured_replace(pd_ctx *ctx, const char *where, const char *text, pd_setup *setup);
-/* 1: the time of a data point lies in the run, 0 < t <= until; such points enter the comparison. */
+/* 1: the time of a data point lies in the run, 0 < t <= until [s]; such points enter the comparison. */
 PDI_FN int pdi_read_measured_is_in_run(const pd_setup_measured *record, int point, double until);
 /* Plot series of the data points with 0 <= t <= last [s]: markers with error bars, in units of x_unit [s] and y_unit
  * [SI]. work [3 points]: memory of the series. */
@@ -2893,7 +2882,7 @@ PDI_FN void pdi_read_measured_build_series(const pd_setup_measured *record, doub
 #define PD_RESULT_LINE_H
 
 #ifdef PDI_APP_INTERNAL
-/* Remove all pairs " key=value" whose value is NaN or infinite from a line of results, in place: unknown results are
+/* Remove all pairs " key=value" whose value is NaN or infinite from the string `figures`, in place: unknown results are
  * not printed. */
 PDI_FN void pdi_result_line_remove_nonfinite(char *figures);
 #endif
@@ -2910,18 +2899,19 @@ PDI_FN void pdi_result_line_remove_nonfinite(char *figures);
 
 #ifdef PDI_APP_INTERNAL
 /* Store or load the state of a model, between two steps or right after its build: the time loop then continues with the
- * same bits for any number of threads. PD_ERR_ARGUMENT: another scene (the message names the difference). After a
- * failure the model may only be freed. */
+ * same bits for any number of threads. Loading checks scene, end time, interval and tolerances. PD_ERR_ARGUMENT:
+ * another scene (the message names the difference). After a failure the model may only be freed. */
 PDI_FN pd_status pdi_checkpoint_store_model(pd_ctx *ctx, pd_model *model, pd_archive *archive);
 #endif
 
 #endif
 
 /* ======== >>run/field_view.h, internal ======== */
-/* Compute a field as it is now into views->field and describe it in view; the values stay in place until it is
- * requested again. PD_ERR_ARGUMENT: no such field, or the scene has none. */
+/* Compute a field as it is now into views->field, which is allocated at its first request, and describe it in view; the
+ * values stay in place until it is requested again. PD_ERR_ARGUMENT: no such field, or the scene has none. */
 PDI_FN pd_status pdi_field_view_get(pd_ctx *ctx, pd_model *model, pd_field_views *views, const char *name,
                                     pd_field_view *view);
+/* Free the values of all fields and zero views; every view of them is invalid then. */
 PDI_FN void pdi_field_view_free(pd_ctx *ctx, pd_field_views *views);
 
 /* ======== >>run/surface_view.h ======== */
@@ -2937,29 +2927,33 @@ PDI_FN int pdi_surface_view_is_requested(const pd_setup *setup);
 PDI_FN pd_field pdi_surface_view_get_colour_field(const pd_setup *setup);
 /* Allocate the pixels of the rendering; freed by pdi_renderer_free. */
 PDI_FN pd_status pdi_surface_view_build(pd_ctx *ctx, const pd_setup *setup, pd_rendering *shade);
-/* Mesh and render the metal surface as it is now; call pd_sample_prepare before. PD_CANCELLED. */
+/* Mesh and render the metal surface as it is now into the pixels of shade; call pd_sample_prepare before. The mesh is
+ * freed. PD_CANCELLED. */
 PDI_FN pd_status pdi_surface_view_draw(pd_ctx *ctx, const pd_model *model, pd_rendering *shade);
 #endif
 
 #endif
 
 /* ======== >>run/pictures.h, internal ======== */
-/* Colour map of a field by how its values lie: labels, diverging where they have both signs, else sequential. */
+/* Colour map by how the values of a field lie: labels for categories, diverging where they have both signs, else
+ * sequential. */
 PDI_FN pd_colour_map pdi_pictures_get_scale_map(pd_field_scale scale);
-/* model and folder are borrowed. */
+/* Prepare the pictures that the setup requests and allocate their work; model and folder are borrowed. */
 PDI_FN pd_status pdi_pictures_build(pd_ctx *ctx, const pd_model *model, pd_output_folder *folder,
                                     pd_output_pictures *images);
-/* Begin the file of frames of a new run. */
+/* Begin the file of frames of a new run and enter it in the list of the folder; nothing where no frames are stored. */
 PDI_FN pd_status pdi_pictures_begin_frame_file(pd_ctx *ctx, pd_output_pictures *images);
 /* Store the state of the pictures in a checkpoint, or load it and continue the file of frames as it was then. */
 PDI_FN pd_status pdi_pictures_store(pd_ctx *ctx, pd_output_pictures *images, pd_archive *archive);
-/* Draw the pictures of all fields now; call pd_sample_prepare before. frame: number of the output time. */
+/* Draw the pictures of all fields now and extend their colour ranges; call pd_sample_prepare before. frame: number of
+ * the output time. Frames are appended to their file. PD_CANCELLED. */
 PDI_FN pd_status pdi_pictures_draw_frames(pd_ctx *ctx, pd_output_pictures *images, int frame);
 /* After the last frame: redraw those whose colour range has grown since, and make films. PD_CANCELLED. */
 PDI_FN pd_status pdi_pictures_finish(pd_ctx *ctx, pd_output_pictures *images);
 /* Remove the file of frames, once the run is complete. A file that cannot be removed stays. PD_ERR_SIZE: its path is
  * too long. */
 PDI_FN pd_status pdi_pictures_remove_frame_file(pd_ctx *ctx, pd_output_pictures *images);
+/* Close the file of frames, which stays, free all memory and zero images. Zeroed ones are allowed. */
 PDI_FN void pdi_pictures_free(pd_ctx *ctx, pd_output_pictures *images);
 
 /* ======== >>run/output.h, internal ======== */
@@ -2971,13 +2965,15 @@ PDI_FN pd_status pdi_output_save(pd_ctx *ctx, pd_output *out, pd_archive *archiv
  * cut off. PD_ERR_FILE: a table is missing or shorter. */
 PDI_FN pd_status pdi_output_resume(pd_ctx *ctx, pd_model *model, pd_output_folder *folder, pd_archive *archive,
                                    pd_output *out);
-/* Write a row of the diagnostics and probe tables. */
+/* Write a row of the diagnostics and probe tables, and append the volume loss to the curve. */
 PDI_FN pd_status pdi_output_write_rows(pd_ctx *ctx, pd_output *out, const pd_step_diagnostics *o);
-/* Write fields and pictures now; a second call at the same time does nothing. */
+/* Write fields and pictures now and count the frame; a second call at the same time does nothing. With updates_latest
+ * the loss curve is drawn, too. */
 PDI_FN pd_status pdi_output_write_frame(pd_ctx *ctx, pd_output *out);
 /* Draw the loss curve and close the tables. over: 1: the run is complete, and its pictures get a common range.
  * PD_CANCELLED: interrupted meanwhile. */
 PDI_FN pd_status pdi_output_close(pd_ctx *ctx, pd_output *out, int over);
+/* Close the tables, free all memory and zero out. A zeroed one is allowed. */
 PDI_FN void pdi_output_free(pd_ctx *ctx, pd_output *out);
 
 /* ======== >>run/stall_note.h ======== */
@@ -2998,23 +2994,28 @@ PDI_FN void pdi_stall_note_format(const pd_time_loop *couple, double waited, con
 #endif
 
 /* ======== >>run/monitor.h, internal ======== */
-/* Build all monitors of the setup; model is borrowed. PD_ERR_GEOMETRY: a probe in the wall, a box around a body that
+/* Build all monitors of the setup and compute their outputs once; model is borrowed. On failure all are freed, and
+ * error_line says where the scene asks for what failed. PD_ERR_GEOMETRY: a probe in the wall, a box around a body that
  * comes too close to other walls. */
 PDI_FN pd_status pdi_monitors_build(pd_ctx *ctx, pd_model *model, pd_monitors *monitors);
-/* Start the tables in an open folder. PD_ERR_FILE. */
+/* Start the tables in an open folder, which is borrowed. PD_ERR_FILE. */
 PDI_FN pd_status pdi_monitors_open(pd_ctx *ctx, pd_monitors *monitors, pd_output_folder *folder);
 /* Store the lengths of the tables in a checkpoint. */
 PDI_FN pd_status pdi_monitors_save(pd_ctx *ctx, pd_monitors *monitors, pd_archive *archive);
-/* In place of pdi_monitors_open: continue the tables at the lengths that the checkpoint holds. */
+/* In place of pdi_monitors_open: continue the tables at the lengths that the checkpoint holds. PD_ERR_FILE: one is
+ * missing or shorter. */
 PDI_FN pd_status pdi_monitors_resume(pd_ctx *ctx, pd_monitors *monitors, pd_output_folder *folder, pd_archive *archive);
-/* Compute all outputs now and write a row of the tables that are open. */
+/* Compute all outputs now and write a row of the tables that are open. Before the first step the sources of dissolution
+ * are computed, too. */
 PDI_FN pd_status pdi_monitors_step(pd_ctx *ctx, pd_monitors *monitors);
-/* Write profiles and plots of output time number `frame`, after the step. */
+/* Write profiles and plots of lines, and of transfers along an axis, at output time number `frame`, after the step. */
 PDI_FN pd_status pdi_monitors_write_frame(pd_ctx *ctx, pd_monitors *monitors, int frame);
 /* State of an electrode now (potential, currents, charge), from the potential solver or, with migrating ions, from the
  * species solver. */
 PDI_FN void pdi_monitor_get_electrode(const pd_model *model, int electrode, pd_cell_electrode *e);
+/* Close all tables. PD_ERR_FILE: rows could not be written. */
 PDI_FN pd_status pdi_monitors_close(pd_ctx *ctx, pd_monitors *monitors);
+/* Close the tables, free all memory and zero monitors. Zeroed ones are allowed. */
 PDI_FN void pdi_monitors_free(pd_ctx *ctx, pd_monitors *monitors);
 
 /* ======== >>run/monitor_report.h ======== */
@@ -3025,51 +3026,58 @@ PDI_FN void pdi_monitors_free(pd_ctx *ctx, pd_monitors *monitors);
 #define PD_MONITOR_REPORT_H
 
 #ifdef PDI_APP_INTERNAL
-/* Print a line "result case=... monitor=..." with the last outputs of each monitor, and notes where they are doubtful.
- */
+/* Print a line "result case=... plane=up time=... flow=..." with the last outputs of each monitor, and notes where they
+ * are doubtful; print NULL: nothing. */
 PDI_FN void pdi_monitor_report_print(const pd_monitors *monitors, pd_print_fn print, void *user);
 #endif
 
 #endif
 
 /* ======== >>run/scalar_outputs.h, internal ======== */
-/* Append all scalar outputs to a zero-initialised list; the monitors hold those of the last step. all: 0: of probes
- * only smooth fields (flow, C, pH, solutes), NaN in the metal; 1: all fields of probes, 0 in the metal for fields of
- * the fluid. */
+/* Append all scalar outputs to a list that was zero-initialised once, and set its order; the monitors hold those of the
+ * last step. all: 0: of probes only smooth fields (flow, C, pH, solutes), NaN in the metal; 1: all fields of probes, 0
+ * in the metal for fields of the fluid. */
 PDI_FN pd_status pdi_scalar_outputs_collect(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors, int all,
                                             pd_scalar_outputs *figures);
 
 /* ======== >>run/compare_measured.h, internal ======== */
-/* model and monitors are borrowed, and built. PD_ERR_ARGUMENT: a figure that the run does not watch, or of another
- * dimension than the points. */
+/* Build the comparison; model and monitors, which are built, and share, the weight [-] of each monitor (NULL: 1), are
+ * borrowed. curves 1: keep outputs after every step. On failure compare is zero but for error_line. PD_ERR_ARGUMENT: a
+ * figure that the run does not watch, or of another dimension than the points. */
 PDI_FN pd_status pdi_compare_measured_build(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors,
                                             const double *share, int curves, pd_measured_comparison *compare);
+/* Free the comparison and zero it. A zeroed one is allowed. */
 PDI_FN void pdi_compare_measured_free(pd_ctx *ctx, pd_measured_comparison *compare);
-/* Time [s] of the next measured point after `time` [s], at most t_end [s]. */
+/* Time [s] of the next measured point behind `time` [s] and the start; t_end [s] where there is none before it. */
 PDI_FN double pdi_compare_measured_find_next_time(const pd_measured_comparison *compare, double time, double t_end);
 /* 1 when pdi_compare_measured_step will need the scalar outputs at `time` [s]. */
 PDI_FN int pdi_compare_measured_needs_output(const pd_measured_comparison *compare, double time);
-/* Record the present outputs, which the monitors hold, at the measured points of this time. */
+/* Record the present outputs, which the monitors hold, at the measured points of this time, and, if curves are kept, as
+ * a new row of each curve. */
 PDI_FN pd_status pdi_compare_measured_step(pd_ctx *ctx, pd_measured_comparison *compare);
-/* Root mean square and largest difference of computed and measured values of one set. */
+/* Root mean square and largest difference of computed and measured values of one set, in the unit of its column; NaN
+ * where no point was reached. Points without a computed value do not count. */
 PDI_FN void pdi_compare_measured_compute_error(const pd_measured_set *compared, pd_measured_error *result);
-/* Write a table and a plot for each set. PD_ERR_FILE. */
+/* Write a table and a plot for each set and enter them in the list of the folder. PD_ERR_FILE. */
 PDI_FN pd_status pdi_compare_measured_write(pd_ctx *ctx, const pd_measured_comparison *compare,
                                             pd_output_folder *folder);
-/* A line "result case=... measured=wire of=volume_loss unit=% points=9 rms=... largest=..." for each section. */
+/* Print a line "result case=... measured=wire of=volume_loss unit=% points=9 rms=... largest=..." for each section;
+ * print NULL: nothing. */
 PDI_FN void pdi_compare_measured_print(const pd_measured_comparison *compare, pd_print_fn print, void *user);
 
 /* Store or load the values so far in a checkpoint. */
 PDI_FN pd_status pdi_compare_measured_store(pd_ctx *ctx, pd_measured_comparison *compare, pd_archive *archive);
 
 /* ======== >>run/run.h, internal ======== */
-/* Put file and line of the scene before the message of a setup that cannot be built. */
+/* Put file and line (0: the file alone) of the scene before the message of a setup that cannot be built; nothing where
+ * the setup has no file. */
 PDI_FN void pdi_run_prefix_message(pd_ctx *ctx, const pd_setup *setup, int line);
 
 /* ======== >>run/coarsen_setup.h, internal ======== */
-/* Coarsen a setup by a factor of 2 or more. PD_ERR_GEOMETRY: the coarser lattice cannot resolve the scene: the box is
- * no multiple of its cells, the face of a box lies off its planes, fluid, solid or wall is thinner than a cell or lost,
- * a plane has no place. PD_ERR_SIZE: too many planes. */
+/* Coarsen a setup by a factor of 2 or more; lines are left out of its monitors. On failure coarser is zero.
+ * PD_ERR_GEOMETRY: the coarser lattice cannot resolve the scene: the box is no multiple of its cells, the face of a box
+ * lies off its planes, fluid, solid or wall is thinner than a cell or lost, a plane has no place. PD_ERR_SIZE: too many
+ * planes. */
 PDI_FN pd_status pdi_coarsen_setup_build(pd_ctx *ctx, const pd_setup *setup, int factor, pd_coarsened_setup *coarser);
 #endif /* cut */
 #endif /* PDI_APP_INTERNAL */
@@ -13755,7 +13763,8 @@ PDI_FN size_t pdi_text_scan_word(const char *t, pdi_text_charset kind)
     return n;
 }
 
-/* Length of the key at t if `identifier =` starts there, else 0; *value: offset of the value behind the '='. */
+/* Length of the key at t if `identifier =` starts there, else 0; *value: offset of the value behind the '=', unchanged
+ * if 0. */
 static size_t pdi_text_scan_key(const char *t, size_t *value)
 {
     size_t n = pdi_text_scan_word(t, PDI_TEXT_CHARSET_KEY), equal = pdi_text_skip_blanks(t, n);
@@ -13772,7 +13781,8 @@ PDI_FN pd_status pdi_text_fail_expected(pd_ctx *ctx, const pd_text *text, int li
     return pdi_text_fail_line(ctx, text->name, line, "column %d: found %s, expected %s", (int)at + 1, found, expected);
 }
 
-/* Parse a section line "[name label]" at t[*at]; *section: the section that it opens, *at: index behind the ']'. */
+/* Parse the section line "[name label]" whose '[' is t[*at]; null bytes in t end its words. The text is flat no longer.
+ * *section: the section that it opens, *at: index behind the ']'. */
 static pd_status pdi_text_parse_section(pd_ctx *ctx, pd_text *text, char *t, int line, size_t *at, int *section)
 {
     size_t name = pdi_text_skip_blanks(t, *at + 1), name_size = pdi_text_scan_word(t + name, PDI_TEXT_CHARSET_KEY);
@@ -13815,8 +13825,8 @@ static const pd_key *pdi_text_find_listed_key(const pd_text *text, int section, 
     return pdi_keys_find_key(table, pdi_renamed_keys_get_key(table->name, key));
 }
 
-/* Length of the key at t, 0: none. In a section with free text, and inside such a value (within = 1), only the keys of
- * its table count. */
+/* Length of the key at t, 0: none; *value as of pdi_text_scan_key. In a section with free text, and inside such a value
+ * (within = 1), only the keys of its table count. */
 static size_t pdi_text_scan_section_key(const pd_text *text, int section, const char *t, int within, size_t *value)
 {
     size_t size = pdi_text_scan_key(t, value);
@@ -13857,7 +13867,8 @@ static pd_status pdi_text_find_value_end(pd_ctx *ctx, const pd_text *text, int s
     return PD_OK;
 }
 
-/* Parse one line: comment, section header, pairs. *section: the current section, updated by a header. */
+/* Parse one line, which null bytes cut into strings: comment, section header, pairs. *section: the current section,
+ * updated by a header. */
 static pd_status pdi_text_parse_line(pd_ctx *ctx, pd_text *text, char *t, int line, int *section)
 {
     char *comment = strchr(t, '#');
@@ -13903,7 +13914,8 @@ PDI_FN pd_status pdi_text_check_bytes(pd_ctx *ctx, const pd_text *text, const ch
     return PD_OK;
 }
 
-/* Parse bytes[size] line by line into sections and pairs; skips a UTF-8 byte order mark. */
+/* Parse bytes[size] line by line into sections and pairs, and find whether the text is flat. Skips a UTF-8 byte order
+ * mark. */
 static pd_status pdi_text_parse(pd_ctx *ctx, pd_text *text, const char *name, const char *bytes, size_t size)
 {
     char *t, *kept_name;
@@ -14024,8 +14036,8 @@ typedef struct pdi_text_value {
     char location[PDI_TEXT_LOCATION_SIZE];
 } pdi_text_value;
 
-/* Look up a pair, or its default; marks it as read. `what` describes the expected value in the message of a missing
- * key. */
+/* Look up a pair, which then counts as read, or its default. `what` describes the expected value in the message of a
+ * missing key. unit: only for the check against the table of keys with PD_DEBUG. */
 static pd_status pdi_text_find_value(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
                                      const char *fallback, const char *what, pdi_text_value *v)
 {
@@ -14063,7 +14075,8 @@ static pd_status pdi_text_fail_value(pd_ctx *ctx, const pdi_text_value *v, size_
                    expected);
 }
 
-/* Compile bytes first .. end of the value as an expression of the given dimension in vars[var_count]. */
+/* Compile bytes [first, end) of the value as an expression in vars[var_count], for pd_expr_free. unit: its dimension,
+ * NULL: any. It knows the constants and tables of the text. */
 static pd_status pdi_text_compile_expr(pd_ctx *ctx, const pd_text *text, const pdi_text_value *v, size_t first,
                                        size_t end, const char *unit, const pd_expr_symbol *vars, int var_count,
                                        pd_expr *expr)
@@ -14094,7 +14107,7 @@ static pd_status pdi_text_compile_expr(pd_ctx *ctx, const pd_text *text, const p
     return pd_expr_build(ctx, &desc, expr);
 }
 
-/* Evaluate bytes first .. end of the value as a constant expression; *value in SI. */
+/* Evaluate bytes [first, end) of the value as a constant expression; *value in SI. */
 static pd_status pdi_text_eval_constant(pd_ctx *ctx, const pd_text *text, const pdi_text_value *v, size_t first,
                                         size_t end, const char *unit, double *value)
 {
@@ -14114,7 +14127,8 @@ static size_t pdi_text_find_item_end(const char *value, size_t first)
     return first;
 }
 
-/* Describe the dimension of a unit for the message of a missing key: "a length [m]". */
+/* Describe the dimension of a unit in what[PD_UNITS_TEXT] for the message of a missing key: "a length [m]"; unit NULL:
+ * "an expression". */
 static void pdi_text_describe_unit(pd_ctx *ctx, const char *unit, char *what)
 {
     pd_dims dims;
@@ -14245,7 +14259,7 @@ PDI_FN pd_status pdi_text_get_words(pd_ctx *ctx, pd_text *text, int section, con
     }
 }
 
-/* Parse one range "a .. b" in bytes at .. end of the value, in SI; requires a < b. */
+/* Parse one range "a .. b" in bytes [at, end) of the value, in SI; requires a < b. */
 static pd_status pdi_text_parse_range(pd_ctx *ctx, const pd_text *text, const pdi_text_value *v, size_t at, size_t end,
                                       const char *unit, double *low, double *high)
 {
@@ -14389,7 +14403,7 @@ PDI_FN pd_status pdi_text_check_unused(pd_ctx *ctx, const pd_text *text)
 
 #define PDI_KEY_VALUE_MAX_CHOICES 8 /* most words of a choice */
 
-/* Row of a key of a section of the text. */
+/* Row of a key in the table of the section with index `section`. NULL: the table has none. */
 static const pd_key *pdi_key_value_find(const pd_ctx *ctx, const pd_text *text, int section, const char *key)
 {
     const pd_key_section *table = pdi_keys_find_known_section(ctx, text->section[section].name);
@@ -14404,7 +14418,8 @@ static int pdi_key_value_is_choice(const pd_key *row, const char *word, size_t l
     return 0;
 }
 
-/* Default of the table in `out`; NULL: the key is required, or the text tells where its value comes from. */
+/* Default of the table, copied into out[size] up to its first ; or : and returned. NULL: the key is required, or the
+ * table tells in words where its value comes from. */
 static const char *pdi_key_value_get_default(const pd_key *row, char *out, size_t size)
 {
     size_t length = strcspn(row->default_text, ";:"), word = strcspn(row->default_text, " ;:,");
@@ -14418,21 +14433,21 @@ static const char *pdi_key_value_get_default(const pd_key *row, char *out, size_
     return out;
 }
 
-/* Unit of a key; "" for a plain number. */
+/* Unit of a key as the parser takes it: "" for a plain number; m^(d-1) becomes m2, m or "" by the dimension. */
 static const char *pdi_key_value_get_unit(const pd_key *row)
 {
     if (strcmp(row->unit, "m^(d-1)") == 0) return PD_DIM == 3 ? "m2" : PD_DIM == 2 ? "m" : "";
     return strcmp(row->unit, "-") == 0 ? "" : row->unit;
 }
 
-/* PD_ERR_INTERNAL: the table has no such key. */
+/* Report that the table has no such key of the wanted type. Returns PD_ERR_INTERNAL. */
 static pd_status pdi_key_value_fail_key(pd_ctx *ctx, const pd_text *text, int section, const char *key)
 {
     return pd_fail(ctx, PD_ERR_INTERNAL, "keys", "[%.40s] has no key '%.40s' of this type",
                    section >= 0 ? text->section[section].name : "", key);
 }
 
-/* Message of a value out of bounds. */
+/* Report a value [SI] that is not between the lower bound of the row and `high`. Returns PD_ERR_ARGUMENT. */
 static pd_status pdi_key_value_fail_bounds(pd_ctx *ctx, const pd_text *text, int section, const pd_key *row,
                                            double high, const char *key, double value)
 {
@@ -14454,7 +14469,7 @@ static int pdi_key_value_is_number(const pd_key *row)
     return row->type == PD_KEY_NUMBER || (row->type == PD_KEY_TEXT && row->low < row->high);
 }
 
-/* 1: a value is within bounds. */
+/* 1: a value [SI] lies between the lower bound of the row, which may be open, and `high`, which is included. */
 static int pdi_key_value_is_within(const pd_key *row, double high, double value)
 {
     return (row->low_is_open ? value > row->low : value >= row->low) && value <= high;
@@ -14467,7 +14482,8 @@ PDI_FN pd_status pdi_key_value_check_bounds(pd_ctx *ctx, const pd_text *text, in
     return pdi_key_value_fail_bounds(ctx, text, section, row, row->high, row->keys, value);
 }
 
-/* A number with its default, or `fallback` where has_fallback is 1, up to `high`. */
+/* Read a number [SI] of at most `high` and the upper bound of its row. Its default is that of the table, or, where
+ * has_fallback is 1, `fallback` (NULL: the key is required). */
 static pd_status pdi_key_value_read_number(pd_ctx *ctx, pd_text *text, int section, const char *key, int has_fallback,
                                            const char *fallback, double high, double *value)
 {
@@ -14498,7 +14514,7 @@ PDI_FN pd_status pdi_key_value_get_number_up_to(pd_ctx *ctx, pd_text *text, int 
     return pdi_key_value_read_number(ctx, text, section, key, 0, NULL, high, value);
 }
 
-/* One of the words of a choice. */
+/* Read one of the words of a choice; *value: its position among them, from 0 on. */
 static pd_status pdi_key_value_read_choice(pd_ctx *ctx, pd_text *text, int section, const char *key, const pd_key *row,
                                            const char *fallback, int *value)
 {
@@ -14520,7 +14536,8 @@ static pd_status pdi_key_value_read_choice(pd_ctx *ctx, pd_text *text, int secti
     return pdi_text_get_choice(ctx, text, section, key, names, fallback, value);
 }
 
-/* A whole number or a choice with its default, or `fallback` where has_fallback is 1. */
+/* Read a whole number, or the position of a choice. Its default is that of the table, or, where has_fallback is 1,
+ * `fallback` (NULL: the key is required). */
 static pd_status pdi_key_value_read_index(pd_ctx *ctx, pd_text *text, int section, const char *key, int has_fallback,
                                           const char *fallback, int *value)
 {
@@ -14702,8 +14719,8 @@ static const pd_text_entry *pdi_include_files_find_entry(const pd_text *text)
     return NULL;
 }
 
-/* Merge one pair of an included file into a section of text. depth: nesting depth of the file; smaller depths have
- * priority. PD_ERR_PARSE: a file of the same depth has the pair. */
+/* Merge one pair of the included file `file`, a name that text owns, into a section of text. depth: nesting depth of
+ * the file; smaller depths have priority. PD_ERR_PARSE: a file of the same depth has the pair. */
 static pd_status pdi_include_files_merge_entry(pd_ctx *ctx, pd_text *text, int section, const pd_text_entry *e,
                                                char *file, int depth)
 {
@@ -14764,8 +14781,9 @@ static pd_status pdi_include_files_merge_text(pd_ctx *ctx, pd_text *text, const 
 static pd_status pdi_include_files_read_list(pd_ctx *ctx, pd_text *text, const pd_text *from, int depth,
                                              pdi_include_files_seen *files);
 
-/* Read one file name[size] of the include list `e` of `from`, merge it, and follow its own list. A file already read is
- * skipped. PD_ERR_PARSE: it includes itself, nesting too deep, or too many files. */
+/* Read one file name[size] of the include list `e` of `from`, relative to its folder, merge it, and follow its own
+ * list. A file already read is skipped. PD_ERR_PARSE: it is missing or includes itself, nesting too deep, or too many
+ * files. */
 static pd_status pdi_include_files_read_file(pd_ctx *ctx, pd_text *text, const pd_text *from, const pd_text_entry *e,
                                              const char *name, size_t size, int depth, pdi_include_files_seen *files)
 {
@@ -14805,7 +14823,8 @@ static pd_status pdi_include_files_read_file(pd_ctx *ctx, pd_text *text, const p
     return status;
 }
 
-/* Read all files of the include list of `from` and merge them into text. */
+/* Read all files of the include list of `from`, if it has one, and merge them into text, which may be `from`. depth:
+ * nesting depth of these files, 1 for those of the scene. */
 static pd_status pdi_include_files_read_list(pd_ctx *ctx, pd_text *text, const pd_text *from, int depth,
                                              pdi_include_files_seen *files)
 {
@@ -14908,14 +14927,16 @@ PDI_FN void pdi_input_files_split_path(const char *path, char *name, char *folde
 /* [byte] The state of the compressor alone. */
 #define PDI_PICTURE_MEMORY_DEFLATE_BYTES 0.65e6
 
-/* Pixels along an axis for a field of `cells`, about `wanted`; cells are merged beyond `largest`. */
+/* Pixels along an axis for a field of `cells` cells: whole ones a cell, about `wanted` in all, at least 120. With more
+ * than `largest` cells several share a pixel. */
 static double pdi_picture_memory_count_pixels(double cells, double wanted, double largest)
 {
     double each = pd_max(1.0, floor(wanted / cells + 0.5));
     return cells > largest ? cells / ceil(cells / largest) : pd_max(cells * each, 120.0);
 }
 
-/* [byte] Memory of the rendered metal surface in 3D, its mesh taken as large as the surface of the box. */
+/* [byte] Memory of the rendered metal surface, its mesh taken as large as the surface of the box; 0 where none is
+ * drawn. */
 static double pdi_picture_memory_estimate_surface_view(const pd_setup *setup)
 {
     pd_rendering s;
@@ -15074,7 +15095,8 @@ PDI_FN int pdi_read_constants_format_unit(pd_ctx *ctx, const pd_dims *dims, char
     return pd_units_parse(ctx, unit, NULL, &again) == PD_OK && pd_units_is_same(dims, &again);
 }
 
-/* Read one pair of [constants] as a named constant. PD_ERR_ARGUMENT: the name is reserved or a unit. */
+/* Read one pair of [constants] as a named constant, which the text knows at once. PD_ERR_ARGUMENT: the name is reserved
+ * or a unit, a dimension with fractional exponents, too many constants. */
 static pd_status pdi_read_constants_add_one(pd_ctx *ctx, pd_text *text, int section, const char *name,
                                             pdi_read_constants_table *n)
 {
@@ -15145,7 +15167,7 @@ typedef struct pdi_read_electrolyte_state {
 } pdi_read_electrolyte_state;
 
 /* Report a failed call of the chemistry room with file:line and key before its message. Returns PD_ERR_ARGUMENT, or the
- * status of that call when it was out of memory. */
+ * status of that call where it is fatal (out of memory, cancelled). */
 static pd_status pdi_read_electrolyte_fail(const pdi_read_electrolyte_state *s, int section, const char *key)
 {
     char message[PD_MESSAGE_SIZE];
@@ -15227,7 +15249,8 @@ static pd_status pdi_read_electrolyte_other_concentration(pdi_read_electrolyte_s
                              e->species[e->count].name);
 }
 
-/* Read one [species FORMULA] section: formula, charge, D, concentrations, molar volume. */
+/* Read one [species FORMULA] section and append it to the electrolyte: formula, charge, D, concentrations, molar
+ * volume. */
 static pd_status pdi_read_electrolyte_one_species(pdi_read_electrolyte_state *s, int section)
 {
     pd_electrolyte *e = s->electrolyte;
@@ -15267,7 +15290,8 @@ static pd_status pdi_read_electrolyte_one_species(pdi_read_electrolyte_state *s,
     return PD_OK;
 }
 
-/* Read all species, and add the solvent H2O if the file has none. */
+/* Read all species, and add the solvent H2O if the file has none, with the concentration of pure water at 25 C unless
+ * one is given. */
 static pd_status pdi_read_electrolyte_species(pdi_read_electrolyte_state *s)
 {
     pd_electrolyte *e = s->electrolyte;
@@ -15299,7 +15323,8 @@ static pd_status pdi_read_electrolyte_species(pdi_read_electrolyte_state *s)
 
 /* ---- [reaction NAME] ---- */
 
-/* Read an equilibrium or rate constant: *value and unit[PD_UNITS_TEXT] as a product of powers of mol, L and s. */
+/* Read an equilibrium or rate constant: *value in the unit that unit[PD_UNITS_TEXT] names, a product of powers of mol,
+ * L and s. */
 static pd_status pdi_read_electrolyte_constant(pdi_read_electrolyte_state *s, int section, const char *key,
                                                double *value, char *unit)
 {
@@ -15329,7 +15354,7 @@ static pd_status pdi_read_electrolyte_constant(pdi_read_electrolyte_state *s, in
 }
 
 /* Convert the equilibrium constant from 25 C to the temperature by van't Hoff, if its enthalpy is given (theory: eq.
- * 5b.12). */
+ * 5b.12). Stores the enthalpy [J/mol] of the reaction in work in the electrolyte, NaN: not given. */
 static pd_status pdi_read_electrolyte_vant_hoff(pdi_read_electrolyte_state *s, int section, pd_reaction_desc *desc)
 {
     pd_electrolyte *e = s->electrolyte;
@@ -15363,7 +15388,8 @@ static pd_status pdi_read_electrolyte_rate_temperature(pdi_read_electrolyte_stat
     return PD_OK;
 }
 
-/* Read one [reaction NAME] section: equation, equilibrium constant, rate constants. */
+/* Read one [reaction NAME] section and append it to the electrolyte: equation, equilibrium constant, rate constants, at
+ * the temperature. */
 static pd_status pdi_read_electrolyte_reaction(pdi_read_electrolyte_state *s, int section)
 {
     static const char *const rates[] = {"forward", "backward"};
@@ -15485,7 +15511,7 @@ static pd_status pdi_read_electrolyte_close_solution(pdi_read_electrolyte_state 
                        : pdi_read_electrolyte_fail(s, written, key);
 }
 
-/* Make the initial, inlet and inside solutions neutral with their pH; keep the recipe as it was before. */
+/* Make the initial, inlet and inside solutions neutral with their pH. The initial one as written stays in e->recipe. */
 static pd_status pdi_read_electrolyte_close_solutions(pdi_read_electrolyte_state *s)
 {
     pd_electrolyte *e = s->electrolyte;
@@ -15595,7 +15621,8 @@ pd_status pd_electrolyte_parse(pd_ctx *ctx, const char *path, const char *text, 
 #include <stdio.h>
 #include <string.h>
 
-/* Read the label of the section as name of the function: an identifier that expressions do not use yet. */
+/* Copy the label of the section into name[PD_SETUP_NAME] as the name of its function. PD_ERR_ARGUMENT: it is no short
+ * identifier, or expressions use it already. */
 static pd_status pdi_read_tables_check_name(const pdi_read_tables_state *s, char *name)
 {
     const char *label = s->text->section[s->section].label;
@@ -15613,7 +15640,8 @@ static pd_status pdi_read_tables_check_name(const pdi_read_tables_state *s, char
     return PD_OK;
 }
 
-/* Find the column with this heading, or of this number; *column from 0. PD_ERR_ARGUMENT: there is none. */
+/* Find the column with this heading, or of this number from 1 on; *column counts from 0. PD_ERR_ARGUMENT: there is
+ * none. */
 static pd_status pdi_read_tables_find_column(const pdi_read_tables_state *s, const char *key, const char *heading,
                                              int *column)
 {
@@ -15631,7 +15659,8 @@ static pd_status pdi_read_tables_find_column(const pdi_read_tables_state *s, con
                              heading, s->table.path, list);
 }
 
-/* Unit in the brackets at the end of a heading, "loss [%]", into unit; unchanged if there are none. */
+/* Unit in the brackets at the end of a heading, "loss [%]", into unit[PD_UNITS_TEXT]; "" for [-], unchanged if there
+ * are no brackets. */
 static void pdi_read_tables_get_bracket_unit(const char *heading, char *unit)
 {
     const char *open = strrchr(heading, '[');
@@ -15642,7 +15671,7 @@ static void pdi_read_tables_get_bracket_unit(const char *heading, char *unit)
     if (strcmp(unit, "-") == 0) unit[0] = '\0'; /* as the tables of a run have it */
 }
 
-/* Split "heading in unit" into heading[PD_EXPR_LENGTH] and unit[PD_UNITS_TEXT]. */
+/* Split "heading in unit" into heading[PD_EXPR_LENGTH] and unit[PD_UNITS_TEXT]; unit "" where there is no "in". */
 static pd_status pdi_read_tables_split_heading(const pdi_read_tables_state *s, const char *key, const char *given,
                                                char *heading, char *unit)
 {
@@ -15688,7 +15717,8 @@ PDI_FN pd_status pdi_read_tables_column(const pdi_read_tables_state *s, const ch
     return PD_OK;
 }
 
-/* Build the monotone interpolant from the columns x and y of the section. x[rows], y[rows]: work arrays. */
+/* Build the monotone interpolant from the columns x and y of the section, in SI, and set the dimensions of the
+ * function. x[rows], y[rows]: work arrays. PD_ERR_ARGUMENT: x does not rise, with the line of the file. */
 static pd_status pdi_read_tables_build_curve(const pdi_read_tables_state *s, double *x, double *y,
                                              pd_expr_table *function, pd_monotone_cubic *curve)
 {
@@ -15958,7 +15988,7 @@ PDI_FN pd_status pdi_read_mechanics_shape_bc(pd_ctx *ctx, pd_text *text, int sec
                              "displacement");
 }
 
-/* Read all PD_DIM components of a vector of expressions in x, y, z, t. */
+/* Read all PD_DIM components of a vector of expressions in x, y, z, t into expr[PD_DIM]. */
 static pd_status pdi_read_mechanics_vector(pdi_reader *s, int section, const char *key, const char *unit, pd_expr *expr)
 {
     int count;
@@ -16005,10 +16035,10 @@ static pd_status pdi_read_mechanics_sides(pdi_reader *s, int section)
     return pdi_text_fail_key(
         s->ctx, s->text, section, "solid",
         "found nothing that loads the metal, expected ux = ..., "
-        "traction = ... or pressure = ... in a [side ...], kind = grip in a [shape ...], or force");
+        "traction = ... or pressure = ... in a [side ...], kind = grip in a [shape ...], or body_force");
 }
 
-/* Add a monitor of solid mechanics. index: of the boundary condition. */
+/* Add a monitor of solid mechanics. index: of the boundary condition, 0 for the body; name: of its table. */
 static pd_status pdi_read_mechanics_add_monitor(pdi_reader *s, int section, pd_monitor_kind kind, int index,
                                                 const char *name)
 {
@@ -16152,7 +16182,8 @@ static pd_status pdi_read_mechanics_plasticity_failure(pdi_reader *s, int sectio
     return pdi_read_mechanics_failure(s, section);
 }
 
-/* Read whether the metal moves dynamically, and its density; neither dynamics nor bond-based metal may dissolve. */
+/* Read whether the metal moves dynamically, and its density [kg/m3], which stays 0 at rest; neither dynamics nor
+ * bond-based metal may dissolve. */
 static pd_status pdi_read_mechanics_dynamics(pdi_reader *s, int section)
 {
     pd_setup_mechanics *b = &s->setup->metal_body;
@@ -16220,7 +16251,7 @@ PDI_FN void pdi_read_mechanics_add_notes(pdi_reader *s)
                           b->poisson, pdi_read_mechanics_material_names[b->material], PDI_READ_MECHANICS_NU_LOCKING);
 }
 
-/* Read the factor by which stress changes the dissolution rate (key `speed_factor`). */
+/* Read the factor [-] by which stress changes the dissolution rate (key `dissolution_factor`), if it is given. */
 static pd_status pdi_read_mechanics_rate_factor(pdi_reader *s, int section)
 {
     pd_setup_mechanics *b = &s->setup->metal_body;
@@ -16315,8 +16346,8 @@ static pd_status pdi_read_precracks_corners(pdi_reader *s, int section, pd_setup
     return PD_OK;
 }
 
-/* Read the growth direction of the crack; default in 2D: the direction of its last segment. A crack with a direction is
- * recorded in a table. */
+/* Read the growth direction of the crack; default in 2D: the direction of its last segment. In 2D, and in 3D with a
+ * direction, is_recorded becomes 1: the crack gets a table. */
 static pd_status pdi_read_precracks_direction(pdi_reader *s, int section, pd_setup_precrack *cut)
 {
     double square = 0.0;
@@ -16335,8 +16366,8 @@ static pd_status pdi_read_precracks_direction(pdi_reader *s, int section, pd_set
                              "expected a direction, %d numbers that are not all zero", PD_DIM);
 }
 
-/* Read the three radii [m] about the tip that bound the two domains of the J-integral, a horizon or more apart. Only
- * 2D, small strains, equilibrium. */
+/* Read the three radii [m] about the tip that bound the two domains of the J-integral, a horizon or more apart, if they
+ * are given; then j_domains is 2. Only 2D, small strains, equilibrium. */
 static pd_status pdi_read_precracks_j_contours(pdi_reader *s, int section, pd_setup_precrack *cut)
 {
     const pd_setup_mechanics *b = &s->setup->metal_body;
@@ -16370,7 +16401,7 @@ static pd_status pdi_read_precracks_j_contours(pdi_reader *s, int section, pd_se
     return PD_OK;
 }
 
-/* Add a monitor of the crack tip. */
+/* Add a monitor of the tip of the crack that was appended last, if it is recorded. */
 static pd_status pdi_read_precracks_add_monitor(pdi_reader *s, const pd_setup_precrack *cut)
 {
     pd_setup *u = s->setup;
@@ -16387,7 +16418,8 @@ static pd_status pdi_read_precracks_add_monitor(pdi_reader *s, const pd_setup_pr
     return PD_OK;
 }
 
-/* Read one [crack NAME] section. */
+/* Read one [crack NAME] section and append the crack, with its monitor. PD_ERR_ARGUMENT: there is no [solid] section.
+ */
 static pd_status pdi_read_precracks_section(pdi_reader *s, int section)
 {
     pd_setup_mechanics *b = &s->setup->metal_body;
@@ -16466,7 +16498,7 @@ typedef enum pdi_read_shapes_form {
     PDI_READ_SHAPES_DIFFERENCE
 } pdi_read_shapes_form;
 
-/* Read PD_DIM coordinates. */
+/* Read PD_DIM numbers of dimension `unit` into x[PD_DIM], in SI. */
 static pd_status pdi_read_shapes_point(pdi_read_shapes_state *s, const char *key, const char *unit, double *x)
 {
     int count;
@@ -16491,7 +16523,7 @@ static pd_status pdi_read_shapes_box(pdi_read_shapes_state *s, pd_shape *shape)
                              count, count > 1 ? "s" : "", PD_DIM, count, count);
 }
 
-/* Read an infinite cylinder: axis, centre, radius. */
+/* Read an unbounded cylinder: axis, centre (the origin by default), radius. */
 static pd_status pdi_read_shapes_cylinder(pdi_read_shapes_state *s, pd_shape *shape)
 {
     static const char *const axes[] = {"x", "y", "z", NULL};
@@ -16517,8 +16549,8 @@ static pd_status pdi_read_shapes_half_space(pdi_read_shapes_state *s, pd_shape *
     return pdi_text_fail_key(s->ctx, s->text, s->section, "normal", "found a zero vector, expected the outward normal");
 }
 
-/* Convert a picture to a mask: light pixels are inside, dark and transparent ones outside; the lowest row of the
- * picture becomes the first row of the mask. *least, *most: range of grey levels. */
+/* Convert a picture to mask[width height], 1 inside: light pixels are inside, dark and transparent ones outside; the
+ * lowest row of the picture becomes the first row of the mask. *least, *most: range of grey levels, 0 to 255. */
 static void pdi_read_shapes_threshold_pixels(const pd_image *image, uint8_t *mask, int *least, int *most)
 {
     *least = 255;
@@ -16533,7 +16565,7 @@ static void pdi_read_shapes_threshold_pixels(const pd_image *image, uint8_t *mas
         }
 }
 
-/* Read the mask of a shape from a PNG picture (2D). */
+/* Read the mask of a shape from a PNG picture (2D); the setup owns it. PD_ERR_ARGUMENT: no pixel is inside. */
 static pd_status pdi_read_shapes_png(pdi_read_shapes_state *s, pd_shape *shape)
 {
     char path[PD_PATH_SIZE];
@@ -16565,7 +16597,8 @@ static pd_status pdi_read_shapes_png(pdi_read_shapes_state *s, pd_shape *shape)
     return status;
 }
 
-/* Read the mask of a shape from a raw file: one byte a voxel, nonzero inside, x fastest. */
+/* Read the mask of a shape from a raw file: one byte a voxel, nonzero inside, x fastest; the setup owns it.
+ * PD_ERR_ARGUMENT: another number of bytes than voxels, or all are 0. */
 static pd_status pdi_read_shapes_raw(pdi_read_shapes_state *s, pd_shape *shape)
 {
     char path[PD_PATH_SIZE], *bytes = NULL;
@@ -16606,7 +16639,7 @@ static pd_status pdi_read_shapes_raw(pdi_read_shapes_state *s, pd_shape *shape)
     return status;
 }
 
-/* Read a shape of voxels: corner, cell size and mask. */
+/* Read a shape of voxels: first corner [m] into shape->a, cell size [m] into shape->b, and the mask. */
 static pd_status pdi_read_shapes_mask(pdi_read_shapes_state *s, pdi_read_shapes_form form, pd_shape *shape)
 {
     int count;
@@ -16622,7 +16655,8 @@ static pd_status pdi_read_shapes_mask(pdi_read_shapes_state *s, pdi_read_shapes_
     return form == PDI_READ_SHAPES_MASK ? pdi_read_shapes_png(s, shape) : pdi_read_shapes_raw(s, shape);
 }
 
-/* Read a closed triangle surface from an STL file (3D). Key `scale`: length of one unit of the file. */
+/* Read a closed triangle surface from an STL file (3D); the setup owns it. Key `scale`: length of one unit of the file.
+ * Adds notes where triangles were turned or corners merged. */
 static pd_status pdi_read_shapes_stl(pdi_read_shapes_state *s, pd_shape *shape)
 {
     char path[PD_PATH_SIZE];
@@ -16728,8 +16762,8 @@ static pd_status pdi_read_shapes_geometry(pdi_read_shapes_state *s, int *index)
     return outside ? pd_setup_add_complement(s->ctx, s->setup, index) : PD_OK;
 }
 
-/* Read the material of a solid shape and add its metal to the setup. The first named material is also that of shapes
- * without one. */
+/* Read the material of a solid shape; append the shape to setup->solid_shape and a new metal to setup->metal. The first
+ * named material becomes metal 0, which is also that of shapes without one. */
 static pd_status pdi_read_shapes_material(pdi_read_shapes_state *s, int index)
 {
     pd_setup *u = s->setup;
@@ -16761,7 +16795,8 @@ static pd_status pdi_read_shapes_material(pdi_read_shapes_state *s, int index)
     return found ? pd_setup_add_union(s->ctx, u, index, &metal->shape) : PD_OK;
 }
 
-/* Read the grain structure of a solid: size, spread, seed, boundary width; one for all solids. */
+/* Read the grain structure of a solid into setup->grain, if it is given: size, spread, seed, boundary width.
+ * PD_ERR_ARGUMENT: another structure than that of a solid above. */
 static pd_status pdi_read_shapes_grains(pdi_read_shapes_state *s)
 {
     pd_grain_desc grain;
@@ -16788,7 +16823,8 @@ static pd_status pdi_read_shapes_grains(pdi_read_shapes_state *s)
     return PD_OK;
 }
 
-/* Add the shape to the walls, with a Dirichlet concentration if key C is given. */
+/* Add the shape to setup->wall and setup->wall_shape, with a Dirichlet concentration if key C is given and there is
+ * transport. */
 static pd_status pdi_read_shapes_wall(pdi_read_shapes_state *s, int index)
 {
     pd_setup *u = s->setup;
@@ -16808,7 +16844,7 @@ static pd_status pdi_read_shapes_wall(pdi_read_shapes_state *s, int index)
     return pd_setup_add_union(s->ctx, u, index, &u->wall);
 }
 
-/* Add the shape to the medium, fluid with a diffusivity of its own; one for all such shapes. */
+/* Add the shape to the medium, fluid with a diffusivity of its own. PD_ERR_ARGUMENT: a medium above has another one. */
 static pd_status pdi_read_shapes_medium(pdi_read_shapes_state *s, int index)
 {
     pd_setup *u = s->setup;
@@ -16842,7 +16878,8 @@ static pd_status pdi_read_shapes_solution(pdi_read_shapes_state *s, int index)
     return pd_setup_add_union(s->ctx, s->setup, index, &s->setup->solution);
 }
 
-/* Read one [shape NAME] section: geometry, kind, and the keys of that kind. */
+/* Read one [shape NAME] section: geometry, kind, and the keys of that kind; the shape joins the region of its kind in
+ * the setup. */
 static pd_status pdi_read_shapes_section(pdi_read_shapes_state *s)
 {
     static const char *const kinds[] = {"part", "solid", "wall", "medium", "passive", "grip", "solution", NULL};
@@ -16956,7 +16993,7 @@ static int pdi_read_surface_states_has_dims(const pd_expr *expr, const pd_dims *
     return pd_units_is_same(&expr->dims, dims) || !(fabs(zero) > 0.0);
 }
 
-/* Read a bound of the state (key `min` or `max`), of its dimension, if it is given. */
+/* Read a bound of the state (key `min` or `max`) [SI], of its dimension; *value is unchanged if the key is absent. */
 static pd_status pdi_read_surface_states_bound(pdi_reader *s, int section, const char *key,
                                                const pd_setup_surface_state *state, double *value)
 {
@@ -16973,7 +17010,8 @@ static pd_status pdi_read_surface_states_bound(pdi_reader *s, int section, const
     return pdi_text_fail_key(s->ctx, s->text, section, key, "found %s, expected %s as of 'initial'", found, wanted);
 }
 
-/* Read one [surface NAME] section up to its rate: name, unit, initial value, bounds. */
+/* Read one [surface NAME] section up to its rate and append the state: name, unit, initial value, bounds (infinite by
+ * default). */
 static pd_status pdi_read_surface_states_state(pdi_reader *s, int section)
 {
     pd_setup *u = s->setup;
@@ -17128,7 +17166,7 @@ PDI_FN pd_status pdi_read_surface_states_current_factor(pdi_reader *s, int secti
 
 /* ---- rates ---- */
 
-/* Read the electrodes that carry the state (key `of`); all of them by default. */
+/* Read the electrodes that carry the state (key `of`) as bits of state->electrodes; all of them by default. */
 static pd_status pdi_read_surface_states_electrodes(pdi_reader *s, int section, pd_setup_surface_state *state)
 {
     const pd_setup_potential *p = &s->setup->potential;
@@ -17155,7 +17193,8 @@ static pd_status pdi_read_surface_states_electrodes(pdi_reader *s, int section, 
     return PD_OK;
 }
 
-/* Read the rate law of a state in C, t, x, y, z, i, E, pH, species and states; dimension of the state per time. */
+/* Read the rate law of a state in t, x, y, z, i, E, pH, species and states, not in C; it has the dimension of the state
+ * per time. */
 static pd_status pdi_read_surface_states_rate(pdi_reader *s, int section, pd_setup_surface_state *state)
 {
     pd_setup *u = s->setup;
@@ -17242,7 +17281,7 @@ static pd_status pdi_read_surface_states_check_uses(pdi_reader *s)
     return PD_OK;
 }
 
-/* Add a monitor of a surface state. */
+/* Add a monitor of the surface state `index`. PD_ERR_ARGUMENT: too many monitors. */
 static pd_status pdi_read_surface_states_add_monitor(pdi_reader *s, int section, int index)
 {
     pd_setup *u = s->setup;
@@ -17274,7 +17313,8 @@ PDI_FN pd_status pdi_read_surface_states_rates(pdi_reader *s)
 #include <stdio.h>
 #include <string.h>
 
-/* Read the value of a key: an expression in x, y, z, t, or a number, or that of a choice. */
+/* Read the value of a key into an expression, for pd_expr_free: one in x, y, z, t, a number, or the index of a whole
+ * number or choice. A constant must lie within the bounds of the key. */
 static pd_status pdi_read_physics_value(pdi_reader *s, int section, const pd_key *key, pd_expr *value)
 {
     const char *unit = strcmp(key->unit, "-") == 0 ? "" : key->unit;
@@ -17297,7 +17337,8 @@ static pd_status pdi_read_physics_value(pdi_reader *s, int section, const pd_key
     return status;
 }
 
-/* Read the keys of its section. A default of "-" leaves the key out. */
+/* Read the keys of its section into own->value and set their bits in own->given. A key with the default "-" that is
+ * absent is left out. */
 static pd_status pdi_read_physics_keys(pdi_reader *s, int section, pd_setup_registered *own)
 {
     const pd_key_section *table = &own->type->section;
@@ -17310,7 +17351,8 @@ static pd_status pdi_read_physics_keys(pdi_reader *s, int section, pd_setup_regi
     return PD_OK;
 }
 
-/* Read the values of the first field that sides hold. */
+/* Read the values that sides prescribe for the first field of the physics, under its name as a key, and set their bits
+ * in own->prescribed_sides. */
 static pd_status pdi_read_physics_sides(pdi_reader *s, pd_setup_registered *own)
 {
     const pd_physics_field *field = &own->type->field[0];
@@ -17324,7 +17366,7 @@ static pd_status pdi_read_physics_sides(pdi_reader *s, pd_setup_registered *own)
     return PD_OK;
 }
 
-/* Check that the names of the fields are free, and make their labels. */
+/* Check that the fields fit in number and that their names are free, and make their labels. */
 static pd_status pdi_read_physics_fields(pdi_reader *s, int section, pd_setup_registered *own)
 {
     const pd_expr_symbol *variable = pd_setup_get_rate_symbols();
@@ -17475,7 +17517,8 @@ PDI_FN pd_status pdi_read_dissolution_constants(pdi_reader *s)
 
 /* ---- laws ---- */
 
-/* Check the rate law at C = 0: 0 to 1 m/s, and grains if it uses them. Adds a note on the speed of a law per layer. */
+/* Check that the rate law at C = 0 is 0 to 1 m/s, where it depends on C alone, and that there are grains if it uses
+ * them. Adds a note on the speed of a law per layer. */
 static pd_status pdi_read_dissolution_check_rate(pdi_reader *s, int section, const char *key,
                                                  const pd_setup_metal *metal)
 {
@@ -17494,9 +17537,9 @@ static pd_status pdi_read_dissolution_check_rate(pdi_reader *s, int section, con
     return PD_OK;
 }
 
-/* Symbol table vars[*count] of the rate law under `key`: C, t, x, y, z, grain, i, E, fields of the physics of the
- * program, whose units unit[] stores, pH, the species that its text names as [H+], whose names name[] stores, and all
- * surface states. Variables without a value here get the name "". */
+/* Make the symbol table vars[*count] of the rate law under `key`: C, t, x, y, z, grain, i, E, fields of the physics of
+ * the program, whose units unit[] stores, pH, the species that its text names as [H+], whose names name[] stores, and
+ * all surface states. Variables without a value here get the name "". */
 static pd_status pdi_read_dissolution_rate_symbols(pdi_reader *s, int section, const char *key, pd_setup_metal *metal,
                                                    pd_expr_symbol *vars, char (*unit)[PD_UNITS_TEXT],
                                                    char (*name)[PD_SPECIES_NAME + 2], int *count)
@@ -17525,7 +17568,8 @@ static pd_status pdi_read_dissolution_rate_symbols(pdi_reader *s, int section, c
                                            &metal->species_count);
 }
 
-/* Read the prescribed electrode potential [V] of a metal in an electrolyte whose ions migrate, a function of t. */
+/* Read the prescribed electrode potential [V] of a metal in an electrolyte whose ions migrate, a function of t.
+ * metal->has_potential becomes 1 with it, and where an electrode among ions gives the potential. */
 static pd_status pdi_read_dissolution_potential(pdi_reader *s, int section, pd_setup_metal *metal)
 {
     if (pd_setup_has_ion_electrodes(s->setup)) metal->has_potential = 1;
@@ -17585,8 +17629,8 @@ static pd_status pdi_read_dissolution_check_species_rate(pdi_reader *s, int sect
     return PD_OK;
 }
 
-/* Read the rate law under `key` in `unit` (speed, 1/s, or current density) and its factor rate_scale. `other`: key that
- * must not stand beside it. */
+/* Read the rate law under `key` in `unit` (speed, 1/s, or current density), and multiply metal->rate_scale by the
+ * factor rate_scale. `other`: key that must not stand beside it. */
 static pd_status pdi_read_dissolution_rate(pdi_reader *s, int section, const char *key, const char *other,
                                            const char *unit, pd_setup_metal *metal)
 {
@@ -17605,7 +17649,8 @@ static pd_status pdi_read_dissolution_rate(pdi_reader *s, int section, const cha
     return pdi_read_dissolution_check_rate(s, section, key, metal);
 }
 
-/* Read the rate law as a recession speed or as a current density, which Faraday's law converts to a speed. */
+/* Read the rate law as a recession speed or as a current density, which metal->rate_scale converts to a speed by
+ * Faraday's law with the charge and Cs of the metal. */
 static pd_status pdi_read_dissolution_speed_or_current(pdi_reader *s, int section, pd_setup_metal *m)
 {
     pd_material metal = m->material;
@@ -17615,7 +17660,8 @@ static pd_status pdi_read_dissolution_speed_or_current(pdi_reader *s, int sectio
     return pdi_read_dissolution_rate(s, section, current ? "current" : "rate", "rate", current ? "A/m2" : "m/s", m);
 }
 
-/* Read the rate law of [dissolve]: speed, layers of one cell per second (key `law`), or current density. */
+/* Read the rate law of [dissolve]: speed, layers of one cell per second (key `law`), or current density.
+ * metal->rate_scale converts it to a speed. */
 static pd_status pdi_read_dissolution_dissolve_rate(pdi_reader *s, int section, pd_setup_metal *metal)
 {
     const pd_setup *u = s->setup;
@@ -17776,7 +17822,7 @@ static pd_status pdi_read_dissolution_corrode_fluid(pdi_reader *s, int section)
     return pdi_key_value_get_number_up_to(s->ctx, s->text, section, "bulk", u->saturation, &u->bulk_c);
 }
 
-/* A concentration of the fluid: metal begins at Cs. */
+/* Csat is read for its check alone, at most Cs of the first metal: pdi_read_dissolution_constants has stored it. */
 PDI_FN pd_status pdi_read_dissolution_corrode(pdi_reader *s)
 {
     pd_setup *u = s->setup;
@@ -17810,7 +17856,8 @@ PDI_FN pd_status pdi_read_dissolution_corrode(pdi_reader *s)
 /* [-] Relative tolerance between the electrons of a reaction and the charge of Faraday's law. */
 #define PDI_READ_CHEMISTRY_ELECTRON_TOL 1e-9
 
-/* Section of a species in the text, for messages; if it has none, [chemistry], else the first [species ...]. */
+/* Section of a species in the text, for messages; if it has none, [chemistry], else the first [species ...]; -1: none
+ * of them. */
 static int pdi_read_chemistry_find_section(pdi_reader *s, const char *name)
 {
     int section = pdi_text_get_section(s->ctx, s->text, "species", name);
@@ -17830,8 +17877,8 @@ static int pdi_read_chemistry_has_mineral(pdi_reader *s, const char *name)
     return 0;
 }
 
-/* Read the kinetics of a mineral: rate constant [mol/m2/s] times surface area, exponent, nucleation threshold,
- * porosity. Without a rate it is in equilibrium. */
+/* Read the kinetics of a mineral: rate constant [mol/m2/s] times area [1/m] into m->rate and times surface [m2/mol]
+ * into m->surface_rate, exponent, nucleation threshold, least porosity. Without a rate it is in equilibrium. */
 static pd_status pdi_read_chemistry_mineral_rate(pdi_reader *s, int section, pd_mineral *m)
 {
     double rate = 0.0, area, surface;
@@ -17889,8 +17936,8 @@ static pd_status pdi_read_chemistry_check_reactions(pdi_reader *s)
     return pdi_text_fail_key(s->ctx, s->text, section, "mineral", "%.500s", message);
 }
 
-/* Choose the minerals among the solid species, read their kinetics, and remove all other solids from the electrolyte.
- * Check that all solutes have a diffusivity. */
+/* Choose the minerals among the solid species, read their kinetics, and remove all other solids from the electrolyte,
+ * with a note. Read tortuosity and covering thickness. Check that all solutes have a diffusivity. */
 static pd_status pdi_read_chemistry_minerals(pdi_reader *s)
 {
     pd_electrolyte *e = &s->setup->electrolyte;
@@ -17973,7 +18020,8 @@ PDI_FN pd_status pdi_read_chemistry_read(pdi_reader *s)
 
 /* ---- the reaction at the surface ---- */
 
-/* Copy the next word of a reaction equation into word[PD_SPECIES_NAME] and advance *text. 0: end of the text. */
+/* Copy the next word of a reaction equation into word[PD_SPECIES_NAME], cut to fit, and advance *text. 1: there was
+ * one; 0: end of the text. */
 static int pdi_read_chemistry_next_word(const char **text, char *word)
 {
     const char *from = *text + strspn(*text, " \t");
@@ -18055,8 +18103,8 @@ PDI_FN pd_status pdi_read_chemistry_electrode_reaction(pdi_reader *s, int sectio
     return PD_OK;
 }
 
-/* Check the electrons that the reaction of metal m releases: on the right, carried away by a current, and as many as
- * the charge in Faraday's law. */
+/* Check the electrons that the reaction of metal m releases per mole of metal: on the right, carried away by a current,
+ * and as many as the charge in Faraday's law. */
 static pd_status pdi_read_chemistry_check_electrons(pdi_reader *s, int section, int m, double electrons)
 {
     const pd_setup *u = s->setup;
@@ -18099,7 +18147,8 @@ static pd_status pdi_read_chemistry_set_gas(pdi_reader *s, int section, const ch
     return PD_OK;
 }
 
-/* Read the dissolution reaction of metal m: moles of species and gas released per mole of metal. */
+/* Read the dissolution reaction of metal m: species_released and gas_released, moles per mole of metal (negative:
+ * consumed). Sets setup->has_surface_reaction, and setup->gas if a gas evolves. */
 static pd_status pdi_read_chemistry_metal_reaction(pdi_reader *s, int section, int m)
 {
     pd_electrolyte all;
@@ -18132,7 +18181,8 @@ static int pdi_read_chemistry_is_releasing(const pd_setup *u, int m)
     return pd_setup_find_species_rate_metal(u) < 0 ? m == 0 : pd_setup_has_species_rate(&u->metal[m]);
 }
 
-/* Read the dissolution reactions of all metals that release species; check that these and no others have one. */
+/* Read the dissolution reactions of all metals that release species; check that these and no others have one. section:
+ * one with a reaction, for messages. */
 static pd_status pdi_read_chemistry_metal_reactions(pdi_reader *s, int section)
 {
     pd_setup *u = s->setup;
@@ -18222,7 +18272,8 @@ static int pdi_read_potential_find_metal(pdi_reader *s, int section)
     return 0;
 }
 
-/* Read the shape of an electrode: its index in the setup and its metal. PD_ERR_ARGUMENT: no such solid. */
+/* Read the shape of an electrode: its index in the setup into e->shape, its metal into e->metal. PD_ERR_ARGUMENT: no
+ * such solid. */
 static pd_status pdi_read_potential_shape(pdi_reader *s, int section, pd_setup_electrode *e)
 {
     const pd_setup *u = s->setup;
@@ -18248,7 +18299,7 @@ static pd_status pdi_read_potential_shape(pdi_reader *s, int section, pd_setup_e
                              name);
 }
 
-/* Read where an electrode is: a solid shape, or all metal of a material. */
+/* Read where an electrode is: a solid shape, or all metal of a material (e->shape -1), with e->metal in both cases. */
 static pd_status pdi_read_potential_location(pdi_reader *s, int section, pd_setup_electrode *e)
 {
     const pd_setup *u = s->setup;
@@ -18272,7 +18323,8 @@ static pd_status pdi_read_potential_location(pdi_reader *s, int section, pd_setu
 
 /* ---- curves ---- */
 
-/* Read a Butler-Volmer (both = 1) or Tafel curve: exchange current density, slopes per decade, limiting currents. */
+/* Read a Butler-Volmer (both = 1) or Tafel curve: exchange current density, slopes per decade, which are stored per
+ * factor e [V], limiting currents. PD_ERR_ARGUMENT: another number of slopes than two or one. */
 static pd_status pdi_read_potential_tafel_slopes(pdi_reader *s, int section, int both, pd_electrode_term *t)
 {
     static const char *const keys[] = {"anodic_slope", "cathodic_slope"}, *const limits[] = {"anodic_limit",
@@ -18295,8 +18347,8 @@ static pd_status pdi_read_potential_tafel_slopes(pdi_reader *s, int section, int
                              given, both ? "both with butler_volmer" : "one of them with tafel");
 }
 
-/* Tabulate a curve i(E) [A/m2] over its range. PD_ERR_ARGUMENT: i falls with E, so that solutions would not be
- * unique. */
+/* Tabulate a curve i(E) [A/m2] over its key `range` into new arrays of e, which its term refers to. PD_ERR_ARGUMENT: i
+ * falls with E, so that solutions would not be unique. */
 static pd_status pdi_read_potential_tabulate_curve(pdi_reader *s, int section, const pd_expr *curve,
                                                    pd_setup_electrode *e)
 {
@@ -18331,7 +18383,7 @@ static pd_status pdi_read_potential_tabulate_curve(pdi_reader *s, int section, c
     return PD_OK;
 }
 
-/* Check that a curve in E, pH and species does not fall with E, at 1 mol/m3 of each species and pH 7. */
+/* Check that a curve in E, pH and species does not fall with E from -4 to 4 V, at 1 mol/m3 of each species and pH 7. */
 static pd_status pdi_read_potential_check_rising(pdi_reader *s, int section, const pd_setup_electrode *e)
 {
     double vars[PD_EXPR_VARS], last = -HUGE_VAL;
@@ -18354,7 +18406,7 @@ static pd_status pdi_read_potential_check_rising(pdi_reader *s, int section, con
 }
 
 /* With migrating ions, read a curve that names pH or species; it stays an expression instead of a table. Sets
- * e->reads. */
+ * e->has_species_curve; any other curve is left alone. */
 static pd_status pdi_read_potential_species_curve(pdi_reader *s, int section, pd_setup_electrode *e)
 {
     pd_expr_symbol vars[PD_EXPR_VARS];
@@ -18383,7 +18435,8 @@ static pd_status pdi_read_potential_species_curve(pdi_reader *s, int section, pd
     return pdi_read_potential_check_rising(s, section, e);
 }
 
-/* Read a polarisation curve that is given as an expression (key `i`). */
+/* Read a polarisation curve that is given as an expression (key `i`), as a table of points with the range of measured
+ * tables in it, or, with pH or species, as it is. */
 static pd_status pdi_read_potential_expression_curve(pdi_reader *s, int section, pd_setup_electrode *e)
 {
     pd_expr curve;
@@ -18397,7 +18450,7 @@ static pd_status pdi_read_potential_expression_curve(pdi_reader *s, int section,
 }
 
 /* Read the polarisation curve of an electrode: Butler-Volmer, Tafel, linear, an expression, or primary (no kinetics),
- * with its parameters and film resistance. With ions that migrate it may be absent. */
+ * with its parameters and film resistance. With ions that migrate it may be absent (e->has_no_curve). */
 static pd_status pdi_read_potential_kinetics(pdi_reader *s, int section, pd_setup_electrode *e)
 {
     int curve = 0;
@@ -18425,7 +18478,8 @@ static pd_status pdi_read_potential_kinetics(pdi_reader *s, int section, pd_setu
 
 /* ---- circuits ---- */
 
-/* Read the prescribed potential [V] or current [A] of an electrode, a function of t; neither: it floats. */
+/* Read the prescribed potential [V] or current [A] of an electrode into e->fixed_value, a function of t; neither: it
+ * floats. */
 static pd_status pdi_read_potential_control(pdi_reader *s, int section, pd_setup_electrode *e)
 {
     e->has_fixed_potential = pdi_text_has_key(s->ctx, s->text, section, "potential");
@@ -18483,7 +18537,8 @@ static pd_status pdi_read_potential_check_circuits(pdi_reader *s)
 
 /* ---- sections ---- */
 
-/* Add a monitor of potential and current of an electrode. */
+/* Add a monitor of potential and current of an electrode; index: of the electrode. PD_ERR_ARGUMENT: too many monitors.
+ */
 static pd_status pdi_read_potential_add_monitor(pdi_reader *s, int section, int index)
 {
     pd_setup *u = s->setup;
@@ -18498,7 +18553,7 @@ static pd_status pdi_read_potential_add_monitor(pdi_reader *s, int section, int 
     return PD_OK;
 }
 
-/* Read one [electrode NAME] section. */
+/* Read one [electrode NAME] section and append the electrode, in a circuit of its own, with its monitor. */
 static pd_status pdi_read_potential_electrode(pdi_reader *s, int section)
 {
     pd_setup_potential *p = &s->setup->potential;
@@ -18624,7 +18679,8 @@ PDI_FN pd_status pdi_read_gas_check_alone(pd_ctx *ctx, pd_text *text, const pd_s
                              beside);
 }
 
-/* Read an expression in x, y, z, whose value has the bounds of the key where it is constant. */
+/* Read an expression in x, y, z, not t, of a required key of [gas]. A constant must lie within the bounds of the key.
+ */
 static pd_status pdi_read_gas_expr(pd_ctx *ctx, pd_text *text, int section, const char *key, pd_expr *expr)
 {
     double value;
@@ -18769,7 +18825,8 @@ static pd_status pdi_read_param_file_add_notes(pd_ctx *ctx, pd_text *text, const
     return PD_OK;
 }
 
-/* Set box, spacing and horizon; in 3D the bounding box of the tube, rounded up to whole cells. */
+/* Set box, spacing, horizons and geometry; in 3D the box bounds the tube, rounded up to whole cells. The axis of an
+ * axisymmetric box becomes a mirror. PD_ERR_ARGUMENT: no whole number of cells. */
 static pd_status pdi_read_param_file_box(pd_ctx *ctx, const pd_text *text, const pdi_read_param_file_values *f,
                                          pd_setup *setup)
 {
@@ -18802,7 +18859,7 @@ static pd_status pdi_read_param_file_box(pd_ctx *ctx, const pd_text *text, const
     return PD_OK;
 }
 
-/* A cylinder along x through the origin; radius [m]. */
+/* Make *shape a cylinder along x through the origin; radius [m]. */
 static void pdi_read_param_file_init_cylinder(double radius, pd_shape *shape)
 {
     memset(shape, 0, sizeof *shape);
@@ -18810,7 +18867,8 @@ static void pdi_read_param_file_init_cylinder(double radius, pd_shape *shape)
     shape->radius = radius;
 }
 
-/* Add the shapes: tube wall (3D) and wire. */
+/* Add the shapes: tube wall (3D) as setup->wall, and the wire (in 2D a slab) as setup->solid. No wire where R_wire or
+ * L_wire is 0. */
 static pd_status pdi_read_param_file_shapes(pd_ctx *ctx, const pd_text *text, const pdi_read_param_file_values *f,
                                             pd_setup *setup)
 {
@@ -18843,7 +18901,8 @@ static pd_status pdi_read_param_file_shapes(pd_ctx *ctx, const pd_text *text, co
     return pd_setup_add_shape(ctx, setup, &shape, &setup->solid);
 }
 
-/* Set the flow: parabolic inlet of mean speed Q_flow/(pi R_tube^2), outlet, steady tolerance. */
+/* Set the flow: parabolic inlet of mean speed Q_flow/(pi R_tube^2), outlet, steady tolerance, with a note on the
+ * latter. Q_flow = 0: no flow. */
 static void pdi_read_param_file_flow(const pdi_read_param_file_values *f, pd_setup *setup)
 {
     setup->has_flow = f->Q_flow > 0.0;
@@ -18859,7 +18918,8 @@ static void pdi_read_param_file_flow(const pdi_read_param_file_values *f, pd_set
                       f->flow_conv_tol);
 }
 
-/* Set diffusivity and concentrations; fractions of the file refer to the intact metal, rho_m over the molar mass. */
+/* Set diffusivity, concentrations and the density of the metal; fractions of the file refer to the intact metal, rho_m
+ * over the molar mass. */
 static pd_status pdi_read_param_file_transport(pd_ctx *ctx, const pdi_read_param_file_values *f, pd_setup *setup)
 {
     char text[64];
@@ -18879,8 +18939,9 @@ static pd_status pdi_read_param_file_transport(pd_ctx *ctx, const pdi_read_param
 }
 
 /* Sums over the bonds that a plane front along an axis opens. While the front passes a node, the node has been in all
- * rows, so that each bond counts as often as the rows it spans. *exposure [-]: mean fluid fraction of the neighbours,
- * for k_corr; *bonds [1/m2]: sum of diffusion bond weights, whose constant in the logarithm is exact in 2D. */
+ * rows, so that each bond counts as often as the rows it spans. *exposure [-]: fluid share of the neighbours, summed
+ * over these rows, for k_corr; *bonds [1/m2]: sum of diffusion bond weights, whose constant in the logarithm is exact
+ * in 2D. */
 static void pdi_read_param_file_compute_front_sums(const pdi_read_param_file_values *f, double *exposure, double *bonds)
 {
     double delta = f->m_ratio, count = 0.0, opened = 0.0, sum = 0.0;
@@ -18900,14 +18961,14 @@ static void pdi_read_param_file_compute_front_sums(const pdi_read_param_file_val
     *bonds = constant * sum / (f->dx_file * f->dx_file);
 }
 
-/* Harmonic mean of the diffusivities [m2/s] on both sides of the surface. */
+/* Harmonic mean [m2/s] of the diffusivities on both sides of the surface; 0 where both are 0. */
 static double pdi_read_param_file_harmonic_mean(double fluid, double metal)
 {
     return fluid + metal > 0.0 ? 2.0 * fluid * metal / (fluid + metal) : 0.0;
 }
 
 /* Recession speed [m/s] with k_corr: a node loses k_corr f per second, f the fluid fraction of its neighbours, from
- * C_solid_init down to C_thresh. */
+ * C_solid_init down to C_thresh. Sets the factor of grain boundaries in the setup, and adds a note. */
 static double pdi_read_param_file_speed_by_rate(const pdi_read_param_file_values *f, pd_setup *setup)
 {
     double exposure, bonds;
@@ -18937,7 +18998,8 @@ static double pdi_read_param_file_speed_by_diffusion(const pdi_read_param_file_v
     return speed;
 }
 
-/* Set the dissolution rate law: constant speed [m/s], or proportional to 1 - C/Csat if the file has C_sat. */
+/* Set the dissolution rate law of the metal: constant speed [m/s], or proportional to 1 - C/Csat if setup->saturation
+ * is not 0. */
 static pd_status pdi_read_param_file_rate_law(pd_ctx *ctx, double speed, pd_setup *setup)
 {
     static const pd_expr_symbol concentration[] = {{"C", "mol/m3", 0.0}};
@@ -18954,7 +19016,8 @@ static pd_status pdi_read_param_file_rate_law(pd_ctx *ctx, double speed, pd_setu
     return pd_expr_build(ctx, &desc, &setup->metal[0].rate);
 }
 
-/* Set up dissolution: threshold, saturation and rate law. */
+/* Set up dissolution: threshold as a fraction of C_solid_init, saturation, rate law, notes. Without a solid or a rate
+ * has_dissolve is 0 and nothing else is set. */
 static pd_status pdi_read_param_file_dissolve(pd_ctx *ctx, const pd_text *text, const pdi_read_param_file_values *f,
                                               pd_setup *setup)
 {
@@ -18979,7 +19042,8 @@ static pd_status pdi_read_param_file_dissolve(pd_ctx *ctx, const pd_text *text, 
                                         setup);
 }
 
-/* Set the grain structure of the metal. */
+/* Set the grain structure of the metal, with a note on the width of its boundaries. Without grains the factor of grain
+ * boundaries becomes 1. */
 static void pdi_read_param_file_grains(const pdi_read_param_file_values *f, pd_setup *setup)
 {
     setup->has_grains = setup->solid >= 0 && f->grain_size_mean > 0.0;
@@ -18995,7 +19059,8 @@ static void pdi_read_param_file_grains(const pdi_read_param_file_values *f, pd_s
                       setup->grain.boundary_width * 1e6);
 }
 
-/* Set end time, output interval and fields; all fields that exist are written. */
+/* Set folder, end time, output interval (a twentieth of the run), the share of a node that a step takes (0.1) and
+ * fields; all fields that exist are written, and C, v and grain are drawn. */
 static pd_status pdi_read_param_file_output(pd_ctx *ctx, pd_text *text, const pdi_read_param_file_values *f,
                                             pd_setup *setup)
 {
@@ -19172,7 +19237,8 @@ static pd_status pdi_read_monitors_line(pdi_read_monitors_state *w, pd_setup_mon
     return PD_OK;
 }
 
-/* Read a [plane NAME] section: the lattice plane between cells nearest to the coordinate. */
+/* Read a [plane NAME] section: axis, and m->index, the number of cells below the plane between cells nearest to the
+ * coordinate. PD_ERR_ARGUMENT: it would be a side of the box. */
 static pd_status pdi_read_monitors_plane(pdi_read_monitors_state *w, pd_setup_monitor *m)
 {
     const pd_setup *u = w->setup;
@@ -19190,7 +19256,7 @@ static pd_status pdi_read_monitors_plane(pdi_read_monitors_state *w, pd_setup_mo
     return PD_OK;
 }
 
-/* Read the solid or wall on which a force is measured. */
+/* Read the solid or wall on which a force is measured: m->shape is 1 + the index of its shape. */
 static pd_status pdi_read_monitors_shape(pdi_read_monitors_state *w, pd_setup_monitor *m)
 {
     const char *name;
@@ -19226,7 +19292,8 @@ static pd_status pdi_read_monitors_force(pdi_read_monitors_state *w, pd_setup_mo
     return PD_DIM == 1 ? PD_OK : pdi_key_value_get_number(w->ctx, w->text, w->section, size, &m->area);
 }
 
-/* Read the reference concentration of a Sherwood number: fluid = inlet, bulk, or a value [mol/m3]. */
+/* Read the reference concentration of a Sherwood number: fluid = inlet, bulk (needs a flow and an axis), or a value
+ * [mol/m3]. */
 static pd_status pdi_read_monitors_reference_fluid(pdi_read_monitors_state *w, pd_setup_monitor *m)
 {
     const pd_setup *u = w->setup;
@@ -19303,7 +19370,7 @@ static pd_status pdi_read_monitors_section(pdi_read_monitors_state *w, pd_monito
     case PD_MONITOR_SOLID:
     case PD_MONITOR_ELECTRODE:
     case PD_MONITOR_SURFACE_STATE:
-    case PD_MONITOR_PRECRACK: break; /* [solid] and [cut] make them */
+    case PD_MONITOR_PRECRACK: break; /* [solid] and [crack] make them */
     }
     return PD_OK;
 }
@@ -19364,8 +19431,8 @@ typedef struct pdi_read_image_options_state {
     pd_fields drawn_fields; /* bit k: a picture shows pd_field k */
 } pdi_read_image_options_state;
 
-/* Copy the next item of a comma-separated list, without blanks around it, into item and advance *list. 0: end of the
- * list. */
+/* Copy the next item of a comma-separated list, without blanks around it and cut to PDI_READ_IMAGE_OPTIONS_ITEM_SIZE
+ * bytes, into item and advance *list. 1: there was one; 0: end of the list. */
 static int pdi_read_image_options_next_item(const char **list, char *item)
 {
     const char *from = *list + strspn(*list, " \t");
@@ -19458,7 +19525,7 @@ static pd_status pdi_read_image_options_ranges(pdi_read_image_options_state *r)
     return PD_OK;
 }
 
-/* Read the colour maps: "grey" for all fields, "p diverging" for one. */
+/* Read the colour maps: "grey" for all fields, "p diverging" for one. drawing.map[field] is 1 + the map. */
 static pd_status pdi_read_image_options_maps(pdi_read_image_options_state *r)
 {
     static const char *const names[] = {"violet", "viridis", "grey", "diverging"};
@@ -19639,7 +19706,8 @@ static pd_status pdi_read_image_options_flow_lines(pdi_read_image_options_state 
 
 /* ---- the surface of the metal ---- */
 
-/* Read the 3D view of the metal surface: "yes" or the field that colours it, and the direction of view. */
+/* Read the 3D view of the metal surface: drawing.surface is 1 for "yes", 2 + the field that colours it, which then
+ * counts as drawn, and 0 for "no"; and the direction of view. */
 static pd_status pdi_read_image_options_surface(pdi_read_image_options_state *r)
 {
     pd_setup_image_options *drawing = &r->setup->drawing;
@@ -19676,7 +19744,7 @@ static pd_status pdi_read_image_options_surface(pdi_read_image_options_state *r)
     return PD_OK;
 }
 
-/* Read the image formats, png and svg. */
+/* Read the image formats as bits of drawing.formats: 0 for png, 1 for svg. */
 static pd_status pdi_read_image_options_formats(pdi_read_image_options_state *r)
 {
     static const char *const names[] = {"png", "svg"};
@@ -19713,7 +19781,7 @@ static pd_status pdi_read_image_options_plane_images(pdi_read_image_options_stat
     return pdi_key_value_get_index(r->ctx, r->text, r->section, "width", &drawing->width);
 }
 
-/* With images = none the other options have no effect; without the key `images` they are refused. */
+/* With images = none the other options are read and have no effect; without the key `images` they are refused. */
 static pd_status pdi_read_image_options_check_unused(pdi_read_image_options_state *r)
 {
     static const char *const keys[] = {"range", "percentile", "log_scale", "colormap",    "width",
@@ -19795,7 +19863,7 @@ static pd_status pdi_read_measured_fail_row(const pdi_read_tables_state *s, int 
                              s->table.row_line[row], found, expected);
 }
 
-/* Read the column of times, ascending, as time since the start of the run [s]. */
+/* Read the column of times, ascending, as time[rows] since the start of the run [s]. */
 static pd_status pdi_read_measured_times(const pdi_read_tables_state *s, double *time)
 {
     char unit[PD_UNITS_TEXT];
@@ -19815,7 +19883,8 @@ static pd_status pdi_read_measured_times(const pdi_read_tables_state *s, double 
     return PD_OK;
 }
 
-/* Read the columns of values and of error bars, converted to SI. */
+/* Read the columns of values and, if there is one, of error bars into r->value and the new array r->spread, converted
+ * to SI. */
 static pd_status pdi_read_measured_values(const pdi_read_tables_state *s, pd_setup_measured *r)
 {
     char unit[PD_UNITS_TEXT];
@@ -19874,7 +19943,8 @@ static pd_status pdi_read_measured_check_times(const pdi_read_tables_state *s, c
                              s->table.path, until);
 }
 
-/* Read one [measured NAME] section with its data file. */
+/* Read one [measured NAME] section with its data file and append it to the setup. The table of the file stays in
+ * s->table for the caller to free. */
 static pd_status pdi_read_measured_section(pdi_read_tables_state *s, pd_setup *u)
 {
     const char *label = s->text->section[s->section].label;
@@ -19965,7 +20035,8 @@ PDI_FN void pdi_read_measured_build_series(const pd_setup_measured *r, double x_
 #define PDI_SCENE_MAX_CELLS 1e9 /* largest number of cells on an axis */
 #define PDI_SCENE_MAX_STEPS 1e9 /* largest number of time steps */
 
-/* Mark in setup->given that the scene sets a solver setting, so that the `accuracy` preset leaves it alone. */
+/* Set bit `knob` of setup->settings_given if the section has the key, so that an accuracy preset leaves that solver
+ * setting alone. */
 static void pdi_scene_mark_given(pdi_reader *s, int section, const char *key, pd_solver_setting knob)
 {
     if (pdi_text_has_key(s->ctx, s->text, section, key)) s->setup->settings_given |= 1u << knob;
@@ -20025,7 +20096,7 @@ static pd_status pdi_scene_read_geometry(pdi_reader *s, int section)
                              found, horizon);
 }
 
-/* Read the section [grid]: spacing, horizon, box, threads, geometry. */
+/* Read the section [grid]: spacing, horizons of fluid and metal, box of whole cells, threads, geometry. */
 static pd_status pdi_scene_read_grid(pdi_reader *s)
 {
     pd_setup *u = s->setup;
@@ -20070,7 +20141,7 @@ static pd_status pdi_scene_check_side_names(pdi_reader *s)
     return PD_OK;
 }
 
-/* Read an expression in x, y, z and t. */
+/* Read an expression in x, y, z and t; fallback NULL: the key is required. */
 static pd_status pdi_scene_read_expr(pdi_reader *s, int section, const char *key, const char *unit,
                                      const char *fallback, pd_expr *expr)
 {
@@ -20078,8 +20149,8 @@ static pd_status pdi_scene_read_expr(pdi_reader *s, int section, const char *key
                              PD_SETUP_POSITION_VARS, fallback, expr);
 }
 
-/* Read the mean speed or flow rate of an inlet as a function of t; stream->uses is 0 for a constant. PD_ERR_ARGUMENT:
- * it depends on the place. */
+/* Read the mean speed or flow rate of an inlet as a function of t; stream->variables_used is 0 for a constant.
+ * PD_ERR_ARGUMENT: it depends on the place. */
 static pd_status pdi_scene_read_time_expr(pdi_reader *s, int section, const char *key, const char *unit,
                                           pd_expr *stream)
 {
@@ -20090,7 +20161,8 @@ static pd_status pdi_scene_read_time_expr(pdi_reader *s, int section, const char
                              " profile = expression with a velocity");
 }
 
-/* Read the strength of the inflow: `mean` [m/s] or `flow_rate` [m3/s], constant or a function of t. */
+/* Read the strength of the inflow, `mean` [m/s] or `flow_rate` [m3/s], into side->inflow_of_time. A constant also goes
+ * into mean_speed or flow_rate; a flow rate that depends on t leaves flow_rate at 1 as a mark. */
 static pd_status pdi_scene_read_inflow(pdi_reader *s, int section, pd_setup_side *side)
 {
     int volume = pdi_text_has_key(s->ctx, s->text, section, "flow_rate");
@@ -20108,7 +20180,8 @@ static pd_status pdi_scene_read_inflow(pdi_reader *s, int section, pd_setup_side
     return pdi_key_value_get_number(s->ctx, s->text, section, "flow_rate", &side->flow_rate);
 }
 
-/* Read an inlet: velocity profile, its strength, and the velocity of profile = expression. */
+/* Read an inlet: velocity profile, its strength, and for profile = expression the velocity [m/s], which `mean` or
+ * `flow_rate` scale if given (is_scaled). */
 static pd_status pdi_scene_read_inlet(pdi_reader *s, int section, pd_setup_side *side)
 {
     static const char *const keys[] = {"vx", "vy", "vz"};
@@ -20133,7 +20206,8 @@ static pd_status pdi_scene_read_inlet(pdi_reader *s, int section, pd_setup_side 
                              "found 'expression' without a velocity, expected vx = ...");
 }
 
-/* Read a value that all inlets (C) or outlets (p) share; *seen 1: it must repeat *value. */
+/* Read a value [SI] that all inlets (C) or outlets (p) share, 0 by default. *seen 1: it must repeat *value. Sets *seen
+ * to 1. */
 static pd_status pdi_scene_read_shared_value(pdi_reader *s, int section, const char *key, int *seen, double *value)
 {
     double found;
@@ -20155,8 +20229,8 @@ static pd_status pdi_scene_read_open_side(pdi_reader *s, int section, pd_setup_s
     return pdi_scene_read_expr(s, section, "C", "mol/m3", "0", &side->inlet_c);
 }
 
-/* Read the concentration of an inlet: one constant of all inlets, or an expression of the side. *inlets 1: the constant
- * was read. */
+/* Read the concentration of an inlet: a constant into setup->inlet_c, one for all inlets, or an expression into
+ * side->inlet_c with setup->has_inlet_c_by_side 1. *inlets 1: a constant was read, also before. */
 static pd_status pdi_scene_read_inlet_concentration(pdi_reader *s, int section, pd_setup_side *side, int *inlets)
 {
     pd_expr found;
@@ -20180,7 +20254,8 @@ static pd_status pdi_scene_read_wall_species(pdi_reader *s, int section, pd_setu
                              "others");
 }
 
-/* Read a wall: tangential velocity, Dirichlet concentration, species. */
+/* Read a wall; k: index of the side. With a flow its tangential velocity (no component across the side), with transport
+ * its Dirichlet concentration, and whether it holds species. */
 static pd_status pdi_scene_read_wall(pdi_reader *s, int section, int k)
 {
     pd_setup_side *side = &s->setup->side[k];
@@ -20219,7 +20294,7 @@ static pd_status pdi_scene_check_periodic_pairs(pdi_reader *s)
     return PD_OK;
 }
 
-/* Open side of [corrode] in fluid at rest: a wall whose Dirichlet concentration is `bulk`. */
+/* Read an open side of [corrode] in fluid at rest: it becomes a wall whose Dirichlet concentration is `bulk`. */
 static pd_status pdi_scene_read_bulk_side(pdi_reader *s, int section, pd_setup_side *side)
 {
     int corrode = pdi_text_get_section(s->ctx, s->text, "corrode", NULL);
@@ -20266,7 +20341,7 @@ static pd_status pdi_scene_read_side(pdi_reader *s, int k, int section, int *inl
     return PD_OK;
 }
 
-/* Read the boundary conditions of all sides. */
+/* Read the boundary conditions of all sides. Checks the names of the sections and that periodic sides come in pairs. */
 static pd_status pdi_scene_read_sides(pdi_reader *s)
 {
     int inlets = 0, outlets = 0;
@@ -20281,7 +20356,8 @@ static pd_status pdi_scene_read_sides(pdi_reader *s)
 
 /* ---- physics ---- */
 
-/* Read the time treatment of the flow, its initial velocity, and the tolerance or equation of state of that scheme. */
+/* Read the time treatment of the flow, its initial or prescribed velocity, and the tolerance (implicit) or equation of
+ * state (explicit) of that scheme. */
 static pd_status pdi_scene_read_flow_time(pdi_reader *s, int section)
 {
     static const char *const motions[] = {"steady", "implicit", "explicit", "prescribed", NULL};
@@ -20292,13 +20368,13 @@ static pd_status pdi_scene_read_flow_time(pdi_reader *s, int section)
     u->flow_time = (pd_flow_time)motion;
     for (int k = 0; k < 2 * PD_DIM; k++)
         if (u->side[k].is_open && u->flow_time != PD_FLOW_PRESCRIBED)
-            return pdi_text_fail_key(s->ctx, s->text, section, "time", "found '%s' beside an open side, expected given",
-                                     motions[motion]);
+            return pdi_text_fail_key(s->ctx, s->text, section, "time",
+                                     "found '%s' beside an open side, expected prescribed", motions[motion]);
     if (u->flow_time == PD_FLOW_STEADY) return PD_OK;
     if (u->has_dissolve && u->flow_time == PD_FLOW_PRESCRIBED)
         return pdi_text_fail_key(s->ctx, s->text, section, "time",
-                                 "found 'given' beside [dissolve], expected steady,"
-                                 " implicit or explicit: a given flow does not enter where metal was");
+                                 "found 'prescribed' beside [dissolve], expected steady, implicit or explicit: a "
+                                 "prescribed flow does not enter where metal was");
     for (int d = 0; d < PD_DIM; d++)
         PD_TRY(pdi_text_get_expr(s->ctx, s->text, section, keys[d], "m/s", pd_setup_get_position_symbols(), PD_DIM,
                                  "0", &u->initial_velocity[d]));
@@ -20325,7 +20401,8 @@ static pd_status pdi_scene_read_ignored_eos(pdi_reader *s, int section)
     return PD_OK;
 }
 
-/* Read the body force per mass: a constant vector, or expressions if one component is not constant. */
+/* Read the body force per mass [m/s2]: a constant vector into setup->force, or, if one component is not constant,
+ * expressions into setup->body_force with has_body_force_expr 1. */
 static pd_status pdi_scene_read_body_force(pdi_reader *s, int section)
 {
     pd_setup *u = s->setup;
@@ -20339,7 +20416,8 @@ static pd_status pdi_scene_read_body_force(pdi_reader *s, int section)
     return pdi_text_get_numbers(s->ctx, s->text, section, "body_force", "m/s2", NULL, PD_DIM, u->force, &count);
 }
 
-/* Read the order of the flow discretisation, auto, 2 or 4; 4 needs m = 1 and planar geometry. */
+/* Read the order of the flow discretisation into setup->flow_order: 0 (auto), 2 or 4. 4 needs m = 1, planar geometry
+ * and a steady or implicit flow. */
 static pd_status pdi_scene_read_flow_order(pdi_reader *s, int section)
 {
     const pd_setup *u = s->setup;
@@ -20358,7 +20436,7 @@ static pd_status pdi_scene_read_flow_order(pdi_reader *s, int section)
     return PD_OK;
 }
 
-/* Read the section [flow]. */
+/* Read the section [flow], if there is one. PD_ERR_ARGUMENT: an inlet without an outlet. */
 static pd_status pdi_scene_read_flow(pdi_reader *s)
 {
     pd_setup *u = s->setup;
@@ -20386,7 +20464,8 @@ static pd_status pdi_scene_read_flow(pdi_reader *s)
     return PD_OK;
 }
 
-/* Read the section [transport]. */
+/* Read the section [transport], if there is one: D, advection scheme, time treatment (that of [chemistry] beside it),
+ * initial concentration. */
 static pd_status pdi_scene_read_transport(pdi_reader *s)
 {
     static const char *const times[] = {"implicit", "steady", NULL};
@@ -20461,7 +20540,8 @@ static pd_status pdi_scene_check_steady_scene(pdi_reader *s)
                                             u->body_force, PD_DIM);
 }
 
-/* Read the section [run]: end time, largest step, tolerances. A steady scene has none. */
+/* Read the section [run]: end time, largest step, tolerances. A scene that is steady has none of them; it is checked
+ * that nothing in it depends on t. */
 static pd_status pdi_scene_read_run(pdi_reader *s)
 {
     pd_setup *u = s->setup;
@@ -20497,7 +20577,7 @@ static pd_status pdi_scene_read_run(pdi_reader *s)
     return pdi_key_value_get_number(s->ctx, s->text, section, "max_dissolved_fraction", &u->max_node_fraction);
 }
 
-/* Read the plane that images of a 3D run show. */
+/* Read the plane that images of a 3D run show: slice_axis and slice_at [m]; by default the middle of the last axis. */
 static pd_status pdi_scene_read_slice(pdi_reader *s, int section)
 {
     pd_setup *u = s->setup;
@@ -20532,7 +20612,8 @@ static pd_status pdi_scene_read_magnification(pdi_reader *s, int section)
     return pdi_key_value_get_number(s->ctx, s->text, section, "deformation_scale", &s->setup->displacement_scale);
 }
 
-/* Read the section [output]: interval, fields, images and their options, folder. */
+/* Read the section [output]: interval (a twentieth of the run by default), fields, images and their options, folder. A
+ * gas without max_step gets a twentieth of the interval. */
 static pd_status pdi_scene_read_output(pdi_reader *s)
 {
     pd_setup *u = s->setup;
@@ -20560,7 +20641,7 @@ static pd_status pdi_scene_read_output(pdi_reader *s)
     return pdi_scene_read_slice(s, section);
 }
 
-/* Line of a section in the file, 0: absent. */
+/* Line of a section in the file, 0: absent. The section counts as looked up. */
 static int pdi_scene_find_section_line(pdi_reader *s, const char *name, const char *label)
 {
     int section = pdi_text_get_section(s->ctx, s->text, name, label);
@@ -20583,7 +20664,7 @@ static void pdi_scene_set_section_lines(pdi_reader *s)
         u->side[k].line = pdi_scene_find_section_line(s, "side", pd_setup_side_name(k));
 }
 
-/* Add a note of the former names that the text has. */
+/* Add a note to the setup for each former name that the text has. */
 static void pdi_scene_add_renamed_notes(const pd_text *text, pd_setup *setup)
 {
     for (int k = 0; k < PD_RENAMED_KEYS; k++) {
@@ -20594,7 +20675,8 @@ static void pdi_scene_add_renamed_notes(const pd_text *text, pd_setup *setup)
     }
 }
 
-/* Read all sections of a scene in the order of their dependencies. */
+/* Read all sections of a scene in the order of their dependencies; path: of the scene. Checks all names of keys first
+ * and, at the end, that every key has an effect. */
 static pd_status pdi_scene_read_sections(pd_ctx *ctx, pd_text *text, const char *path, pd_setup *setup)
 {
     pdi_reader s;
@@ -20771,7 +20853,8 @@ PDI_FN pd_status pdi_checkpoint_store_model(pd_ctx *ctx, pd_model *model, pd_arc
 /* field_view: see field_view.h */
 #include <string.h>
 
-/* Copy a field over the cells of the box into out [components][cells]. */
+/* Copy a field over the cells of the box into out[components][cells], x fastest, without ghosts; a velocity is 0
+ * outside the fluid. */
 static void pdi_field_view_copy_values(const pd_model *m, pd_field field, int64_t cells, double *out)
 {
     const pd_grid *g = &m->grid;
@@ -20846,7 +20929,8 @@ PDI_FN pd_status pdi_surface_view_build(pd_ctx *ctx, const pd_setup *u, pd_rende
                               u->drawing.width ? u->drawing.width : PD_FIELD_PLOT_WIDTH, shade);
 }
 
-/* Fraction [-] of the metal of cell i that is left, for the position of the surface. */
+/* Fraction [-] of the metal of cell i that is left, for the position of the surface: 0 outside the metal, at least 1e-9
+ * in it, 1 where nothing dissolves. */
 static double pdi_surface_view_get_metal_fraction(const void *user, const int *i)
 {
     const pd_model *m = (const pd_model *)user;
@@ -20994,7 +21078,7 @@ static int pdi_pictures_has_bond(const pd_output_pictures *im, int64_t cell, int
 /* Offsets (column, row) of the four neighbours to the right and above. */
 static const int pdi_pictures_neighbour_offset[4][2] = {{1, 0}, {0, 1}, {1, 1}, {-1, 1}};
 
-/* Set the bits of joined [cells]: neighbours that a cell has bonds to, so that cracks open in deformed pictures. */
+/* Set the bits of bonded [cells]: neighbours that a cell has bonds to, so that cracks open in deformed pictures. */
 static void pdi_pictures_mark_bonded_neighbours(pd_output_pictures *im)
 {
     int whole = pd_body_is_intact(&im->model->solid.body);
@@ -21012,7 +21096,8 @@ static void pdi_pictures_mark_bonded_neighbours(pd_output_pictures *im)
     }
 }
 
-/* Fill move [2][cells] [m] with scaled displacements of the metal, NaN elsewhere, and the bonds between cells. */
+/* Fill displacement [2][cells] [m] with the displacements of the metal along right and up times the scale of the setup,
+ * NaN elsewhere, and bonded. */
 static void pdi_pictures_compute_displacements(pd_output_pictures *im)
 {
     const pd_model *m = im->model;
@@ -21040,7 +21125,7 @@ static int pdi_pictures_are_bonded(const void *user, int cell, int other)
     return 0;
 }
 
-/* Fill velocity [2][cells] [m/s] with the components in the drawn plane, NaN outside the fluid. */
+/* Fill velocity [2][cells] [m/s] with the components along right and up in the drawn plane, NaN outside the fluid. */
 static void pdi_pictures_compute_velocities(pd_output_pictures *im)
 {
     const pd_model *m = im->model;
@@ -21075,7 +21160,7 @@ static int pdi_pictures_compare_doubles(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* Value at fractional rank `at` of sorted [count], linear between two: a percentile. */
+/* Value at fractional rank `at`, 0 to count - 1, of sorted[count], linear between two: a percentile. */
 static double pdi_pictures_interpolate_sorted(const double *sorted, int64_t count, double at)
 {
     int64_t below = (int64_t)pd_min(floor(at), (double)count - 1.0), above = below + 1 < count ? below + 1 : below;
@@ -21088,7 +21173,8 @@ static int64_t pdi_pictures_count_values(const pd_output_pictures *im, pd_field 
     return field == PD_PICTURES_SURFACE ? (int64_t)im->surface_view.width * im->surface_view.height : im->cells;
 }
 
-/* Smallest and largest value of this frame, or percentiles, for colours, without masked and (log) non-positive ones. */
+/* Smallest and largest value of this frame, or percentiles, for colours, without masked and (log) non-positive ones.
+ * *lo > *hi: there are none. im->sorted is work. */
 static void pdi_pictures_find_range(pd_output_pictures *im, pd_field field, double *lo, double *hi)
 {
     int64_t count = 0, values = pdi_pictures_count_values(im, field);
@@ -21121,7 +21207,8 @@ static int pdi_pictures_is_range_fixed(const pd_setup *setup, pd_field field)
            field == PD_FIELD_PHASE;
 }
 
-/* Extend the colour range, the extent of deformed metal and the largest speed by this frame. */
+/* Extend im->view of the field by this frame: the colour range unless it is fixed, the extent of deformed metal
+ * (described by warp) and the largest speed. */
 static pd_status pdi_pictures_update_range(pd_ctx *ctx, pd_output_pictures *im, pd_field field,
                                            const pdi_deformed_plot *warp)
 {
@@ -21278,7 +21365,8 @@ static void pdi_pictures_build_deformed(const pd_output_pictures *im, pd_field f
     }
 }
 
-/* 1D: describe the plot of the field over x. x [cells] [um]: output. */
+/* 1D: describe the plot of the field over x. x[cells] [um]: output. Values of cells that the field does not paint
+ * become NaN. */
 static void pdi_pictures_build_plot(pd_output_pictures *im, pd_field field, double time, pdi_pictures_labels *text,
                                     double *x, pd_plot *plot)
 {
@@ -21308,7 +21396,7 @@ static void pdi_pictures_build_plot(pd_output_pictures *im, pd_field field, doub
     plot->series[0].count = im->nx;
 }
 
-/* 3D: draw the rendered metal surface into the image, or, without one, into a file. */
+/* 3D: draw the rendered metal surface into the image, or, where image is NULL, into a file. */
 static pd_status pdi_pictures_draw_surface(pd_ctx *ctx, const pd_output_pictures *im, double time, const char *path,
                                            pd_image *image)
 {
@@ -21339,7 +21427,7 @@ static pd_status pdi_pictures_draw_surface(pd_ctx *ctx, const pd_output_pictures
                           : pdi_surface_plot_write(ctx, path, &relief);
 }
 
-/* Draw the frame in memory: into the image, or, where there is none, into a file. */
+/* Draw the frame in memory into the image, or, where image is NULL, into a file. */
 static pd_status pdi_pictures_draw_frame(pd_ctx *ctx, pd_output_pictures *im, pd_field field, double time,
                                          const char *path, pd_image *image)
 {
@@ -21363,7 +21451,7 @@ static pd_status pdi_pictures_draw_frame(pd_ctx *ctx, pd_output_pictures *im, pd
     return status;
 }
 
-/* latest_C.png is a copy of the picture. */
+/* Copy the file `picture` to latest_C.png, end: "png" or "svg"; it joins the list of the folder at the first time. */
 static pd_status pdi_pictures_copy_latest(pd_ctx *ctx, pd_output_pictures *im, pd_field field, const char *end,
                                           const char *picture)
 {
@@ -21384,7 +21472,8 @@ static pd_status pdi_pictures_copy_latest(pd_ctx *ctx, pd_output_pictures *im, p
     return status;
 }
 
-/* Write the picture files of a frame. fresh: 1: add them to the list of the folder. image: the drawn frame, or NULL. */
+/* Write the picture files of a frame, and copies as the latest ones if it is the last. fresh: 1: add them to the list
+ * of the folder. image: the drawn frame for the PNG, or NULL: it is drawn. */
 static pd_status pdi_pictures_write_files(pd_ctx *ctx, pd_output_pictures *im, pd_field field, int frame, double time,
                                           int fresh, const pd_image *image)
 {
@@ -21520,7 +21609,8 @@ static int pdi_pictures_is_same_view(const pd_picture_range *a, const pd_picture
     return memcmp(a, b, sizeof *a) == 0;
 }
 
-/* Read the frames of a field from the file and draw those anew whose range has grown since, or, for a film, all. */
+/* Read the frames of a field from the file into memory and draw those anew whose range has grown since, or, for a film
+ * (else NULL), all; file names stay. */
 static pd_status pdi_pictures_redraw_frames(pd_ctx *ctx, pd_output_pictures *im, pd_file *file, pd_field field,
                                             pdi_apng *film)
 {
@@ -21547,7 +21637,7 @@ static pd_status pdi_pictures_redraw_frames(pd_ctx *ctx, pd_output_pictures *im,
     }
 }
 
-/* Begin the animated picture C_film.png. */
+/* Begin the animated picture C_film.png with im->frames frames; it joins the list of the folder. */
 static pd_status pdi_pictures_begin_film(pd_ctx *ctx, pd_output_pictures *im, pd_field field, pdi_apng *film)
 {
     char name[PD_PATH_SIZE], path[PD_PATH_SIZE];
@@ -21593,7 +21683,8 @@ PDI_FN pd_status pdi_pictures_remove_frame_file(pd_ctx *ctx, pd_output_pictures 
     return PD_OK;
 }
 
-/* 1: frames have to be stored, as a colour range or extent may still grow. */
+/* 1: frames have to be stored, as the colour range, the extent or the largest speed of vectors of a drawn field may
+ * still grow. */
 static int pdi_pictures_has_growing_range(const pd_output_pictures *im)
 {
     for (int k = 0; k < PD_PICTURES_COUNT; k++) {
@@ -21762,7 +21853,8 @@ static void pdi_output_compute_fields(pd_ctx *ctx, pd_output *out)
     for (int32_t i = 0; i < m->grid.total && out->phase; i++) out->phase[i] = m->grid.kind[i] == PD_SOLID;
 }
 
-/* List the requested fields for a VTI file, with names, units and arrays; returns their number. */
+/* List the requested fields for a VTI file in fields[PD_FIELD_COUNT], with names, units (kept in unit) and arrays,
+ * which are borrowed; returns their number. */
 static int pdi_output_list_fields(const pd_output *out, char (*unit)[PD_UNITS_TEXT], pd_vti_field *fields)
 {
     const pd_model *m = out->model;
@@ -21796,7 +21888,8 @@ static int pdi_output_list_fields(const pd_output *out, char (*unit)[PD_UNITS_TE
     return count;
 }
 
-/* Path of an output file at this time, such as "FOLDER/corr_000012_t6.1s.vti", added to the list of the folder. */
+/* Path of an output file at this time, such as "FOLDER/corr_000012_t6.1s.vti", into path[PD_PATH_SIZE]; it is added to
+ * the list of the folder. */
 static pd_status pdi_output_format_path(pd_ctx *ctx, const pd_output *out, const char *prefix, const char *extension,
                                         char *path)
 {
@@ -21805,7 +21898,7 @@ static pd_status pdi_output_format_path(pd_ctx *ctx, const pd_output *out, const
     return pdi_output_folder_add_file(ctx, out->folder, name, path);
 }
 
-/* Write the fields as a VTI file and add it to the PVD collection. */
+/* Write the fields as a VTI file and add it to the PVD collection; nothing where no field is requested. */
 static pd_status pdi_output_write_vti(pd_ctx *ctx, pd_output *out)
 {
     char path[PD_PATH_SIZE], unit[PD_FIELD_COUNT][PD_UNITS_TEXT];
@@ -21820,8 +21913,8 @@ static pd_status pdi_output_write_vti(pd_ctx *ctx, pd_output *out)
 
 /* ---- tables ---- */
 
-/* Names or values of the columns of the probe table (v by components), as many as fit into room; returns their number.
- * Either may be NULL. */
+/* Names or values of the columns of the probe table (time [s], then fields, v by components), as many as fit into room;
+ * returns their number. Either may be NULL. */
 static int pdi_output_compute_probe_row(const pd_output *out, char names[][PDI_OUTPUT_COLUMN_NAME], double *values,
                                         int room)
 {
@@ -21848,7 +21941,7 @@ static int pdi_output_compute_probe_row(const pd_output *out, char names[][PDI_O
     return count;
 }
 
-/* Create the probe table. */
+/* Create the probe table, if there are probes. */
 static pd_status pdi_output_begin_probe_table(pd_ctx *ctx, pd_output *out)
 {
     char names[PD_CSV_MAX_COLUMNS][PDI_OUTPUT_COLUMN_NAME], path[PD_PATH_SIZE];
@@ -21869,7 +21962,7 @@ static pd_status pdi_output_begin_tables(pd_ctx *ctx, pd_output *out)
     return pdi_output_begin_probe_table(ctx, out);
 }
 
-/* Append time [s] and volume loss [-] to the loss curve. */
+/* Append time [s], kept in hours, and volume loss [-] to the loss curve. */
 static pd_status pdi_output_append_loss(pd_ctx *ctx, pd_output *out, double time, double loss)
 {
     int64_t fresh = 2 * out->rows + 256;
@@ -22009,8 +22102,8 @@ PDI_FN pd_status pdi_output_resume(pd_ctx *ctx, pd_model *model, pd_output_folde
                          &out->probes);
 }
 
-/* Add measured losses to the plot of the curve, as many series as fit. unit [s]: of the time axis; last [s]; work [3
- * points of all records]. */
+/* Add measured losses to the plot of the curve, in %, as many series as fit. unit [s]: of the time axis; last [s]: end
+ * of the curve; work[3 points of all records]: memory of the series. */
 static void pdi_output_add_measured_series(const pd_output *out, double unit, double last, double *work, pd_plot *plot)
 {
     const pd_setup *u = out->model->setup;
@@ -22022,7 +22115,8 @@ static void pdi_output_add_measured_series(const pd_output *out, double unit, do
     if (plot->count > 1) plot->series[0].name = "computed";
 }
 
-/* Draw the volume loss over time so far. */
+/* Draw the volume loss over time so far into volume_loss.png and .svg, as requested; nothing without dissolution or
+ * with fewer than two rows. */
 static pd_status pdi_output_draw_loss_curve(pd_ctx *ctx, pd_output *out)
 {
     const pd_setup *u = out->model->setup;
@@ -22163,7 +22257,7 @@ static int pdi_monitor_get_unit_index(const pd_setup *setup) { return setup->axi
 
 /* ---- figures ---- */
 
-/* Append an output. */
+/* Append an output to m->output, which has room for it. */
 static void pdi_monitor_add_output(pd_monitor *m, const char *key, const char *unit, double value)
 {
     pd_monitor_output *f = &m->output[m->count++];
@@ -22217,8 +22311,8 @@ static pd_status pdi_monitor_compute_control_volume_force(pd_ctx *ctx, pd_model 
     return pd_fail(ctx, status, "force", "%.500s; balance = no leaves it out", what ? what + 1 : message);
 }
 
-/* Outputs of a force: on the surface, by friction and pressure, by momentum balance, and drag coefficients. Only
- * updated after a new flow solve. */
+/* Outputs of a force: on the surface, by friction and pressure, by momentum balance, and coefficients 2 F/(rho U^2 A).
+ * Without a new flow solve since the last call they stay as they are. */
 static pd_status pdi_monitor_compute_force(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_setup_monitor *d = m->desc;
@@ -22242,8 +22336,8 @@ static pd_status pdi_monitor_compute_force(pd_ctx *ctx, pd_model *model, pd_moni
     return PD_OK;
 }
 
-/* Reference concentration of the fluid in each layer of a mass transfer: given, or the mixing-cup mean sum u c / sum u.
- */
+/* Reference concentration [mol/m3] of the fluid in each layer of a mass transfer into m->fluid[rows]: given, or the
+ * mixing-cup mean sum u c / sum u. The profile is work for the latter. */
 static void pdi_monitor_compute_layer_concentration(const pd_model *model, pd_monitor *m)
 {
     const pd_grid *grid = &model->grid;
@@ -22264,8 +22358,8 @@ static void pdi_monitor_compute_layer_concentration(const pd_model *model, pd_mo
     for (int k = 0; k < m->rows; k++) m->fluid[k] /= stream[k];
 }
 
-/* Outputs of a mass transfer: species flux [mol/s], area, flux density, Sherwood number and diffusion layer thickness.
- */
+/* Outputs of a mass transfer: species flux from solids into the fluid [mol/s], per m in planar 2D and per m2 in 1D,
+ * area, flux density, Sherwood number and diffusion layer thickness. Fills m->flux, m->area and m->fluid by layers. */
 static void pdi_monitor_compute_mass_transfer(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_setup_monitor *d = m->desc;
@@ -22291,7 +22385,8 @@ static void pdi_monitor_compute_mass_transfer(pd_ctx *ctx, pd_model *model, pd_m
     pdi_monitor_add_output(m, "layer", "m", excess * d->diffusivity / flux);
 }
 
-/* [mol] Integral of a concentration field over the box of the monitor. */
+/* [mol] Integral of a concentration field [mol/m3] over the fluid in the box of the monitor; per m in planar 2D, per m2
+ * in 1D. */
 static double pdi_monitor_integrate_concentration(pd_ctx *ctx, pd_model *model, const pd_monitor *m,
                                                   const double *field)
 {
@@ -22339,7 +22434,8 @@ static void pdi_monitor_compute_species(pd_ctx *ctx, pd_model *model, pd_monitor
     }
 }
 
-/* Extremes of the concentration in the box, without nodes just converted to fluid. */
+/* Replace the extremes of the concentration in r by those without nodes just converted to fluid; NaN: there are no
+ * others. */
 static void pdi_monitor_compute_extremes(const pd_model *model, const pd_setup_monitor *desc,
                                          pd_diagnostics_box_result *r)
 {
@@ -22379,7 +22475,8 @@ static void pdi_monitor_compute_total(pd_ctx *ctx, pd_model *model, pd_monitor *
     if (u->has_chemistry) pdi_monitor_compute_species(ctx, model, m);
 }
 
-/* Largest displacement, overlap, von Mises and hydrostatic stress, and plastic strain of the metal. */
+/* Outputs of the metal that bears load: largest displacement, overlap of faces, von Mises and hydrostatic stress
+ * (tension positive), plastic strain. */
 static void pdi_monitor_compute_solid_extremes(const pd_solid_coupling *s, pd_monitor *m)
 {
     const double *at = pd_solid_coupling_displacements(s);
@@ -22553,7 +22650,8 @@ static void pdi_monitor_compute_surface_state(const pd_model *model, pd_monitor 
     pdi_monitor_add_output(m, "area", pdi_monitor_unit_area[pdi_monitor_get_unit_index(model->setup)], f.area);
 }
 
-/* Compute the outputs of a monitor, by its kind. */
+/* Compute the outputs of a monitor, by its kind, in place of those before; that of a mechanical boundary condition is
+ * its reaction force. */
 static pd_status pdi_monitor_compute_outputs(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     if (m->desc->kind == PD_MONITOR_FORCE) return pdi_monitor_compute_force(ctx, model, m);
@@ -22575,7 +22673,7 @@ static pd_status pdi_monitor_compute_outputs(pd_ctx *ctx, pd_model *model, pd_mo
 
 /* ---- profiles ---- */
 
-/* Set the name of a column; returns the next column. */
+/* Copy the name of a column into names[column]; returns the next column. */
 static int pdi_monitor_set_column_name(char names[][PD_SETUP_NAME], int column, const char *name)
 {
     snprintf(names[column], PD_SETUP_NAME, "%s", name);
@@ -22640,7 +22738,8 @@ static void pdi_monitor_compute_line(const pd_model *model, pd_monitor *m)
     }
 }
 
-/* Profile of a mass transfer along its axis: area, flux density, concentration, local Sherwood number. */
+/* Fill the profile [rows][columns] of a mass transfer along its axis: place, area, flux density (NaN without area),
+ * concentration, local Sherwood number; m->flux, m->area and m->fluid hold the layers. */
 static void pdi_monitor_compute_transfer_profile(const pd_model *model, pd_monitor *m)
 {
     const pd_setup_monitor *d = m->desc;
@@ -22655,8 +22754,8 @@ static void pdi_monitor_compute_transfer_profile(const pd_model *model, pd_monit
     }
 }
 
-/* Plot `count` columns from `first` on over column 0, lengths in m, mm or um. Nothing is drawn where no value is
- * finite. */
+/* Plot `count` columns of the profile from `first` on over column 0 [m], drawn in m, mm or um. axis: name of column 0;
+ * label: of the values. No file where no value is finite. */
 static pd_status pdi_monitor_draw_profile(pd_ctx *ctx, const pd_monitors *all, const pd_monitor *m, int first,
                                           int count, const char *axis, const char *label, const char *path)
 {
@@ -22696,7 +22795,8 @@ static pd_status pdi_monitor_draw_profile(pd_ctx *ctx, const pd_monitors *all, c
 
 /* ---- files ---- */
 
-/* "FOLDER/line_NAME_C_000012_t6.1s.png" */
+/* Path "FOLDER/line_NAME_C_000012_t6.1s.png" into path[PD_PATH_SIZE], added to the list of the folder; field "":
+ * without it. */
 static pd_status pdi_monitor_format_path(pd_ctx *ctx, const pd_monitors *all, const pd_monitor *m, const char *field,
                                          int frame, const char *extension, char *path)
 {
@@ -22722,7 +22822,8 @@ static pd_status pdi_monitor_draw_line(pd_ctx *ctx, const pd_monitors *all, cons
     return PD_OK;
 }
 
-/* Write the profile of a line or mass transfer as a table and as plots. */
+/* Fill the profile of a line or mass transfer and write it as a table and as plots: of each requested field, or of Sh,
+ * else the flux density. */
 static pd_status pdi_monitor_write_profile(pd_ctx *ctx, const pd_monitors *all, pd_monitor *m, int frame)
 {
     char names[1 + PD_DIM + PD_FIELD_COUNT + PD_DIM][PD_SETUP_NAME], path[PD_PATH_SIZE];
@@ -22770,7 +22871,7 @@ static pd_status pdi_monitor_begin_table(pd_ctx *ctx, const pd_monitors *all, pd
 
 /* ---- life ---- */
 
-/* Allocate outputs and profile of a monitor. */
+/* Allocate outputs and profile of a monitor, and for a transfer its layers: the cells along its axis, or one. */
 static pd_status pdi_monitor_allocate(pd_ctx *ctx, const pd_model *model, pd_monitor *m)
 {
     const pd_setup_monitor *d = m->desc;
@@ -22805,7 +22906,8 @@ static pd_status pdi_monitor_reject_probe(pd_ctx *ctx, const pd_model *model, co
                    "surface: move it by that much", probe->name, deep);
 }
 
-/* Inner part of the build: checks probes and computes all outputs once. */
+/* Check that probes stand outside of walls, then allocate each monitor and compute its outputs once. all->error_line is
+ * the line of the section in work; the caller frees on failure. */
 static pd_status pdi_monitor_build_inner(pd_ctx *ctx, pd_model *model, pd_monitors *all)
 {
     const pd_setup *u = model->setup;
@@ -22940,7 +23042,7 @@ PDI_FN void pdi_monitors_free(pd_ctx *ctx, pd_monitors *all)
 /* Errors of a charge below this fraction of the charge passed both ways are rounding. */
 #define PDI_MONITOR_REPORT_CHARGE_ROUNDING 1e-9
 
-/* Note: lost metal and anodic charge of an electrode do not agree by Faraday's law. */
+/* Print a note where lost metal and anodic charge of an electrode differ by more than 1 % from Faraday's law. */
 static void pdi_monitor_report_print_faraday_mismatch(const pd_monitor *m, pd_print_fn print, void *user)
 {
     char text[256];
@@ -22956,7 +23058,7 @@ static void pdi_monitor_report_print_faraday_mismatch(const pd_monitor *m, pd_pr
     }
 }
 
-/* Note: the charge of an electrode is inaccurate as its current changed within steps. */
+/* Print a note where the charge of an electrode may be off by more than 5 %, as its current changed within steps. */
 static void pdi_monitor_report_print_charge_error(const pd_monitor *m, const pd_cell_electrode *e, pd_print_fn print,
                                                   void *user)
 {
@@ -22970,7 +23072,8 @@ static void pdi_monitor_report_print_charge_error(const pd_monitor *m, const pd_
     print(user, PD_PRINT_NOTE, text);
 }
 
-/* Note: a polarisation curve was evaluated outside of a table in it, where its end values hold. */
+/* Print a note where a polarisation curve was evaluated outside of a measured table in it, where its end values hold.
+ */
 static void pdi_monitor_report_print_table_range(const pd_model *model, const pd_monitor *m, const pd_cell_electrode *e,
                                                  pd_print_fn print, void *user)
 {
@@ -22984,7 +23087,7 @@ static void pdi_monitor_report_print_table_range(const pd_model *model, const pd
     print(user, PD_PRINT_NOTE, text);
 }
 
-/* Note: a polarisation curve was evaluated outside of its range, where it is extrapolated linearly. */
+/* Print a note where a polarisation curve was evaluated outside of its range, where it is extrapolated linearly. */
 static void pdi_monitor_report_print_curve_range(const pd_model *model, const pd_monitor *m, const pd_cell_electrode *e,
                                                  pd_print_fn print, void *user)
 {
@@ -22998,7 +23101,7 @@ static void pdi_monitor_report_print_curve_range(const pd_model *model, const pd
     print(user, PD_PRINT_NOTE, text);
 }
 
-/* Print the notes of one monitor. */
+/* Print the notes of one monitor: those of an electrode, and of a diffusion layer thinner than two cells. */
 static void pdi_monitor_report_print_warnings(const pd_model *model, const pd_monitor *m, pd_print_fn print, void *user)
 {
     char text[256];
@@ -23023,7 +23126,8 @@ static void pdi_monitor_report_print_warnings(const pd_model *model, const pd_mo
     print(user, PD_PRINT_NOTE, text);
 }
 
-/* Note: numerical diffusion of species by upwinding, at large cell Peclet numbers. */
+/* Print a note where the largest cell Peclet number v h/D of a species is above 2: upwinding then spreads it more than
+ * D. */
 static void pdi_monitor_report_print_numerical_diffusion(const pd_model *model, pd_print_fn print, void *user)
 {
     const char *slowest;
@@ -23038,7 +23142,7 @@ static void pdi_monitor_report_print_numerical_diffusion(const pd_model *model, 
     print(user, PD_PRINT_NOTE, text);
 }
 
-/* Note: the ionic strength exceeds the validity of Davies' equation. */
+/* Print a note where the largest ionic strength in the fluid exceeds the validity of Davies' equation, 0.5 mol/L. */
 static void pdi_monitor_report_print_ionic_strength(const pd_model *model, pd_print_fn print, void *user)
 {
     const pd_reactive *r = &model->reactive;
@@ -23095,7 +23199,7 @@ PDI_FN void pdi_monitor_report_print(const pd_monitors *all, pd_print_fn print, 
 #include <stdio.h>
 #include <string.h>
 
-/* Append an output, growing the list. */
+/* Append an output, growing the list. monitor: its index in the setup, -1: none. Strings are copied and cut to fit. */
 static pd_status pdi_scalar_outputs_add(pd_ctx *ctx, pd_scalar_outputs *f, const char *section, const char *name,
                                         int monitor, const char *key, const char *unit, double value)
 {
@@ -23114,7 +23218,8 @@ static pd_status pdi_scalar_outputs_add(pd_ctx *ctx, pd_scalar_outputs *f, const
     return PD_OK;
 }
 
-/* Append the values of one field at a probe, by components. */
+/* Append the values of one field at a probe, by components, if the probe records the field. all: as of
+ * pdi_scalar_outputs_collect. */
 static pd_status pdi_scalar_outputs_add_probe_field(pd_ctx *ctx, const pd_model *model, const pd_setup_probe *p,
                                                     pd_field field, int all, pd_scalar_outputs *f)
 {
@@ -23200,15 +23305,15 @@ pd_status pd_snapshot_get_outputs(pd_ctx *ctx, const pd_snapshot *at, pd_scalar_
 
 #define PDI_COMPARE_MEASURED_TIME_TOLERANCE 1e-9 /* [-] relative tolerance by which two times are the same */
 
-/* Name of an output, as "volume_loss" or "plane.up.flow". */
+/* Name of an output, as "volume_loss" or "plane.up.flow", into text[size]. */
 static void pdi_compare_measured_format_output_name(const pd_scalar_output *f, char *text, size_t size)
 {
     if (strcmp(f->section, "scene") == 0) snprintf(text, size, "%s", f->key);
     else snprintf(text, size, "%s.%s.%s", f->section, f->name, f->key);
 }
 
-/* Value of the output with that name, summed with weights over planes of a coarser lattice, and its unit [16] (or
- * NULL). Returns 1; 0: there is no such output. */
+/* Value of the output with that name, summed with weights over planes of a coarser lattice, and its unit[16] (or NULL).
+ * Returns 1; 0: there is no such output, and *value is 0. */
 static int pdi_compare_measured_get_output(const pd_measured_comparison *c, const char *figure, double *value,
                                            char *unit)
 {
@@ -23261,7 +23366,7 @@ static pd_status pdi_compare_measured_check_figure(pd_ctx *ctx, const pd_measure
                    r->name, found, wanted, r->output_name);
 }
 
-/* Inner part of the build. */
+/* Fill the comparison, which the caller frees on failure; c->error_line is the line of the set in work. */
 static pd_status pdi_compare_measured_build_inner(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors,
                                                   const double *share, int curves, pd_measured_comparison *c)
 {
@@ -23318,7 +23423,7 @@ PDI_FN double pdi_compare_measured_find_next_time(const pd_measured_comparison *
     return next;
 }
 
-/* 1: `time` [s] is that of a measured point. */
+/* 1: `time` [s] is that of a measured point, within rounding, and behind the start. */
 static int pdi_compare_measured_is_at_point(const pd_setup_measured *r, int point, double time)
 {
     return time > 0.0 && fabs(r->time[point] - time) <= PDI_COMPARE_MEASURED_TIME_TOLERANCE * time;
@@ -23333,7 +23438,7 @@ PDI_FN int pdi_compare_measured_needs_output(const pd_measured_comparison *c, do
     return 0;
 }
 
-/* Make room for `rows` values of a curve. */
+/* Make room for `rows` values of time and output in a curve; capacities grow to about twice that. */
 static pd_status pdi_compare_measured_grow_series(pd_ctx *ctx, pd_measured_set *d, int64_t rows)
 {
     if (rows > d->time_capacity) {
@@ -23579,7 +23684,7 @@ static void pdi_run_print_progress(pdi_run *r)
         pdi_run_print_progress_line(r, NULL, 0);
 }
 
-/* Print a note on a run without a step for `waited` seconds of wall time. */
+/* Print a note on a run without a step for `waited` [s] of wall time; the next one follows after twice that. */
 static void pdi_run_print_stall(pdi_run *r, const char *doing, int64_t count, double waited)
 {
     char line[480];
@@ -23615,7 +23720,7 @@ static int pdi_run_is_frame_due(const pdi_run *r)
     return time >= next && fabs(time - multiple) <= 1e-9 * every;
 }
 
-/* Write fields, pictures and profiles of this time. */
+/* Write fields, pictures and profiles of this time, unless they are there already. */
 static pd_status pdi_run_write_frame(pdi_run *r)
 {
     int frame = r->output.frame;
@@ -23635,7 +23740,7 @@ static pd_status pdi_run_write_rows(pdi_run *r)
                : PD_OK;
 }
 
-/* Call the caller's observer, which may stop the run. */
+/* Call the caller's observer, if there is one; it may set r->stopped, but not at the end of the run. */
 static void pdi_run_call_observer(pdi_run *r, pd_snapshot_stage when)
 {
     pd_snapshot at;
@@ -23659,7 +23764,8 @@ static void pdi_run_call_observer(pdi_run *r, pd_snapshot_stage when)
 
 /* ---- checkpoints ---- */
 
-/* Store or load solver state, diagnostics, computed points and wall time in a checkpoint. */
+/* Store or load solver state, diagnostics, computed points and wall time in a checkpoint; the clock of the start moves
+ * so that wall time goes on. */
 static pd_status pdi_run_store_state(pdi_run *r, pd_archive *archive)
 {
     double now = pd_par_clock(), spent = now - r->start_clock;
@@ -23747,7 +23853,7 @@ static pd_status pdi_run_read_checkpoint(pdi_run *r)
     return status;
 }
 
-/* Continue the run of a folder from its checkpoint. */
+/* Lock the folder and continue its run from the checkpoint. result->bad_input: 1: folder or checkpoint do not fit. */
 static pd_status pdi_run_resume(pdi_run *r, pd_run_result *result)
 {
     char line[80];
@@ -23761,7 +23867,8 @@ static pd_status pdi_run_resume(pdi_run *r, pd_run_result *result)
     return PD_OK;
 }
 
-/* Open the output folder and remove the files of former runs. */
+/* Open the output folder and remove the files of former runs, the checkpoint included, with a note. result->bad_input:
+ * 1: the folder is in use or of another run. */
 static pd_status pdi_run_clear_folder(pdi_run *r, pd_run_result *result)
 {
     char line[PD_PATH_SIZE + 80];
@@ -23812,7 +23919,7 @@ static int pdi_run_observe_step(void *user, const pd_time_loop *couple)
     return r->stopped || r->status < 0;
 }
 
-/* Step to the end; steps also end on the times of measured points. */
+/* Step to the end, or until r->stopped; steps also end on the times of measured points. */
 static pd_status pdi_run_step_to_end(pdi_run *r)
 {
     double until = r->setup->end_time, reached;
@@ -23849,7 +23956,7 @@ static void pdi_run_print_overlap(const pdi_run *r)
     r->desc->print(r->desc->print_user, PD_PRINT_NOTE, line);
 }
 
-/* Copy the values computed at measured points for the caller. */
+/* Copy the values computed at measured points [SI], set behind set, to the array of the caller, if there is one. */
 static void pdi_run_copy_measured(const pdi_run *r)
 {
     double *to = r->desc->computed_at_points;
@@ -23860,14 +23967,16 @@ static void pdi_run_copy_measured(const pdi_run *r)
     }
 }
 
-/* A run stopped within a step: write the checkpoint of the step before. */
+/* Write the checkpoint of the last complete step, kept in memory, to its file, for a run stopped within a step; nothing
+ * where none is kept. */
 static pd_status pdi_run_write_kept_checkpoint(pdi_run *r)
 {
     if (r->desc->no_files || !r->desc->checkpoints || !r->kept_is_complete) return PD_OK;
     return pdi_archive_file_write_memory(r->ctx, &r->kept_checkpoint, r->checkpoint_path);
 }
 
-/* Make all steps and write the final files and results. */
+/* Make all steps and write the final files and result lines. A cancelled run ends with PD_OK. A complete one removes
+ * its checkpoint and its file of frames. */
 static pd_status pdi_run_run_steps(pdi_run *r)
 {
     pdi_run_keep_checkpoint(r);
@@ -23915,7 +24024,7 @@ static double pdi_run_compute_evolved_gas(const pdi_run *r)
     return gas;
 }
 
-/* Fill in the result from model and diagnostics. */
+/* Fill in the result from model and diagnostics; result->unknowns is added to and must be 0 before. */
 static void pdi_run_set_result(const pdi_run *r, pd_run_result *result)
 {
     const pd_model *m = &r->model;
@@ -23969,7 +24078,7 @@ PDI_FN void pdi_run_prefix_message(pd_ctx *ctx, const pd_setup *setup, int line)
 }
 
 /* Build everything that can refuse the setup: memory estimate, model, monitors, measured points. Nothing is written
- * before. */
+ * before. result->bad_input: 1: the setup is refused, and the message begins with its line. */
 static pd_status pdi_run_build(pdi_run *r, pd_run_result *result)
 {
     pd_status status = pd_memory_estimate_check_limit(r->ctx, r->setup, r->desc->no_files);
@@ -23992,7 +24101,8 @@ static pd_status pdi_run_build(pdi_run *r, pd_run_result *result)
     return status;
 }
 
-/* Dry check: output folder, and checkpoint with `resume`; nothing is written. */
+/* Dry check: output folder, and checkpoint with `resume`, which is loaded; nothing is written. Collects the figures for
+ * the caller. result->bad_input: 1: one of them is refused. */
 static pd_status pdi_run_check_resume(pdi_run *r, pd_run_result *result)
 {
     pd_archive_file store;
@@ -24185,7 +24295,8 @@ typedef struct pdi_coarsen_setup_node_block {
     int low[PD_DIM], high[PD_DIM];
 } pdi_coarsen_setup_node_block;
 
-/* Advance index i[] within the block; 0 at its end. */
+/* Advance index i[PD_DIM] within the block, x fastest. 1: there is a next node; 0: at the end, and i is the first one
+ * again. */
 static int pdi_coarsen_setup_next_node(const pdi_coarsen_setup_node_block *b, int *i)
 {
     for (int d = 0; d < PD_DIM; d++) {
@@ -24207,7 +24318,7 @@ static pdi_coarsen_setup_node_block pdi_coarsen_setup_neighbourhood(const pd_gri
     return b;
 }
 
-/* Kind of a node; nodes outside of all families of the fluid count as wall. */
+/* Kind of a node (pd_kind); inactive ones, outside of all families of the fluid, count as wall. */
 static uint8_t pdi_coarsen_setup_kind(const pd_grid *grid, int32_t node)
 {
     return grid->kind[node] == PD_INACTIVE ? (uint8_t)PD_WALL : grid->kind[node];
@@ -24235,8 +24346,8 @@ static int pdi_coarsen_setup_is_uniform(const pd_grid *grid, const int *i, int f
     return 1;
 }
 
-/* Set wide [total] to 1 for nodes within a block of `factor` nodes an axis of their own kind: features that a coarse
- * cell resolves. */
+/* Set wide[total], 0 before, to 1 for nodes within a block of `factor` nodes an axis of their own kind: features that a
+ * coarse cell resolves. PD_CANCELLED. */
 static pd_status pdi_coarsen_setup_mark_resolved(pd_ctx *ctx, const pd_grid *grid, int factor, uint8_t *wide)
 {
     int i[PD_DIM], at[PD_DIM];
@@ -24291,7 +24402,8 @@ static pd_status pdi_coarsen_setup_reject_feature(pd_ctx *ctx, const pdi_coarsen
                    names[pdi_coarsen_setup_kind(&fine->grid, node)], place, what);
 }
 
-/* Check that every feature is at least one coarse cell wide, corners aside, and has nodes on the coarse lattice. */
+/* Check that every feature is at least one coarse cell wide, corners aside, and has nodes on the coarse lattice.
+ * wide[total of the fine grid]: work, zeroed. PD_ERR_GEOMETRY. */
 static pd_status pdi_coarsen_setup_check_features(pd_ctx *ctx, const pdi_coarsen_setup_grid *fine,
                                                   const pdi_coarsen_setup_grid *coarse, int factor, uint8_t *wide)
 {
@@ -24318,7 +24430,8 @@ static pd_status pdi_coarsen_setup_check_features(pd_ctx *ctx, const pdi_coarsen
     return PD_OK;
 }
 
-/* Build both grids and compare them. */
+/* Build both grids, which the caller frees also on failure, and check that the coarse one resolves the features of the
+ * fine one. */
 static pd_status pdi_coarsen_setup_build_grids(pd_ctx *ctx, const pd_setup *setup, const pd_setup *coarser, int factor,
                                                pdi_coarsen_setup_grid *fine, pdi_coarsen_setup_grid *coarse)
 {
@@ -24347,7 +24460,7 @@ static pd_status pdi_coarsen_setup_check_geometry(pd_ctx *ctx, const pd_setup *s
     return status;
 }
 
-/* Check that the cells of the box are a multiple of the factor. */
+/* Check that the number of cells of the box along each axis is a multiple of the factor. PD_ERR_GEOMETRY. */
 static pd_status pdi_coarsen_setup_check_box(pd_ctx *ctx, const pd_setup *setup, int factor)
 {
     for (int d = 0; d < PD_DIM; d++) {
@@ -24361,7 +24474,7 @@ static pd_status pdi_coarsen_setup_check_box(pd_ctx *ctx, const pd_setup *setup,
 }
 
 /* Check a face of a shape at coordinate `place` [m]: if it lies on cell faces of the lattice, it has to on the coarser
- * one, too. Else the body size jumps, which would hide the order of convergence. */
+ * one, too. Else the body size jumps, which would hide the order of convergence. PD_ERR_GEOMETRY. */
 static pd_status pdi_coarsen_setup_check_face(pd_ctx *ctx, const pd_setup *setup, int factor, int axis, double place)
 {
     char text[PD_UNITS_TEXT];
@@ -24391,7 +24504,8 @@ static pd_status pdi_coarsen_setup_check_faces(pd_ctx *ctx, const pd_setup *setu
     return PD_OK;
 }
 
-/* Add the monitor of a plane on the coarser lattice, or two with linear interpolation weights. */
+/* Add the monitor of a plane on the coarser lattice, or two with linear interpolation weights, to coarser->setup.
+ * cells: of the finer lattice along the axis of the plane. */
 static pd_status pdi_coarsen_setup_add_plane(pd_ctx *ctx, const pd_setup_monitor *m, int cells, int factor,
                                              pd_coarsened_setup *coarser)
 {
@@ -24414,7 +24528,8 @@ static pd_status pdi_coarsen_setup_add_plane(pd_ctx *ctx, const pd_setup_monitor
     return PD_OK;
 }
 
-/* Inner part of the build. */
+/* Copy the setup with `factor` times the spacing, check that its lattice holds the scene, and rebuild its monitors with
+ * weights; lines are left out, since they write only files. */
 static pd_status pdi_coarsen_setup_build_inner(pd_ctx *ctx, const pd_setup *setup, int factor,
                                                pd_coarsened_setup *coarser)
 {
@@ -24480,7 +24595,7 @@ static double pdi_richardson_find_coarser_value(const pd_coarsened_setup *coarse
     return found ? sum : (double)NAN;
 }
 
-/* Put the lattice spacing before the message of a failed run. */
+/* Put the spacing of the lattice, 2 h (level 0) or 4 h, before the message of a failed run. */
 static void pdi_richardson_prefix_message(pd_ctx *ctx, int level)
 {
     char message[PD_MESSAGE_SIZE];
@@ -24488,7 +24603,7 @@ static void pdi_richardson_prefix_message(pd_ctx *ctx, int level)
     pd_fail(ctx, ctx->status, "coarser", "the run at %d h failed: %.560s", level ? 4 : 2, message);
 }
 
-/* Run the coarsened setup without files and record its outputs as e->list[].coarser[level]. */
+/* Run the coarsened setup without files and record its outputs as e->list[].coarser[level]. PD_ERR_STATE: stopped. */
 static pd_status pdi_richardson_run_setup(pd_ctx *ctx, const pd_run_desc *desc, pd_coarsened_setup *coarser,
                                           pd_richardson *e, int level)
 {
@@ -24532,7 +24647,8 @@ static double pdi_richardson_get_formal_order(const pd_setup *setup, const pd_sc
     return carried && (setup->has_dissolve || (setup->has_flow && setup->advection == PD_ADVECTION_UPWIND)) ? 1.0 : 2.0;
 }
 
-/* Observed order and Richardson error of one output, or those by the formal order. */
+/* Set order, is_formal_order and relative error [-] of one output from its three values: the observed order, or, where
+ * that is not usable, the formal one with the larger of both differences. */
 static void pdi_richardson_compute_error(const pd_setup *setup, pd_richardson_output *e)
 {
     double value = e->figure.value, near_step = e->coarser[0] - value, far_step = e->coarser[1] - e->coarser[0];
@@ -24552,7 +24668,7 @@ static int pdi_richardson_is_same_kind(const pd_scalar_output *a, const pd_scala
     return a->key[0] == b->key[0] && strcmp(a->unit, b->unit) == 0;
 }
 
-/* Mark minor outputs and find the largest relative error of the others. */
+/* Mark minor outputs, and set e->worst_output to the largest relative error of the others, -1: there are none. */
 static void pdi_richardson_mark_minor(pd_richardson *e)
 {
     e->worst_output = -1;
@@ -24568,7 +24684,8 @@ static void pdi_richardson_mark_minor(pd_richardson *e)
     }
 }
 
-/* Run both coarser lattices and compute all errors. */
+/* Run both coarser lattices and compute all errors. If the one at 4 h fails, but not fatally, e->missing_reason says
+ * why, and formal orders are taken. PD_ERR_STATE: stopped. */
 static pd_status pdi_richardson_run_coarser_grids(pd_ctx *ctx, const pd_run_desc *desc, pd_richardson *e)
 {
     PD_TRY(pdi_richardson_run_coarser_grid(ctx, desc, e, 0));
@@ -24611,14 +24728,14 @@ void pd_richardson_free(pd_ctx *ctx, pd_richardson *e)
 
 /* ---- what it says ---- */
 
-/* Name of an output, as "plane.up.flow". */
+/* Name of an output, as "plane.up.flow", into text[size]. */
 static void pdi_richardson_format_output_name(const pd_scalar_output *f, char *text, size_t size)
 {
     snprintf(text, size, "%s%s%s.%s", f->section, f->name[0] ? "." : "", f->name, f->key);
 }
 
-/* Append the errors of all outputs of one section from `first` on: " err_fx=... order_fx=... assumed=fx". Returns the
- * next output. */
+/* Append the errors of all outputs of one section from `first` on to text[size]: " err_fx=... order_fx=... assumed=fx".
+ * Returns the index behind the last one. */
 static int pdi_richardson_format_section(const pd_richardson *e, int first, char *text, size_t size)
 {
     const pd_scalar_output *f = &e->list[first].figure;
@@ -24639,7 +24756,7 @@ static int pdi_richardson_format_section(const pd_richardson *e, int first, char
     return k;
 }
 
-/* Append the error of the volume loss and the worst of all outputs. */
+/* Append the error of the volume loss, if there is one, and the worst of all outputs to text[size]. */
 static void pdi_richardson_format_scene(const pd_richardson *e, char *text, size_t size)
 {
     char worst[2 * PD_SETUP_NAME] = "none";
@@ -24736,7 +24853,8 @@ typedef struct pdi_tolerance_presets {
     char set_text[256], kept_text[256];
 } pdi_tolerance_presets;
 
-/* Set a solver setting, unless the scene gives it (given: 1), and append it to the list of set or kept ones. */
+/* Set a solver setting to `pick`, unless the scene gives it (given: 1), and append "key = value" to the list of set or
+ * kept ones. */
 static void pdi_tolerance_presets_set_unless_given(pdi_tolerance_presets *a, const char *key, int given, double pick,
                                                    double *value)
 {
@@ -24827,7 +24945,7 @@ static pd_status pdi_fit_reject_range(pd_ctx *ctx, const char *range, const char
                    "\"transport.D=1e-10..1e-8 m2/s\"", range, expected);
 }
 
-/* Length of the number at text, which is not taken to reach into "..". 0: there is none. */
+/* Length of the number at text, which is not taken to reach into "..", and *value. 0: there is none. */
 static size_t pdi_fit_parse_number(const char *text, double *value)
 {
     char copy[64], *end;
@@ -24840,7 +24958,7 @@ static size_t pdi_fit_parse_number(const char *text, double *value)
     return (size_t)(end - copy);
 }
 
-/* The unit at text up to `end`, without blanks around it. 0: it is too long. */
+/* Copy the unit at text up to `end`, without blanks around it, into unit[PD_UNITS_TEXT]. 1: done; 0: it is too long. */
 static int pdi_fit_parse_unit(const char *text, const char *end, char *unit)
 {
     while (text < end && pd_units_is_blank(*text)) text++;
@@ -24865,7 +24983,7 @@ static pd_status pdi_fit_convert_low_bound(pd_ctx *ctx, const char *range, const
     return PD_OK;
 }
 
-/* Parse "KEY=LOW..HIGH UNIT" into a parameter. */
+/* Parse "KEY=LOW..HIGH UNIT" into a parameter, with both bounds in the unit of the high one. PD_ERR_ARGUMENT. */
 static pd_status pdi_fit_parse_range(pd_ctx *ctx, const char *range, pd_fit_parameter *p)
 {
     const char *equal = strchr(range, '='), *dots = strstr(range, "..");
@@ -24902,7 +25020,8 @@ static pd_status pdi_fit_parse_ranges(pd_ctx *ctx, const pd_fit_desc *desc, pd_f
     return PD_OK;
 }
 
-/* Write the overrides "KEY=VALUE UNIT" of all parameters for the values. */
+/* Write the overrides "KEY=VALUE UNIT" of all parameters for value[parameters], each in its unit, into fit->override.
+ */
 static void pdi_fit_format_overrides(pd_fit *fit, const double *value)
 {
     for (int k = 0; k < fit->parameters; k++) {
@@ -24944,7 +25063,8 @@ static pd_status pdi_fit_prefix_message(pdi_fit *f, pd_status status)
     return status;
 }
 
-/* Run the setup without files, on the coarser lattice where factor > 1, into f->computed. */
+/* Run the setup without files, on the coarser lattice where factor > 1, into f->computed [SI], NaN where it does not
+ * come. PD_ERR_STATE: stopped. */
 static pd_status pdi_fit_run_model(pdi_fit *f, const pd_setup *setup)
 {
     pd_run_desc dry;
@@ -24963,8 +25083,8 @@ static pd_status pdi_fit_run_model(pdi_fit *f, const pd_setup *setup)
     return result.stopped ? pd_fail(f->ctx, PD_ERR_STATE, "fit", "interrupted") : PD_OK;
 }
 
-/* Residuals [points] for parameter values: (computed - measured) times weight. The function of pd_least_squares_solve.
- */
+/* Residuals [points] [-] for parameter values: (computed - measured) times weight. Reads the scene anew, makes a run,
+ * counts it, and keeps the residuals of the lowest sum of squares. The function of pd_least_squares_solve. */
 static pd_status pdi_fit_compute_residuals(pd_ctx *ctx, void *user, const double *value, double *residual)
 {
     pdi_fit *f = (pdi_fit *)user;
@@ -24996,7 +25116,8 @@ static pd_status pdi_fit_compute_residuals(pd_ctx *ctx, void *user, const double
 
 /* ---- points ---- */
 
-/* Check that points have positive standard deviations, all or none of the sets; *known: 1: they have. */
+/* Check that points in the run have positive standard deviations, all or, with a single set, none of the sets; *known:
+ * 1: they have. PD_ERR_ARGUMENT. */
 static pd_status pdi_fit_check_std_devs(pd_ctx *ctx, const pd_setup *setup, int *known)
 {
     int with = 0;
@@ -25017,7 +25138,8 @@ static pd_status pdi_fit_check_std_devs(pd_ctx *ctx, const pd_setup *setup, int 
                    with, setup->measured_count);
 }
 
-/* Collect measured values and weights of points after the start and before the end of the run. */
+/* Collect measured values and weights (1/spread, else 1 over the unit) of points after the start and before the end of
+ * the run, their number, and names and unit of the result from the first set. */
 static void pdi_fit_find_points(pdi_fit *f, const pd_setup *setup)
 {
     int at = 0, count = 0;
@@ -25079,7 +25201,8 @@ static void pdi_fit_print_iteration(void *user, const double *value, double sum,
     pdi_fit_print(f, PD_PRINT_SUMMARY, line);
 }
 
-/* Solve the least-squares problem on the lattice of the present factor, from `start`. */
+/* Solve the least-squares problem on the lattice of the present factor, from `start`, moved into the bounds, into
+ * fit->result, whose noise f->noise takes over. A parameter without effect sets fit->bad_input. */
 static pd_status pdi_fit_solve_on_grid(pdi_fit *f, const double *start)
 {
     pd_least_squares_desc d;
@@ -25110,8 +25233,8 @@ static pd_status pdi_fit_solve_on_grid(pdi_fit *f, const double *start)
 /* 1: the caller wants to stop. */
 static int pdi_fit_is_stopped(const pdi_fit *f) { return f->desc->stop && f->desc->stop(f->desc->stop_user); }
 
-/* Solve on the lattices at 4 h, 2 h and h, each from the result before. A coarser lattice that fails is left out.
- * Starts are geometric means of wide positive ranges, else midpoints. */
+/* Solve on the lattices at 4 h, 2 h and h, each from the result before. A coarser lattice that fails is left out, with
+ * a note. Starts are geometric means of wide positive ranges, else midpoints. Returns the status of the last solve. */
 static pd_status pdi_fit_solve_coarse_to_fine(pdi_fit *f)
 {
     double start[PD_LEAST_SQUARES_PARAMETERS];
@@ -25131,7 +25254,8 @@ static pd_status pdi_fit_solve_coarse_to_fine(pdi_fit *f)
     return status;
 }
 
-/* Root mean square of the residuals: in the unit of the points, or, with several sets, over standard deviations. */
+/* Set fit->rms, the root mean square of the best residuals: in the unit of the points, or, with several sets, over
+ * standard deviations. Write the overrides of the result. */
 static pd_status pdi_fit_compute_rms(pdi_fit *f)
 {
     double square = 0.0, scale = 1.0;
@@ -25146,7 +25270,7 @@ static pd_status pdi_fit_compute_rms(pdi_fit *f)
     return PD_OK;
 }
 
-/* The whole fit: ranges, points, lattices. */
+/* Make the whole fit: ranges, points, lattices. fit->bad_input: 1: a failure before the first run that is not fatal. */
 static pd_status pdi_fit_run_inner(pdi_fit *f)
 {
     pd_setup *setup = NULL;
@@ -25244,7 +25368,7 @@ static size_t pdi_parameter_sweep_find_value_length(const char *text, const char
     return length;
 }
 
-/* Number of digits at the start of text. */
+/* Number of digits at the start of text[length]. */
 static size_t pdi_parameter_sweep_count_digits(const char *text, size_t length)
 {
     size_t at = 0;
@@ -25305,7 +25429,8 @@ static void pdi_parameter_sweep_append_text(char *text, const char *part, size_t
     text[used + length] = '\0';
 }
 
-/* Parse "key=value, value, ..." into an axis. */
+/* Parse "key=value, value, ..." into an axis, whose text is allocated, with the unit of the last value behind all
+ * numbers. */
 static pd_status pdi_parameter_sweep_parse_axis(pd_ctx *ctx, const char *text, pd_parameter_sweep_axis *axis)
 {
     char unit[PD_PARAMETER_SWEEP_VALUE_BYTES];
@@ -25355,7 +25480,7 @@ static const char *pdi_parameter_sweep_get_axis_value(const pd_parameter_sweep *
     return s->axis[axis].text + (size_t)(index % s->axis[axis].count) * PD_PARAMETER_SWEEP_VALUE_BYTES;
 }
 
-/* Read the scene of run `index` with its overrides. */
+/* Read the scene of run `index` with its overrides into setup, which the caller frees. */
 static pd_status pdi_parameter_sweep_read_scene(pd_ctx *ctx, const pd_parameter_sweep *s, int index, pd_setup *setup)
 {
     const char *overrides[PD_PARAMETER_SWEEP_MAX_OVERRIDES + PD_PARAMETER_SWEEP_MAX_AXES];
@@ -25390,7 +25515,8 @@ static pd_status pdi_parameter_sweep_parse_axes(pd_ctx *ctx, const pd_parameter_
     return PD_OK;
 }
 
-/* Paths of the folder of a run and of its result file. PD_ERR_FILE: the folder is a link. */
+/* Paths of the folder of a run and of its result file into folder[PD_PATH_SIZE] and result[PD_PATH_SIZE]. PD_ERR_FILE:
+ * the folder is a link. */
 static pd_status pdi_parameter_sweep_format_paths(pd_ctx *ctx, const pd_parameter_sweep *s, int index, char *folder,
                                                   char *result)
 {
@@ -25403,7 +25529,8 @@ static pd_status pdi_parameter_sweep_format_paths(pd_ctx *ctx, const pd_paramete
     return pd_file_join(ctx, folder, PDI_PARAMETER_SWEEP_STATUS_FILE, result);
 }
 
-/* Read the scenes of all runs to check them, and remove results of former sweeps. */
+/* Read the scenes of all runs to check them, set name, folder and has_dissolution of the sweep, and remove results of
+ * former sweeps. */
 static pd_status pdi_parameter_sweep_check_scenes(pd_ctx *ctx, pd_parameter_sweep *s)
 {
     for (int index = 0; index < s->runs; index++) {
@@ -25503,7 +25630,7 @@ static const char *pdi_parameter_sweep_get_run_text(const pdi_parameter_sweep_re
     return rows->text[index] ? rows->text[index] : pdi_parameter_sweep_not_started;
 }
 
-/* Length of the key of the next "key=value" at *at, which moves there; 0: there is none. */
+/* Length of the key of the next "key=value" from *at on, to which *at moves; 0: there is none. */
 static size_t pdi_parameter_sweep_find_next_pair(const char **at)
 {
     for (; **at; *at += strcspn(*at, " \n")) {
@@ -25514,7 +25641,8 @@ static size_t pdi_parameter_sweep_find_next_pair(const char **at)
     return 0;
 }
 
-/* Collect the keys of a result line as columns, in the order of first appearance. */
+/* Collect the keys of a result line as columns, in the order of first appearance. Long names, case, and more than fit
+ * are left out. */
 static void pdi_parameter_sweep_find_names(const char *text, pdi_parameter_sweep_results *rows)
 {
     const char *at = text;
@@ -25530,7 +25658,8 @@ static void pdi_parameter_sweep_find_names(const char *text, pdi_parameter_sweep
     }
 }
 
-/* Read the result files of all runs, count how they ended, and collect the columns. */
+/* Read the result files of all runs into new memory of rows, count how they ended, and collect the columns. A file that
+ * cannot be read counts as a run that was not begun. */
 static pd_status pdi_parameter_sweep_read_results(pd_ctx *ctx, const pd_parameter_sweep *s,
                                                   pdi_parameter_sweep_results *rows, pd_parameter_sweep_count *count)
 {
@@ -25567,7 +25696,8 @@ static pd_status pdi_parameter_sweep_write_csv_field(pd_ctx *ctx, pd_file *file,
     return pdi_file_write_text(ctx, file, "\"");
 }
 
-/* Value of key `name` in the result line of a run that is done; *length 0: it has none. */
+/* Value of key `name` in the result line of a run that is done, *length bytes at the returned place; *length 0: it has
+ * none. */
 static const char *pdi_parameter_sweep_find_result_value(const char *text, const char *name, size_t *length)
 {
     const char *at = strchr(text, '\n');
@@ -25656,7 +25786,8 @@ typedef struct pdi_parameter_sweep_loss_curves {
     char label[PD_PLOT_MAX_SERIES][PD_PARAMETER_SWEEP_MAX_AXES * PD_PARAMETER_SWEEP_VALUE_BYTES];
 } pdi_parameter_sweep_loss_curves;
 
-/* Add the volume loss [%] of a run over time [h] to the plot; none for a run without a table. */
+/* Add the volume loss [%] of a run over time [h] to the plot, with its data in new memory; none for a run without a
+ * table of 2 rows. */
 static pd_status pdi_parameter_sweep_add_curve(pd_ctx *ctx, const pd_parameter_sweep *s, int index,
                                                pdi_parameter_sweep_loss_curves *c)
 {
@@ -25695,7 +25826,7 @@ static pd_status pdi_parameter_sweep_add_curve(pd_ctx *ctx, const pd_parameter_s
     return PD_OK;
 }
 
-/* Draw the loss curves; with too many runs, evenly chosen ones. */
+/* Draw the loss curves as sweep.png; with too many runs, evenly chosen ones. No file where no run has a curve. */
 static pd_status pdi_parameter_sweep_draw_curves(pd_ctx *ctx, const pd_parameter_sweep *s,
                                                  pdi_parameter_sweep_loss_curves *c)
 {
@@ -25789,7 +25920,7 @@ static void pdi_speciation_report_print(const pdi_speciation_report_context *w, 
 
 /* ---- the equilibrium ---- */
 
-/* Print concentrations and activities of the solutes c [count] [mol/m3]. */
+/* Print written and equilibrium concentrations c[count] [mol/m3] and log10 activities of the solutes. */
 static void pdi_speciation_report_print_species(const pdi_speciation_report_context *w, const double *c,
                                                 const pd_electrolyte_state *s)
 {
@@ -25803,7 +25934,7 @@ static void pdi_speciation_report_print_species(const pdi_speciation_report_cont
     }
 }
 
-/* Print amounts and saturation indices of minerals; returns how many are supersaturated. */
+/* Print amounts [mol/m3] and saturation indices log10(IAP/K) of minerals; returns how many are supersaturated. */
 static int pdi_speciation_report_print_minerals(const pdi_speciation_report_context *w, const double *c,
                                                 const pd_electrolyte_state *s)
 {
@@ -25821,7 +25952,8 @@ static int pdi_speciation_report_print_minerals(const pdi_speciation_report_cont
     return above;
 }
 
-/* Print the totals of elements before and after; returns the largest relative difference. */
+/* Print the totals [mol/m3] of elements before and after the equilibrium; returns the largest relative difference [-].
+ */
 static double pdi_speciation_report_print_elements(const pdi_speciation_report_context *w, const double *c)
 {
     double worst = 0.0;
@@ -25833,7 +25965,7 @@ static double pdi_speciation_report_print_elements(const pdi_speciation_report_c
         if (!(in > 0.0) && !(out > 0.0)) continue;
         pd_species_get_symbol(k, symbol);
         pdi_speciation_report_print(w, PD_PRINT_SUMMARY, "%-20s %14.9g %14.9g", symbol, in, out);
-        worst = pd_max(worst, fabs(out - in) / in);
+        worst = pd_max(worst, fabs(out - in) / pd_max(in, out));
     }
     return worst;
 }
@@ -25863,7 +25995,7 @@ static void pdi_speciation_report_print_missing_enthalpies(const pdi_speciation_
                                     "constants without an enthalpy, which do not follow the temperature: %s", list);
 }
 
-/* Print the pH of the inlet where it differs from ph. */
+/* Solve the equilibrium of the inlet and print its pH where it differs from ph. */
 static pd_status pdi_speciation_report_print_inlet_ph(pd_ctx *ctx, const pdi_speciation_report_context *w, double ph)
 {
     pd_electrolyte_state s;
@@ -25921,7 +26053,7 @@ static pd_status pdi_speciation_report_reject_titration(pd_ctx *ctx, const char 
                    text, PDI_SPECIATION_REPORT_MAX_ROWS);
 }
 
-/* Parse "REAGENT FROM..TO UNIT ROWS". */
+/* Parse "REAGENT FROM..TO UNIT ROWS" into t, amounts in mol/m3. PD_ERR_PARSE. */
 static pd_status pdi_speciation_report_parse_titration(pd_ctx *ctx, const pd_electrolyte *e, const char *text,
                                                        pdi_speciation_report_titration *t)
 {
@@ -26006,7 +26138,8 @@ static pd_status pdi_speciation_report_print_titration(pd_ctx *ctx, const pdi_sp
     return PD_OK;
 }
 
-/* Read the electrolyte and print its equilibrium or titration; *bad_input: 1: the input is at fault. */
+/* Read the electrolyte and print its equilibrium or titration; *bad_input: 1: the file or the titration text is
+ * refused, 0: solved or failed later. */
 static pd_status pdi_speciation_report_execute(pd_ctx *ctx, pdi_speciation_report_context *w, int *bad_input)
 {
     pdi_speciation_report_titration t;

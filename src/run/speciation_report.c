@@ -81,7 +81,7 @@ static double pdi_speciation_report_print_elements(const pdi_speciation_report_c
         if (!(in > 0.0) && !(out > 0.0)) continue;
         pd_species_get_symbol(k, symbol);
         pdi_speciation_report_print(w, PD_PRINT_SUMMARY, "%-20s %14.9g %14.9g", symbol, in, out);
-        worst = pd_max(worst, fabs(out - in) / in);
+        worst = pd_max(worst, fabs(out - in) / pd_max(in, out));
     }
     return worst;
 }

@@ -2,7 +2,7 @@
  * scene, or of a file that has nothing else.
  *
  *   [chemistry]  include = electrolytes/hbss.electrolyte   activity = davies|ideal   temperature = 298.15 K
- *                pH = 7.4   inlet_pH   counter = Cl-   balance = Cl-   minerals = given|all
+ *                pH = 7.4   inlet_pH   counter_ion = Cl-   balance_ion = Cl-   minerals = given|all
  *   [species Mg2+]    D = 0.705e-9 m2/s   initial = 0.9 mM   inlet = 0.9 mM   charge   formula
  *   [reaction water]  H+ + OH- = H2O   K = 1e14 L2/mol2 | log10_K = 14   forward = 1.4e11 L/mol/s   backward
  */

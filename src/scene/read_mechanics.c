@@ -96,7 +96,7 @@ static pd_status pdi_read_mechanics_sides(pdi_reader *s, int section)
     return pdi_text_fail_key(
         s->ctx, s->text, section, "solid",
         "found nothing that loads the metal, expected ux = ..., "
-        "traction = ... or pressure = ... in a [side ...], kind = grip in a [shape ...], or force");
+        "traction = ... or pressure = ... in a [side ...], kind = grip in a [shape ...], or body_force");
 }
 
 /* Add a monitor of solid mechanics. index: of the boundary condition, 0 for the body; name: of its table. */

@@ -270,7 +270,7 @@ static pd_status pdi_read_monitors_section(pdi_read_monitors_state *w, pd_monito
     case PD_MONITOR_SOLID:
     case PD_MONITOR_ELECTRODE:
     case PD_MONITOR_SURFACE_STATE:
-    case PD_MONITOR_PRECRACK: break; /* [solid] and [cut] make them */
+    case PD_MONITOR_PRECRACK: break; /* [solid] and [crack] make them */
     }
     return PD_OK;
 }

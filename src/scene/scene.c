@@ -362,13 +362,13 @@ static pd_status pdi_scene_read_flow_time(pdi_reader *s, int section)
     u->flow_time = (pd_flow_time)motion;
     for (int k = 0; k < 2 * PD_DIM; k++)
         if (u->side[k].is_open && u->flow_time != PD_FLOW_PRESCRIBED)
-            return pdi_text_fail_key(s->ctx, s->text, section, "time", "found '%s' beside an open side, expected given",
-                                     motions[motion]);
+            return pdi_text_fail_key(s->ctx, s->text, section, "time",
+                                     "found '%s' beside an open side, expected prescribed", motions[motion]);
     if (u->flow_time == PD_FLOW_STEADY) return PD_OK;
     if (u->has_dissolve && u->flow_time == PD_FLOW_PRESCRIBED)
         return pdi_text_fail_key(s->ctx, s->text, section, "time",
-                                 "found 'given' beside [dissolve], expected steady,"
-                                 " implicit or explicit: a given flow does not enter where metal was");
+                                 "found 'prescribed' beside [dissolve], expected steady, implicit or explicit: a "
+                                 "prescribed flow does not enter where metal was");
     for (int d = 0; d < PD_DIM; d++)
         PD_TRY(pdi_text_get_expr(s->ctx, s->text, section, keys[d], "m/s", pd_setup_get_position_symbols(), PD_DIM,
                                  "0", &u->initial_velocity[d]));

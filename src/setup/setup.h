@@ -30,7 +30,7 @@
 #define PD_SETUP_MEASURED_MAX 8 /* most [measured] sections */
 #define PD_SETUP_SHAPES 64 /* [shape] sections */
 #define PD_SETUP_MECHANICAL_BCS 16 /* most sides and shapes that hold or load a body */
-#define PD_SETUP_PRECRACKS 16      /* most [cut] sections */
+#define PD_SETUP_PRECRACKS 16      /* most [crack] sections */
 #define PD_SETUP_CORNERS 32 /* most corners of a cut */
 #define PD_SETUP_ELECTRODES 16 /* [electrode] sections */
 #define PD_SETUP_SURFACE_STATES PD_COAT_MOST /* [surface] sections */

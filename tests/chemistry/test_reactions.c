@@ -96,10 +96,10 @@ TEST(refused)
     refuse("", 1.0, "log10", "the term ''", "expected");
     /* the longest term, and one byte more */
     char longest[80] = "H2O = ";
-    memset(longest + 6, 'X', 48);
+    memset(longest + 6, 'Q', 48);
     refuse(longest, 1.0, "log10", "is longer than 47 bytes", "a term of");
     longest[6 + 47] = 0;
-    refuse(longest, 1.0, "log10", "XXX', which nobody defines", "H2O");
+    refuse(longest, 1.0, "log10", "QQQ', which nobody defines", "H2O");
 }
 
 /* Water at 25 C: forward 1.4e11 L/mol/s, and K gives the backward one. */

@@ -289,7 +289,7 @@ TEST(sides_and_motion)
     refused(CLOSED "  time = implicit\n", "until");
     refused(CLOSED "  time = prescribed\n[transport] D = 0 m2/s\n[run] until = 1 s\n" BLOCK
                    "[dissolve] rate = 1 um/h\n",
-            "time: found 'given' beside [dissolve]");
+            "time: found 'prescribed' beside [dissolve]");
 }
 
 /* What a scene leaves out owns no memory. */
