@@ -10,8 +10,8 @@ static int pdi_active_range_is_active(const pd_grid *grid, int32_t node)
     return grid->kind[node] == PD_FLUID || grid->kind[node] == PD_SOLID;
 }
 
-/* Counts the ranges and their nodes; with `list` also stores them. Each line of the lattice along axis 0 has one range,
- * from its first active node to its last one; inactive nodes between them count. */
+/* Sets count and packed_length of s; list 1: also first, packed_start and length, which have room. Each grid line along
+ * axis 0 has one range, from its first active node to its last one, or none; inactive nodes between them count. */
 static void pdi_active_range_find(const pd_grid *grid, pd_active_ranges *s, int list)
 {
     int32_t line = grid->padded[0];
@@ -57,8 +57,8 @@ PDI_FN void pdi_active_range_free(pd_ctx *ctx, pd_active_ranges *s)
     memset(s, 0, sizeof *s);
 }
 
-/* Sets to zero the nodes of one component of a full vector behind range k, up to the next one; in front of the first
- * range, too. */
+/* Sets to zero, in one component full [total], the nodes from the end of range k to the begin of the next one, or to
+ * the end of the array behind the last range; for k = 0 also the nodes in front of the first range. */
 static void pdi_active_range_set_gaps_zero(const pd_active_ranges *s, int32_t k, double *full)
 {
     int32_t behind = s->first[k] + s->length[k], next = k + 1 < s->count ? s->first[k + 1] : s->total;
@@ -66,7 +66,8 @@ static void pdi_active_range_set_gaps_zero(const pd_active_ranges *s, int32_t k,
     if (k == 0) memset(full, 0, (size_t)s->first[0] * sizeof *full);
 }
 
-/* Body of one thread: copies range by range from full to packed vectors (pack 1) or back (pack 0). */
+/* Body of one thread: copies range by range from full [components][total] to packed [components][packed_length] vectors
+ * (pack 1), or back (pack 0), where nodes outside of the ranges become zero. */
 static void pdi_active_range_copy_ranges(const pd_active_ranges *s, int components, const double *from, double *to,
                                          int pack)
 {
@@ -80,7 +81,7 @@ static void pdi_active_range_copy_ranges(const pd_active_ranges *s, int componen
     }
 }
 
-/* Copies between full and packed vectors with all threads. */
+/* Copies from full to packed vectors (pack 1) or back (pack 0) with threads, as pdi_active_range_copy_ranges does. */
 static void pdi_active_range_copy(const pd_ctx *ctx, const pd_active_ranges *s, int components, const double *from,
                                   double *to, int pack)
 {

@@ -15,13 +15,15 @@ typedef struct pd_active_ranges {
 } pd_active_ranges;
 
 #ifdef PDI_INTERNAL
-/* Finds the ranges. Solid nodes belong to them, as they may dissolve. */
+/* Allocates and finds the ranges; `spans` is overwritten, not freed. A range goes from the first to the last fluid or
+ * solid node of a grid line (solid may dissolve); a line without such nodes has none. */
 PDI_FN pd_status pdi_active_range_build(pd_ctx *ctx, const pd_grid *grid, pd_active_ranges *spans);
 PDI_FN void pdi_active_range_free(pd_ctx *ctx, pd_active_ranges *spans);
-/* Copies the active nodes of full [components][total] to packed [components][nodes]. */
+/* Copies the nodes of all ranges from full [components][total] to packed [components][packed_length]. */
 PDI_FN void pdi_active_range_pack(const pd_ctx *ctx, const pd_active_ranges *spans, int components, const double *full,
                                   double *packed);
-/* Copies packed [components][nodes] to the active nodes of full [components][total]; all others become zero. */
+/* Copies packed [components][packed_length] to the nodes of all ranges in full [components][total]. All nodes outside
+ * of the ranges, ghosts included, become zero; without any range nothing is written. */
 PDI_FN void pdi_active_range_unpack(const pd_ctx *ctx, const pd_active_ranges *spans, int components,
                                     const double *packed, double *full);
 #endif

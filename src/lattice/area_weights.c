@@ -27,10 +27,10 @@ typedef struct pdi_area_weights_fit {
     int bonds, classes, bond_capacity;
     int directions, direction_capacity;
     int *class_index; /* [bonds] symmetry class of a bond; -1: carries no weight */
-    /* [orbits][PD_DIM] offset that stands for the class: |n|, sorted among axes of equal spacing */
+    /* [classes][PD_DIM] offset that stands for the class: |n|, sorted among axes of equal spacing */
     int *class_offset;
-    double *length;     /* [orbits] |n| [-] */
-    double *unit_weight; /* [orbits] [1/m] weight of one bond of the class when x = 1 */
+    double *length;     /* [classes] |n| [-] */
+    double *unit_weight; /* [classes] [1/m] weight of one bond of the class when x = 1 */
     double *normal;     /* [directions][PD_DIM] unit normals; the first PD_DIM are the axes */
     double *tableau;    /* [rows + 1][columns] simplex tableau, the objective row last */
     int *basis;         /* [rows] column of the basic variable of a row */
@@ -70,7 +70,7 @@ PDI_FN double pdi_area_weights_measure_plane(int count, const double *xi, const 
 /* 1: two spacings [m] are equal to rounding. */
 static int pdi_area_weights_is_equal_spacing(double a, double b) { return fabs(a - b) <= 1e-9 * fabs(a); }
 
-/* Greatest common divisor. */
+/* Greatest common divisor of a and b, both >= 0; where one is 0, the other one. */
 static int pdi_area_weights_gcd(int a, int b)
 {
     while (b) {
@@ -81,8 +81,9 @@ static int pdi_area_weights_gcd(int a, int b)
     return a;
 }
 
-/* Computes the key of the symmetry class of a bond xi [m]: |n| sorted among axes of equal spacing; bonds with equal
- * keys have equal weights. Returns the greatest common divisor of the offset. */
+/* key [PD_DIM] = components |n_a| of the bond xi [m] on the spacings h [m], descending among axes of equal spacing:
+ * bonds with equal keys are of one symmetry class. Returns the greatest common divisor of the key; 1: no lattice node
+ * lies inside the bond. */
 static int pdi_area_weights_compute_class_key(const double *xi, const double *h, int *key)
 {
     int divisor = 0;
@@ -100,7 +101,7 @@ static int pdi_area_weights_compute_class_key(const double *xi, const double *h,
     return divisor;
 }
 
-/* 1: two keys belong to the same symmetry class. */
+/* 1: the keys a and b [PD_DIM] are equal: one symmetry class. */
 static int pdi_area_weights_is_same_class(const int *a, const int *b)
 {
     for (int d = 0; d < PD_DIM; d++)
@@ -108,7 +109,8 @@ static int pdi_area_weights_is_same_class(const int *a, const int *b)
     return 1;
 }
 
-/* Removes the longest classes until PDI_AREA_WEIGHTS_MAX_CLASSES are left; their bonds carry no weight. */
+/* Removes the longest classes until PDI_AREA_WEIGHTS_MAX_CLASSES are left; class_index of their bonds becomes -1 (no
+ * weight). The last class takes the number of a removed one. */
 static void pdi_area_weights_limit_classes(pdi_area_weights_fit *fit)
 {
     while (fit->classes > PDI_AREA_WEIGHTS_MAX_CLASSES) {
@@ -125,8 +127,9 @@ static void pdi_area_weights_limit_classes(pdi_area_weights_fit *fit)
     }
 }
 
-/* Sorts the bonds into symmetry classes, and checks that they are opposite in pairs, integer and within the horizon.
- * Only primitive offsets carry weight: 2n measures the same direction as n and reaches one layer further. */
+/* Sorts the bonds into symmetry classes: sets classes, class_index, class_offset and length of the fit. Bonds of no
+ * class (-1) carry no weight: those with beta = 0, and multiples of a shorter bond, as 2n measures the direction of n.
+ * PD_ERR_ARGUMENT: bonds are not opposite in pairs, no integer multiples of h, or not within the horizon. */
 static pd_status pdi_area_weights_find_symmetry_classes(pd_ctx *ctx, const double *xi, const double *beta, double m,
                                                         const double *h, pdi_area_weights_fit *fit)
 {
@@ -161,7 +164,7 @@ static pd_status pdi_area_weights_find_symmetry_classes(pd_ctx *ctx, const doubl
     return PD_OK;
 }
 
-/* Appends a direction, normalised to unit length, to fit->normal. */
+/* Appends `direction` [PD_DIM], which is not zero, as a unit vector to fit->normal, and grows that. */
 static pd_status pdi_area_weights_add_direction(pd_ctx *ctx, pdi_area_weights_fit *fit, const double *direction)
 {
     double square = 0.0;
@@ -177,8 +180,9 @@ static pd_status pdi_area_weights_add_direction(pd_ctx *ctx, pdi_area_weights_fi
     return PD_OK;
 }
 
-/* Adds the directions of a barycentric mesh of the positive octant (2D: quadrant), stretched by `scale`. Of
- * directions that an exchange of axes with equal spacing maps onto each other, one is added. */
+/* Appends to fit->normal the directions of a barycentric mesh of the positive octant (2D: quadrant) with `divisions`
+ * parts along an edge, stretched by scale [PD_DIM], without the axes themselves. Of directions that an exchange of axes
+ * with equal spacing maps onto each other, one is added. */
 static pd_status pdi_area_weights_add_direction_mesh(pd_ctx *ctx, pdi_area_weights_fit *fit, const double *h,
                                                      const double *scale, int divisions)
 {
@@ -201,9 +205,9 @@ static pd_status pdi_area_weights_add_direction_mesh(pd_ctx *ctx, pdi_area_weigh
     return PD_OK;
 }
 
-/* Builds the set of directions: the axes first, then a mesh in space and, on unequal spacings, one in lattice
- * coordinates, where the kinks of f are evenly distributed. In 2D the kinks themselves (normals of the bonds) are
- * added, at which f has its minima. */
+/* Replaces the directions of the fit: the axes first, then a mesh in space with `divisions` parts along an edge and, on
+ * unequal spacings, one in lattice coordinates, where the kinks of f are evenly distributed. In 2D the kinks themselves
+ * (normals of the bonds) are added, at which f has its minima. */
 static pd_status pdi_area_weights_build_directions(pd_ctx *ctx, pdi_area_weights_fit *fit, const double *h,
                                                    int divisions)
 {
@@ -232,7 +236,8 @@ static pd_status pdi_area_weights_build_directions(pd_ctx *ctx, pdi_area_weights
     return PD_OK;
 }
 
-/* response[class] = f(normal) [m] when all bonds of that class have unit weight. */
+/* response [classes] = f of the unit vector `normal` [m], when all bonds of that class have the weight 1 and all others
+ * the weight 0. */
 static void pdi_area_weights_compute_response(const pdi_area_weights_fit *fit, const double *xi, const double *normal,
                                               double *response)
 {
@@ -244,8 +249,9 @@ static void pdi_area_weights_compute_response(const pdi_area_weights_fit *fit, c
     }
 }
 
-/* Builds the simplex tableau of the dual. Columns: two multipliers (upper and lower bound) of every direction, then
- * the slacks, then the right-hand side. */
+/* Allocates and fills the simplex tableau of the dual, and sets rows, columns, basis (slacks) and unit_weight. Rows:
+ * one a class, then the sum of the multipliers, then the objective. Columns: two multipliers (upper and lower bound) of
+ * every direction, then the slacks, then the right-hand side. */
 static pd_status pdi_area_weights_build_tableau(pd_ctx *ctx, pdi_area_weights_fit *fit, const double *xi)
 {
     int orbits = fit->classes, directions = fit->directions;
@@ -283,7 +289,8 @@ static pd_status pdi_area_weights_build_tableau(pd_ctx *ctx, pdi_area_weights_fi
     return PD_OK;
 }
 
-/* One pivot step of the simplex method: `column` enters the basis in place of `row` (Gauss-Jordan elimination). */
+/* One pivot step of the simplex method: `column` enters the basis in place of the variable of `row` (Gauss-Jordan
+ * elimination in all rows, the objective row included). */
 static void pdi_area_weights_pivot(pdi_area_weights_fit *fit, int row, int column)
 {
     double *pivot_row = fit->tableau + row * fit->columns;
@@ -344,8 +351,8 @@ static pd_status pdi_area_weights_solve_simplex(pd_ctx *ctx, pdi_area_weights_fi
     return pd_fail(ctx, PD_ERR_INTERNAL, "area", "the fit of the area weights did not end in %d pivots", limit);
 }
 
-/* Weights area[bonds] [1/m] from the objective row. The rounding error of f along the axes is added to the bonds of
- * one cell. */
+/* area [bonds] [1/m] = weights from the slacks in the objective row, at least 0; 0 for bonds of no class. The error of
+ * f along each axis is then added to the bonds of one cell along that axis, where these carry weight. */
 static void pdi_area_weights_get_solution(const pdi_area_weights_fit *fit, const double *xi, const double *h,
                                           double *area)
 {
@@ -365,8 +372,9 @@ static void pdi_area_weights_get_solution(const pdi_area_weights_fit *fit, const
     }
 }
 
-/* Allocates the fit, solves it, and measures the remaining anisotropy on a finer set of directions. PD_ERR_ARGUMENT:
- * an axis is not measured exactly, because the family lacks bonds. */
+/* Allocates the arrays of the fit (the caller frees them), solves it, and sets area [bonds] [1/m] and *anisotropy [-],
+ * the largest |f - 1| over a finer set of directions. PD_ERR_ARGUMENT: as pdi_area_weights_find_symmetry_classes, or an
+ * axis is not measured exactly, because the family lacks bonds. */
 static pd_status pdi_area_weights_fit_minimax(pd_ctx *ctx, pdi_area_weights_fit *fit, const double *xi,
                                               const double *beta, double m, const double *h, double *area,
                                               double *anisotropy)

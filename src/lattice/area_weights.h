@@ -14,15 +14,15 @@
 
 #ifdef PDI_INTERNAL
 /* Computes the weights area[count] = c(n) >= 0 [1/m] of the bonds xi[count][PD_DIM] [m] of a full family of horizon
- * ratio m with partial volumes beta[count], on a lattice of spacing h. Weights are equal on bonds that a symmetry of
- * the lattice exchanges; f is exact along the axes and max |f - 1| minimal; among equally good weights short bonds
- * are preferred, so that an interface stays thin. *anisotropy: the max |f - 1| reached [-]. Bond count-1-k must be
- * the opposite of bond k. PD_ERR_ARGUMENT: the family is not that of m and h. Source: Boykov and Kolmogorov 2003
- * (Cauchy-Crofton on lattices); the minimax fit is original to this code. */
+ * ratio m with partial volumes beta[count], on spacings h [PD_DIM] [m]; bond count-1-k must be the opposite of bond k.
+ * Weights are equal on bonds that a symmetry of the lattice exchanges, and 0 on bonds whose offset is a multiple of a
+ * shorter one. f is exact along the axes, max |f - 1| minimal, and short bonds are preferred among equally good ones.
+ * *anisotropy: max |f - 1| [-] over sampled directions. PD_ERR_ARGUMENT: the family is not that of m and h, or lacks
+ * bonds. PD_ERR_INTERNAL: the fit fails. Source: Boykov and Kolmogorov 2003; the fit is original to this code. */
 PDI_FN pd_status pdi_area_weights_compute(pd_ctx *ctx, int count, const double *xi, const double *beta, double m,
                                           const double *h, double *area, double *anisotropy);
-/* Area that the weights area[count] measure per unit area of a plane with the unit vector `normal`: f(N) of the file
- * comment [-], 1 where that plane is measured exactly. */
+/* Area that the weights area[count] [1/m] of the bonds xi[count][PD_DIM] [m] measure per unit area of a plane with the
+ * unit vector `normal`: f(N) of the file comment [-], 1 where that plane is measured exactly. */
 PDI_FN double pdi_area_weights_measure_plane(int count, const double *xi, const double *area, const double *normal);
 #endif
 

@@ -39,8 +39,9 @@ static int pdi_axisym_get_offset(const pd_stencil *s, int k, int radial)
     return s->offset[k * PD_DIM + (radial ? PD_DIM - 1 : 0)];
 }
 
-/* Conductance of bond k of row i over its planar weight, in cells: the mean radius times the exponential of eq. 3.9
- * in fitted rows, else less kappa over it (eq. 3.8); 0 across the axis. */
+/* Conductance [cells] of bond k of row i (0: first row of the box, < 0: ghosts) over its planar weight: the mean radius
+ * times the exponential of eq. 3.9 when both ends are in fitted rows; else the mean radius, for purely radial bonds
+ * less kappa over it (eq. 3.8). 0: an end lies at r <= 0. */
 static double pdi_axisym_compute_conductance(const pdi_axisym_fit *fit, int i, int k)
 {
     int axial = pdi_axisym_get_offset(fit->stencil, k, 0), j = i + pdi_axisym_get_offset(fit->stencil, k, 1);
@@ -53,8 +54,8 @@ static double pdi_axisym_compute_conductance(const pdi_axisym_fit *fit, int i, i
     return rho * exp(square * (fit->lambda[i] + fit->lambda[j]) + (to * to - from * from) * (fit->mu[i] - fit->mu[j]));
 }
 
-/* Solves for the Newton step by Gauss elimination with complete pivoting. Conditions that depend on each other leave
- * zero pivots: the corresponding unknowns are 0. */
+/* Solves matrix x = residual of the fit by Gauss elimination with complete pivoting; matrix, residual and the pivots
+ * are overwritten. Conditions that depend on each other leave zero pivots: the corresponding unknowns are 0. */
 static void pdi_axisym_solve_newton_step(pdi_axisym_fit *fit)
 {
     int n = 2 * fit->rows, rank = 0;
@@ -95,8 +96,9 @@ static void pdi_axisym_solve_newton_step(pdi_axisym_fit *fit)
     }
 }
 
-/* Computes the relative residuals of the moment conditions (3.7) at all fitted rows and their Jacobian by the
- * multipliers. Returns the largest residual [-]. */
+/* Sets residual [2 rows] = 1 - moments over their wanted values (3.7; axial, radial condition of each fitted row) and
+ * matrix = derivatives of these moments by lambda and mu of each row. Returns the largest |residual| [-]; 0: no rows.
+ */
 static double pdi_axisym_assemble_conditions(pdi_axisym_fit *fit)
 {
     const pd_stencil *s = fit->stencil;
@@ -128,7 +130,7 @@ static double pdi_axisym_assemble_conditions(pdi_axisym_fit *fit)
     return largest;
 }
 
-/* Newton's method for the multipliers. PD_ERR_GEOMETRY: not converged. */
+/* Newton's method for lambda and mu of the fit, from the values that they have. PD_ERR_GEOMETRY: not converged. */
 static pd_status pdi_axisym_solve_multipliers(pd_ctx *ctx, pdi_axisym_fit *fit)
 {
     double best = HUGE_VAL;
@@ -145,8 +147,8 @@ static pd_status pdi_axisym_solve_multipliers(pd_ctx *ctx, pdi_axisym_fit *fit)
     return pd_fail(ctx, PD_ERR_GEOMETRY, "axisym", "the weights at the axis miss their conditions by %g", best);
 }
 
-/* Number of rows to fit: all that lack bonds across the axis, and so many that kappa is at most half of R^2 on all
- * other bonds. */
+/* Number of rows to fit, from the axis on: all that lack bonds across the axis, and so many that kappa is at most half
+ * of the squared mean radius on all other bonds. 0: the box does not begin at the axis. */
 static int pdi_axisym_count_fitted_rows(const pdi_axisym_fit *fit)
 {
     int reach = fit->stencil->reach, rows = reach;
@@ -157,7 +159,8 @@ static int pdi_axisym_count_fitted_rows(const pdi_axisym_fit *fit)
     }
 }
 
-/* Number of rows at the axis, or at the inner side of a hollow box, without fluid. */
+/* Number of rows of the box without fluid in front of the first row with fluid, counted from the inner side; all rows
+ * when there is no fluid. */
 static int pdi_axisym_count_rows_without_fluid(const pd_grid *grid)
 {
     int innermost = grid->n[PD_DIM - 1];
@@ -196,8 +199,9 @@ static void pdi_axisym_list_fit_arrays(pdi_array_visitor *owner, void *object)
     PDI_ARRAY(owner, fit, column_pivot, n, "1");
 }
 
-/* Fits the conductances to the planar weights weight [count] and stores table [rows][count] = unit [count] (NULL: 1)
- * times c_ij over the radius of the row. */
+/* Fits the conductances to the planar weights weight [count] and stores table [rows, ghosts included][count] = unit
+ * [count] (NULL: 1) times c_ij over the radius of the row; 0 in rows at r <= 0. With unit NULL no bond has the kappa of
+ * eq. 3.8b. Overwrites all members of the fit but stencil and first_radius. */
 static pd_status pdi_axisym_compute_table(pd_ctx *ctx, pdi_axisym_fit *fit, const pd_grid *grid, const double *weight,
                                           const double *unit, double *table)
 {
@@ -230,7 +234,8 @@ static pd_status pdi_axisym_compute_table(pd_ctx *ctx, pdi_axisym_fit *fit, cons
     return PD_OK;
 }
 
-/* Computes hoop: sum of lap times the radial offset, over the radius (eq. 3.10). */
+/* Sets axisym->hoop: sum of laplacian_weight times the radial offset, over the radius (eq. 3.10); 0 in rows at r <= 0.
+ */
 static void pdi_axisym_compute_hoop(const pd_stencil *s, const pdi_axisym_fit *fit, const pd_grid *grid,
                                     pd_axisym *axisym)
 {
@@ -251,7 +256,8 @@ static void pdi_axisym_list_arrays(pdi_array_visitor *owner, void *object)
     PDI_ARRAY(owner, ring, hoop, ring->rows, "1/m2");
 }
 
-/* Allocates and computes all weights: lap, flux, hoop. */
+/* Allocates and computes laplacian_weight, flux_factor and hoop. The caller frees the arrays of `fit` and, on failure,
+ * those of `axisym`. */
 static pd_status pdi_axisym_compute_weights(pd_ctx *ctx, const pd_stencil *s, const pd_grid *grid, pdi_axisym_fit *fit,
                                             pd_axisym *axisym)
 {

@@ -18,8 +18,9 @@ typedef struct pd_axisym {
 } pd_axisym;
 
 #ifdef PDI_INTERNAL
-/* Computes the weights of all rows along r (empty on a planar grid). PD_ERR_GEOMETRY: the fit of the conductances
- * does not converge. */
+/* Allocates and computes the weights of all rows along r, 0 in rows at r <= 0; a planar grid has none (all pointers
+ * NULL). `axisym` is overwritten, and keeps no pointer to stencil or grid; all zero after a failure. PD_ERR_GEOMETRY:
+ * the fit of the conductances does not converge. */
 PDI_FN pd_status pdi_axisym_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, pd_axisym *axisym);
 PDI_FN void pdi_axisym_free(pd_ctx *ctx, pd_axisym *axisym);
 #endif

@@ -36,8 +36,8 @@ typedef struct pdi_bond_intersection {
     int is_smooth; /* 1: on the zero level of a shape that is curved or inclined against the lattice */
 } pdi_bond_intersection;
 
-/* Intersection with the face of the closed cell that the bond enters. Through an edge or corner the normal is that of
- * the faces whose near side is open. */
+/* Sets all of *cut to the intersection with the face of the closed cell that bond k enters with `group`; curvatures and
+ * distance become 0. Through an edge or corner the unit normal is the mean of the faces whose near side is open. */
 static void pdi_bond_intersect_cell_face(const pd_bond_paths *paths, int32_t node, int k, int group,
                                          pdi_bond_intersection *cut)
 {
@@ -64,7 +64,7 @@ static void pdi_bond_intersect_cell_face(const pd_bond_paths *paths, int32_t nod
     cut->fraction = s->group_entry[group];
 }
 
-/* Signed distance [m] from a shape of the point at fraction t of the bond xi from x, positive in the fluid. */
+/* Signed distance [m] from a shape of the point x + t xi [m], positive outside of the shape (in the fluid). */
 static double pdi_bond_shape_distance_along(const pd_grid *grid, int shape, const double *x, const double *xi, double t)
 {
     double at[PD_DIM];
@@ -72,8 +72,8 @@ static double pdi_bond_shape_distance_along(const pd_grid *grid, int shape, cons
     return pdi_grid_signed_distance(grid, shape, at);
 }
 
-/* 1: a node inside `shape` has dissolved in front of the closed group of the bond, so the surface is that of cell
- * faces, no longer the shape. */
+/* 1: an open node on bond k, in front of its closed `group`, lies inside `shape`: metal has dissolved there, and the
+ * surface is that of cell faces, no longer the shape. */
 static int pdi_bond_has_receded(const pd_bond_paths *paths, int shape, int32_t node, int k, int group)
 {
     const pd_stencil *s = paths->stencil;
@@ -88,8 +88,9 @@ static int pdi_bond_has_receded(const pd_bond_paths *paths, int shape, int32_t n
     return 0;
 }
 
-/* Normal and curvatures of the smooth surface at the intersection, by central differences of the distance with a step
- * of 1e-3 spacings. An edge counts as flat. */
+/* Sets normal and is_smooth of *cut, whose fraction is set, by central differences of the distance to `shape` with a
+ * step of 1e-3 spacings; distance and curvatures only where the surface is curved and no edge is near. Where the
+ * gradient vanishes nothing changes. x [m]: the node, xi [m]: the bond. */
 static void pdi_bond_compute_curvature(const pd_grid *grid, int shape, const double *x, const double *xi,
                                        pdi_bond_intersection *cut)
 {
@@ -145,9 +146,10 @@ static double pdi_bond_find_node_in_shape(const pd_grid *grid, int shape, const 
     return HUGE_VAL;
 }
 
-/* Moves the intersection to the point at which bond k enters `shape`: before the cell face or, where the line grazes
- * the closed cell, behind it, up to fraction `limit`. In a tube that may lie behind the far end, where cells at the
- * wall block the line between two fluid nodes. */
+/* Moves the intersection, with normal and curvatures, to the point at which bond k enters `shape`: before the cell face
+ * or, where the line grazes the closed cell, behind it, up to fraction `limit`. In a tube that may lie behind the far
+ * end, where cells at the wall block the line between two fluid nodes. *cut stays as it is where the node x lies in the
+ * shape or the line does not enter it. */
 static void pdi_bond_intersect_shape(const pd_grid *grid, int shape, const double *x, const pd_stencil *s, int k,
                                      double limit, pdi_bond_intersection *cut)
 {
@@ -167,7 +169,8 @@ PDI_FN int pdi_bond_find_surface_shape(const pd_grid *grid, int32_t closed, int 
     return shape >= 0 && pd_shape_is_smooth(grid->shapes, shape) ? shape : -1;
 }
 
-/* Axisymmetric grid: adds the curvature N_r/r of a surface of revolution in the plane of the ring. */
+/* Axisymmetric grid: adds the curvature N_r/r of a surface of revolution in the plane of the ring to *cut, and sets the
+ * distance of the node. Nothing changes where that curvature counts as an edge, or the node is too far from it. */
 static void pdi_bond_add_ring_curvature(const pd_grid *grid, const double *x, const double *xi,
                                         pdi_bond_intersection *cut)
 {
@@ -183,7 +186,8 @@ static void pdi_bond_add_ring_curvature(const pd_grid *grid, const double *x, co
     cut->tangential_curvature -= ring_curvature * normal_length * normal_length;
 }
 
-/* Computes the intersection of bond k of `node`, blocked at `group`, with the surface: smooth shape or cell face. */
+/* Sets all of *cut: the intersection of bond k of `node`, blocked at `group`, with the surface, a smooth shape or a
+ * cell face, and the curvatures there. The fraction is at least PDI_BOND_MIN_FRACTION, and may exceed 1. */
 static void pdi_bond_find_intersection(const pd_bond_paths *paths, int32_t node, int k, int group,
                                        pdi_bond_intersection *cut)
 {
@@ -201,8 +205,9 @@ static void pdi_bond_find_intersection(const pd_bond_paths *paths, int32_t node,
     if (PD_DIM == 2 && grid->circumference) pdi_bond_add_ring_curvature(grid, x, s->xi + k * PD_DIM, cut);
 }
 
-/* Inverts the moment matrix [PD_DIM][PD_DIM], plus `closure` where that is not NULL, scaled by the moments `norm` of a
- * full family so that the ratio of the spacings does not matter. 0: the pivot ratio is below `min_pivot`. */
+/* inverse [PD_DIM][PD_DIM] = inverse of the moment matrix, plus `closure` where that is not NULL, scaled by the moments
+ * norm [PD_DIM] of a full family so that the ratio of the spacings does not matter. Returns 1; 0: the reciprocal
+ * condition number is not above `min_pivot`, and `inverse` has no meaning. */
 static int pdi_bond_invert_moment(const double *norm, const double *moment, const double *closure, double min_pivot,
                                   double *inverse)
 {
@@ -228,7 +233,7 @@ static int pdi_bond_is_family_full(const pd_bonds *bonds, int32_t node)
     return 1;
 }
 
-/* Adds the contributions of cut bond k to wall_lap and wall_curv (eq. 3.3, 3.4). The field along the bond is u_i + s
+/* Adds the contributions of cut bond k to *lap [1/m2] and *curv [-] (eq. 3.3, 3.4). The field along the bond is u_i + s
  * u' + s^2/2 u'' with its zero at t. Near a wall at distance d it is u = g d + q d^2/2, so that u'' = g (xi.D xi) + q
  * (xi.N)^2 and the Laplacian of u is g mean + q: both u'' and the gradient g follow from u_i and that Laplacian. */
 static void pdi_bond_add_wall_terms(const pd_bonds *bonds, int32_t node, int k, const pdi_bond_intersection *cut,
@@ -333,7 +338,7 @@ PDI_FN void pdi_bond_sum_wall_velocity(const pd_bonds *bonds, int32_t row, pd_ve
     }
 }
 
-/* Number of bond k among the nearest neighbours x-, x+, y-, ...; -1: it is longer or diagonal. */
+/* Number 0 .. 2 PD_DIM - 1 of bond k among the nearest neighbours x-, x+, y-, ...; -1: it is longer or diagonal. */
 static int pdi_bond_find_axis_neighbour(const pd_stencil *s, int k)
 {
     int neighbour = -1, steps = 0;
@@ -345,8 +350,8 @@ static int pdi_bond_find_axis_neighbour(const pd_stencil *s, int k)
     return steps == 1 ? neighbour : -1;
 }
 
-/* Converts inverse moments S^-1 to the flux correction N S^-T (eq. 4.2b), with the moments N = `norm` of a full
- * family, for g = w xi / N. */
+/* Converts matrix [PD_DIM][PD_DIM] in place from inverse moments S^-1 to the flux correction N S^-T [-] (eq. 4.2b),
+ * with the moments N = norm [PD_DIM] of a full family, for g = w xi / N. */
 static void pdi_bond_compute_flux_correction(const double *norm, double *matrix)
 {
     double inverse[PD_DIM * PD_DIM];
@@ -357,7 +362,8 @@ static void pdi_bond_compute_flux_correction(const double *norm, double *matrix)
 
 /* Computes closure [PD_DIM][PD_DIM], which the cut bonds of row r add to its moments by a zero normal gradient at the
  * surface (eq. 3.6): the mirror image of the far end is xi - 2 (1-t) (xi.N) N, and its difference from xi a known
- * multiple of the gradient. With flow it also sums the wall terms of the row (wall_lap, wall_curv, smooth, leg). */
+ * multiple of the gradient. With flow it also adds to wall_laplacian and wall_curvature of the row, which are 0 before,
+ * and sets near_smooth_surface and neighbour_distance. */
 static void pdi_bond_sum_wall_closure(pd_bonds *bonds, int32_t r, double *closure)
 {
     const pd_stencil *s = bonds->stencil;
@@ -379,8 +385,8 @@ static void pdi_bond_sum_wall_closure(pd_bonds *bonds, int32_t r, double *closur
     }
 }
 
-/* Inverts the moments; where the open bonds do not span space (a channel one node wide) with the closure added, and
- * where that does not help either, to zero. */
+/* inverse [PD_DIM][PD_DIM] = inverse of the moments; where the open bonds do not span space (a channel one node wide),
+ * of moments plus closure; where that is singular, too, zero. */
 static void pdi_bond_invert_moment_closed(const double *norm, const double *moment, const double *closure,
                                           double *inverse)
 {
@@ -416,8 +422,8 @@ PDI_FN const double *pdi_bond_get_inverse_moment(const pd_bonds *bonds, int32_t 
     return buffer;
 }
 
-/* Computes all data of row r: the mask of open bonds, inverse moments, and with flow the wall terms and the flux
- * correction. */
+/* Computes all data of row r, whose node is set: open_mask, has_inlet, inverse moments where they are stored, and with
+ * flow the wall terms, neighbour_distance and the flux correction. */
 static void pdi_bond_compute_row(pd_bonds *bonds, int32_t r)
 {
     enum { N = PD_DIM * PD_DIM };
@@ -478,7 +484,7 @@ PDI_FN void pdi_bond_list_row_arrays(pdi_array_visitor *owner, void *object)
     PDI_ARRAY(owner, bonds, flux_correction, rows * PD_DIM * PD_DIM, "1");
 }
 
-/* Copies moments and wall terms of the first `rows` rows. */
+/* Copies moments and wall terms of the first `rows` rows to `to`, which has room for them and the same options. */
 static void pdi_bond_copy_row_data(const pd_bonds *from, size_t rows, pd_bonds *to)
 {
     if (from->options & PD_BONDS_LOW_MEMORY) return;
@@ -491,7 +497,8 @@ static void pdi_bond_copy_row_data(const pd_bonds *from, size_t rows, pd_bonds *
     memcpy(to->flux_correction, from->flux_correction, rows * PD_DIM * PD_DIM * sizeof *from->flux_correction);
 }
 
-/* Grows the arrays of rows to hold `rows` rows. All arrays keep one common capacity, also when memory runs out. */
+/* Grows the arrays of rows to hold at least `rows` rows, and more; the present rows are kept. All arrays keep one
+ * common capacity. On failure nothing changes. */
 static pd_status pdi_bond_reserve(pd_ctx *ctx, int32_t rows, pd_bonds *b)
 {
     if (rows <= b->capacity) return PD_OK;
@@ -534,7 +541,7 @@ static void pdi_bond_swap_bytes(uint8_t *x, int32_t r, int32_t q)
     x[q] = keep;
 }
 
-/* Exchanges rows r and q in all arrays. */
+/* Exchanges rows r and q in all arrays, and updates row_of_node of their nodes. */
 static void pdi_bond_swap_rows(pd_bonds *b, int32_t r, int32_t q)
 {
     int32_t node = b->node[r];
@@ -559,7 +566,8 @@ static void pdi_bond_swap_rows(pd_bonds *b, int32_t r, int32_t q)
 }
 PDI_COLD_END
 
-/* Sorts the rows: plain ones in the order of their nodes, then those with bonds to inlets. */
+/* Sorts the rows: plain ones in the order of their nodes, then those with bonds to inlets, in the same order. Sets
+ * rows_without_inlet and row_of_node. */
 static void pdi_bond_sort_rows(pd_bonds *b)
 {
     int32_t next = 0;
@@ -582,8 +590,8 @@ static void pdi_bond_list_range_arrays(pdi_array_visitor *owner, void *object)
     PDI_ARRAY(owner, list, length, list->capacity, "1");
 }
 
-/* Lists the ranges of nodes with plain rows (cut 1) or with full families (cut 0), up to the capacity; returns their
- * number. */
+/* Stores the ranges of nodes with plain rows (cut 1) or with full families (cut 0) in `list`, as many as it has room
+ * for; list->count is left alone. Returns the number of all ranges, which may exceed the capacity. */
 static int32_t pdi_bond_find_ranges(const pd_bonds *b, int cut, pd_node_ranges *list)
 {
     int32_t count = 0, length = 0;
@@ -605,7 +613,7 @@ static int32_t pdi_bond_find_ranges(const pd_bonds *b, int cut, pd_node_ranges *
     return count;
 }
 
-/* Updates a list of ranges, and grows it when it is too short. */
+/* Finds the ranges of a list again, and grows it when it is too short; cut: as of pdi_bond_find_ranges. */
 static pd_status pdi_bond_update_ranges(pd_ctx *ctx, const pd_bonds *b, int cut, pd_node_ranges *list)
 {
     int32_t count = pdi_bond_find_ranges(b, cut, list);
@@ -619,7 +627,7 @@ static pd_status pdi_bond_update_ranges(pd_ctx *ctx, const pd_bonds *b, int cut,
     return PD_OK;
 }
 
-/* Sorts the rows and updates the lists of ranges that sweeps go by. */
+/* Sorts the rows and updates both lists of ranges, which loops over nodes go by. */
 static pd_status pdi_bond_update_order(pd_ctx *ctx, pd_bonds *b)
 {
     pdi_bond_sort_rows(b);
@@ -628,7 +636,7 @@ static pd_status pdi_bond_update_order(pd_ctx *ctx, pd_bonds *b)
 }
 
 /* Updates the row of a node: adds one where its family is truncated, computes it, or removes it where it is not
- * needed. */
+ * needed, when the last row takes its number. Rows are unsorted and ranges out of date afterwards. */
 static pd_status pdi_bond_update_node(pd_ctx *ctx, int32_t node, pd_bonds *b)
 {
     int needed =

@@ -5,7 +5,7 @@
  * so a wall one node thick separates its two sides. A cut (blocked) bond intersects the surface at the fraction t of
  * its length: on the zero level of the shape where that is known, else on the face of the closed cell. It acts
  * through a fictitious value at its end, the extrapolation of the field from the node through the wall value at t
- * (theory: eq. 3.2 to 3.4). This needs three numbers for each node (wall_lap, wall_curv, gradient) and no ghost value
+ * (theory: eq. 3.2 to 3.4). This needs the wall terms (wall_laplacian, wall_curvature) of each row and no ghost value
  * in the solid.
  */
 #ifndef PD_BOND_H
@@ -52,7 +52,7 @@ typedef struct pd_bonds {
     uint32_t *open_mask; /* [words of the paths][capacity] bit k % 32 of word k / 32: bond k is open */
     uint8_t *has_inlet;  /* [capacity] 1: an open bond ends on an inlet ghost */
     double *inverse_moment; /* [capacity][PD_DIM][PD_DIM] [unit of 1/(base m2)] inverse of sum w xi xi^T over open bonds
-                             * (eq. 3.5); NULL: lean */
+                             * (eq. 3.5); NULL: PD_BONDS_LOW_MEMORY */
     /* NULL with PD_BONDS_NO_FLOW: */
     uint8_t *near_smooth_surface; /* [capacity] 1: a closed bond ends on a shape that is curved or inclined there */
     double *neighbour_distance; /* [capacity][2 PD_DIM] [-] distance to the neighbour x-, x+, y-, ... in spacings: 1, or
@@ -77,7 +77,8 @@ typedef struct pd_bonds {
  * of pd_bonds_options. PD_ERR_ARGUMENT: PD_BONDS_LOW_MEMORY without PD_BONDS_NO_FLOW. */
 PD_API pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, int options,
                                 pd_bonds *bonds);
-/* Updates the rows within one bond of the nodes changed[count], whose kinds have changed (solid became fluid). */
+/* After the solid nodes changed[count] became fluid: updates ghosts, the rows within one bond of these nodes, ranges,
+ * version and node_version. Rows are sorted anew: the row of any node may change. */
 PD_API pd_status pd_bonds_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_bonds *bonds);
 /* Checks in O(N) that bonds are open from both ends alike, rows are in order, and the ranges cover every fluid node
  * once. PD_ERR_INTERNAL: they do not. */
@@ -85,9 +86,10 @@ PD_API pd_status pd_bonds_validate(pd_ctx *ctx, const pd_bonds *bonds);
 PD_API void pd_bonds_free(pd_ctx *ctx, pd_bonds *bonds);
 
 #ifdef PDI_INTERNAL
-/* Describes the arrays of pd_bonds with one entry a row to the array registry. */
+/* Describes the arrays of pd_bonds with one entry a row to the array registry: those that `options` ask for. */
 PDI_FN void pdi_bond_list_row_arrays(pdi_array_visitor *owner, void *object);
-/* Inverse moment matrix [PD_DIM][PD_DIM] of row r (eq. 3.5). Lean bonds compute it into `buffer` [PD_DIM][PD_DIM]. */
+/* Returns the inverse moment matrix [PD_DIM][PD_DIM] [unit of 1/(base m2)] of row r (eq. 3.5): the stored one, or with
+ * PD_BONDS_LOW_MEMORY `buffer` [PD_DIM][PD_DIM], into which it is computed. */
 PDI_FN const double *pdi_bond_get_inverse_moment(const pd_bonds *bonds, int32_t r, double *buffer);
 /* Laplacian weights a(n) [count] [1/m2] of the bonds of `node`: those of the stencil, or of its row of an
  * axisymmetric grid. */
@@ -105,7 +107,7 @@ static inline double pdi_bond_get_flux_factor(const pd_bonds *bonds, int32_t nod
                ? axisym->flux_factor[(int64_t)(node / bonds->grid->stride[PD_DIM - 1]) * axisym->count + k]
                : 1.0;
 }
-/* 1: bond k of a row is open. */
+/* 1: bond k of a row is open; 0: it is blocked (cut). */
 static inline int pdi_bond_is_open(const pd_bonds *bonds, int32_t row, int k)
 {
     return (int)(bonds->open_mask[(int64_t)(k >> 5) * bonds->capacity + row] >> (k & 31) & 1u);
@@ -116,9 +118,9 @@ typedef enum pdi_bond_openness { PDI_BOND_OPEN_NONE, PDI_BOND_OPEN_ALL, PDI_BOND
 typedef struct pdi_bond_mask_block {
     const uint32_t *words; /* mask of each row */
     uint32_t any, all;    /* bonds that are open in at least one row, and in all rows */
-    int word_index;       /* bonds 32 group .. 32 group + 31 */
+    int word_index;       /* bonds 32 word_index .. 32 word_index + 31 */
 } pdi_bond_mask_block;
-/* Mask words, from `row` on, of the 32 bonds that bond k is one of. */
+/* Mask words of the 32 bonds that bond k is one of: one word a row, from `row` on, bit k % 32 of each for bond k. */
 static inline const uint32_t *pdi_bond_get_mask_words(const pd_bonds *bonds, int32_t row, int k)
 {
     return bonds->open_mask + (int64_t)(k >> 5) * bonds->capacity + row;
@@ -141,7 +143,8 @@ static inline double pdi_bond_get_open_factor(const pdi_bond_mask_block *masks, 
 {
     return (double)(int32_t)(masks->words[b] >> (k & 31) & 1u);
 }
-/* Which of the rows row .. row+count-1 have bond k open: none, all or some. Use one `masks` for one block of rows. */
+/* Which of the rows row .. row+count-1 have bond k open: none, all or some. `masks` keeps the words of 32 bonds between
+ * calls: use one for one block of rows, initialised with {NULL, 0, 0, 0}. */
 static inline pdi_bond_openness pdi_bond_find_rows_open(const pd_bonds *bonds, int32_t row, int k, int count,
                                                         pdi_bond_mask_block *masks)
 {
@@ -150,7 +153,8 @@ static inline pdi_bond_openness pdi_bond_find_rows_open(const pd_bonds *bonds, i
     return masks->any >> (k & 31) & 1u ? PDI_BOND_OPEN_SOME : PDI_BOND_OPEN_NONE;
 }
 /* Which of `count` consecutive nodes have bond k open: none, all or some. They own the rows from `row` on, or have
- * full families (row -1: all open). When some are open, open[b] is 1.0 for those and 0.0 for the others. */
+ * full families (row -1: all open). When some are open, open[count] is 1.0 for those and 0.0 for the others; else it is
+ * left alone. */
 static inline pdi_bond_openness pdi_bond_find_nodes_open(const pd_bonds *bonds, int32_t row, int k, int count,
                                                          pdi_bond_mask_block *masks, double *open)
 {
@@ -158,21 +162,23 @@ static inline pdi_bond_openness pdi_bond_find_nodes_open(const pd_bonds *bonds, 
     for (int b = 0; b < count && which == PDI_BOND_OPEN_SOME; b++) open[b] = pdi_bond_get_open_factor(masks, k, b);
     return which;
 }
-/* Terms of a moving wall in the Laplacian of a row (eq. 3.3): motion [PD_DIM] = sum over its cut bonds of their part
- * of wall_lap times the wall velocity at the intersection [unit of the velocity / m2]. curved [PD_DIM] (or NULL): the
- * same with their part of wall_curv. */
+/* Terms of a moving wall in the Laplacian of a row (eq. 3.3): motion [PD_DIM] [1/(m s)] = sum over its cut bonds of
+ * their part of wall_laplacian times the velocity that `wall` returns at the intersection. curved [PD_DIM] [m/s] (or
+ * NULL): the same with their part of wall_curvature. */
 PDI_FN void pdi_bond_sum_wall_velocity(const pd_bonds *bonds, int32_t row, pd_velocity_fn wall, void *user,
                                        double *motion, double *curved);
-/* Index of the shape whose zero level is the surface at a closed node; -1: the surface is that of cell faces. walled:
- * the node lies behind a side of the box. */
+/* Index of the smooth shape (metal or wall) whose zero level is the surface at a closed node; a ghost counts as its
+ * source. -1: the surface is that of cell faces, or the node is open. walled 1: the node lies behind a side of the box
+ * that is a wall, and the shape is that of the wall. */
 PDI_FN int pdi_bond_find_surface_shape(const pd_grid *grid, int32_t closed, int walled);
-/* Fraction t at which cut bond k of a node intersects the surface; x: the point [m]. */
+/* Fraction t > 0 at which bond k of a node, which has to be cut, intersects the surface; x [PD_DIM]: the point [m].
+ * Above 1 where the line grazes a smooth surface and meets it behind the end of the bond. */
 PDI_FN double pdi_bond_find_cut_fraction(const pd_bond_paths *paths, int32_t node, int k, double *x);
 /* Point x [m] at which cut bond k of a row intersects the surface, and the unit normal towards the fluid. Returns the
- * closed node behind it, or -1 where the line only grazes the cells of a smooth surface. */
+ * closed node behind it; -1: the line only grazes the cells of a smooth surface, x and normal are set all the same. */
 PDI_FN int32_t pdi_bond_find_surface_point(const pd_bonds *bonds, int32_t row, int k, double *x, double *normal);
-/* Signed distance [m] of x from the smooth surface through the cell of node `closed`; NaN: the surface there is that
- * of cell faces. */
+/* Signed distance [m] of x from the smooth shape whose surface passes through the cell of node `closed`, positive on
+ * the side of the fluid; NaN: the surface there is that of cell faces. */
 PDI_FN double pdi_bond_surface_distance(const pd_bonds *bonds, int32_t closed, const double *x);
 /* Intersection of a cut bond with the surface. */
 typedef struct pdi_bond_wall_end {
@@ -187,7 +193,8 @@ typedef struct pdi_bond_wall_end {
     /* 1: the line crosses cells of a smooth surface, but meets that behind its end or nowhere */
     int is_grazing;
 } pdi_bond_wall_end;
-/* Computes the intersection of cut bond k of a row with the surface, and its contributions to the wall terms. */
+/* Sets all members of *end: the intersection of cut bond k of a row with the surface, and its contributions to the wall
+ * terms (eq. 3.3, 3.4). The row itself does not change. */
 PDI_FN void pdi_bond_find_wall_end(const pd_bonds *bonds, int32_t row, int k, pdi_bond_wall_end *end);
 #endif
 

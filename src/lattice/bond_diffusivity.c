@@ -23,8 +23,8 @@ typedef struct pdi_bond_diffusivity_segment {
     double near_diffusivity, far_diffusivity; /* [m2/s] diffusivity at both ends; NaN: unknown */
 } pdi_bond_diffusivity_segment;
 
-/* Evaluates a function at a fraction of the segment. Behind sides that are not walls positions are folded into the
- * box, so materials repeat as the kinds of ghosts do. */
+/* Value of `fn` at a fraction of the segment, which may be negative. Behind sides that are not walls positions are
+ * folded into the box, so materials repeat as the kinds of ghosts do. */
 static double pdi_bond_diffusivity_evaluate(const pdi_bond_diffusivity_segment *w, pd_point_fn fn, double fraction)
 {
     double x[PD_DIM];
@@ -39,8 +39,8 @@ static double pdi_bond_diffusivity_distance(const pdi_bond_diffusivity_segment *
     return pdi_bond_diffusivity_evaluate(w, w->media->surface_distance, fraction);
 }
 
-/* Side of the surface of the point at a fraction of the segment, by its signed distance `level` [m]: -1, 1, or 0 within
- * the tolerance of the surface there. */
+/* Side of the surface of the point at a fraction of the segment, by its signed distance `level` [m]: the sign of that,
+ * -1 or 1; 0: within the tolerance of the surface there. */
 static int pdi_bond_diffusivity_find_side(const pdi_bond_diffusivity_segment *w, double fraction, double level)
 {
     double x[PD_DIM], tolerance;
@@ -49,7 +49,8 @@ static int pdi_bond_diffusivity_find_side(const pdi_bond_diffusivity_segment *w,
     return (level > tolerance) - (level < -tolerance);
 }
 
-/* Fraction between lo and hi at which the segment intersects the surface; flo, fhi: signed distances there [m]. */
+/* Fraction between lo and hi at which the segment intersects the surface; flo, fhi: signed distances there [m]. lo when
+ * these do not have opposite signs. */
 static double pdi_bond_diffusivity_find_surface(const pdi_bond_diffusivity_segment *w, double lo, double hi, double flo,
                                                 double fhi)
 {
@@ -63,7 +64,8 @@ static double pdi_bond_diffusivity_find_surface(const pdi_bond_diffusivity_segme
     return t;
 }
 
-/* Diffusivity [m2/s] of a segment 0 .. end that lies within the surface: the mean of both sides. */
+/* Diffusivity [m2/s] of the part 0 .. end of a segment, which lies within the surface: the arithmetic mean of both
+ * sides at its middle; the value at the middle itself where the surface has no normal. */
 static double pdi_bond_diffusivity_mean_in_surface(const pdi_bond_diffusivity_segment *w, double end)
 {
     const pd_bond_diffusivity *m = w->media;
@@ -82,8 +84,9 @@ static double pdi_bond_diffusivity_mean_in_surface(const pdi_bond_diffusivity_se
     return sum;
 }
 
-/* Resistance over length [s/m2] of the segment from the start of the present material to the fraction `to`, within
- * that material; the parts at the ends of the segment have the diffusivity of the node there. */
+/* Resistance [s/m2], over the length of the segment, of its part from the start of the present material to the fraction
+ * `to`; HUGE_VAL: no diffusivity. The first part has near_diffusivity, the last one (to >= end) far_diffusivity, where
+ * these are not NaN; others have the diffusivity at their middle. */
 static double pdi_bond_diffusivity_resistance(const pdi_bond_diffusivity_segment *w, double to, double end)
 {
     double d, near = w->material_begin > 0.0 ? (double)NAN : w->near_diffusivity,
@@ -107,7 +110,8 @@ typedef struct pdi_bond_diffusivity_integral {
     double last_fraction, last_distance; /* [-], [m] fraction and signed distance of the last point */
 } pdi_bond_diffusivity_integral;
 
-/* Adds the part from the start of the present material to the fraction `to`. */
+/* Adds the part from the start of the present material to the fraction `to` to the integral; the next material begins
+ * there. */
 static void pdi_bond_diffusivity_add_material(pdi_bond_diffusivity_integral *state, double to)
 {
     pdi_bond_diffusivity_segment *w = state->segment;
@@ -118,8 +122,9 @@ static void pdi_bond_diffusivity_add_material(pdi_bond_diffusivity_integral *sta
     w->material_begin = to;
 }
 
-/* Takes in the next point: finds the surface between it and the last one when they are on different sides, and adds
- * the material that ends there. */
+/* Takes in the next point, at the fraction `at` with the signed distance `level` [m]: finds the surface between it and
+ * the last one when they are on different sides, and adds the material that ends there. The last point becomes this
+ * one; where it ends the segment on the surface, far_diffusivity becomes NaN. */
 static void pdi_bond_diffusivity_add_point(pdi_bond_diffusivity_integral *state, double at, double level)
 {
     int beyond = pdi_bond_diffusivity_find_side(state->segment, at, level);
@@ -132,8 +137,9 @@ static void pdi_bond_diffusivity_add_point(pdi_bond_diffusivity_integral *state,
     state->last_distance = level;
 }
 
-/* Integrates from the last point to `to` by bisection, until no surface can be missed: the distances at both ends are
- * bounds (Lipschitz constant 1). The points are the same from whichever end the segment begins. */
+/* Integrates from the last point to the fraction `to`, with the signed distance `level` [m], by bisection until no
+ * surface can be missed: the distances at both ends are bounds (Lipschitz constant 1). Layers thinner than
+ * PDI_BOND_DIFFUSIVITY_MIN_LAYER may be. The points are the same from whichever end the segment begins. */
 static void pdi_bond_diffusivity_bisect(pdi_bond_diffusivity_integral *state, double to, double level)
 {
     const pd_bond_diffusivity *m = state->segment->media;
@@ -146,8 +152,9 @@ static void pdi_bond_diffusivity_bisect(pdi_bond_diffusivity_integral *state, do
     } else pdi_bond_diffusivity_add_point(state, to, level);
 }
 
-/* Integral over 0 .. end of the diffusivity (cell 1) or the resistance (cell 0). *side: 0 when the segment lies
- * within the surface. */
+/* Integral over the fractions 0 .. end of the diffusivity [m2/s] (cell 1) or of its inverse [s/m2] (cell 0). *side:
+ * side of the last point off the surface, 1 or -1; 0: all lies within the surface, and the integral is 0. Changes
+ * material_begin of the segment; diffusivities of ends on the surface become NaN. */
 static double pdi_bond_diffusivity_integrate(pdi_bond_diffusivity_segment *w, double end, int cell, int *side)
 {
     pdi_bond_diffusivity_integral state = {w, end, cell, 0.0, 0, 0.0, pdi_bond_diffusivity_distance(w, 0.0)};
@@ -160,7 +167,8 @@ static double pdi_bond_diffusivity_integrate(pdi_bond_diffusivity_segment *w, do
     return state.integral;
 }
 
-/* Mean diffusivity [m2/s] of the segment 0 .. end: resistances in series (eq. 5.8). */
+/* Mean diffusivity [m2/s] of the part 0 .. end of the segment: resistances in series (eq. 5.8). Changes the segment as
+ * pdi_bond_diffusivity_integrate does. */
 static double pdi_bond_diffusivity_mean_in_series(pdi_bond_diffusivity_segment *w, double end)
 {
     int side;
@@ -168,7 +176,7 @@ static double pdi_bond_diffusivity_mean_in_series(pdi_bond_diffusivity_segment *
     return side ? end / sum : pdi_bond_diffusivity_mean_in_surface(w, end);
 }
 
-/* Sets the segment to bond k of node i. */
+/* Sets the segment to bond k of node i; near_diffusivity is that of the node, far_diffusivity NaN. */
 static void pdi_bond_diffusivity_init_segment(const pd_bond_diffusivity *m, int32_t i, int k,
                                               pdi_bond_diffusivity_segment *w)
 {
@@ -204,7 +212,8 @@ static int pdi_bond_diffusivity_is_member(const pd_grid *grid, int32_t i)
     return !pd_grid_is_inside(grid, at) && grid->kind[pd_grid_find_source(grid, i, NULL)] == PD_SOLID;
 }
 
-/* Node at `times` bonds k from node i; -1: outside of the arrays, or a wall. */
+/* Node (may be a ghost) at `times` bonds k from node i, times < 0: in the opposite direction; -1: outside of the
+ * arrays, or a wall. */
 static int32_t pdi_bond_diffusivity_find_node(const pd_bond_diffusivity *m, int32_t i, int k, int times)
 {
     int at[PD_DIM];
@@ -223,8 +232,9 @@ static int32_t pdi_bond_diffusivity_find_far_node(const pd_bond_diffusivity *m, 
     return pdi_bond_diffusivity_find_node(m, i, k, 1);
 }
 
-/* Computes the diffusivities of all bonds of node i, which has a row; writes the same number for the opposite bond of
- * the far end. */
+/* Computes the diffusivities of the bonds of node i, which has a row, and writes the same number for the opposite bond
+ * of a far end with a row. Bonds to walls stay 0; when both ends have rows, bonds k >= count/2 come from the far end.
+ */
 static void pdi_bond_diffusivity_compute_row(pd_bond_diffusivity *m, int32_t i)
 {
     int count = m->stencil->count;
@@ -337,7 +347,8 @@ static int pdi_bond_diffusivity_count_reflections(const pd_stencil *s, int n, in
 }
 
 /* Diffusivity [m2/s] of bond k of node i, or, where that ends in a wall, the mean of its mirror images with the fewest
- * reflections: what walls cut off is corrected elsewhere (theory: eq. 5.7). */
+ * reflections, or that of the node when all of them end in walls: what walls cut off is corrected elsewhere (theory:
+ * eq. 5.7). */
 static double pdi_bond_diffusivity_get_mirrored(const pd_bond_diffusivity *m, int32_t i, int k, int axis)
 {
     const pd_stencil *s = m->stencil;
@@ -359,7 +370,7 @@ static double pdi_bond_diffusivity_get_mirrored(const pd_bond_diffusivity *m, in
 /* Computes the correction of node i (eq. 5.14). Bonds across the surface are resistances in series, and conduct less
  * along the surface than the materials do; a cell that the surface cuts has the material of its node. The deficit of
  * the moments of the node against the mean of its cell is given to its bonds parallel to the surface. Then the layers
- * together conduct along the surface what the materials do, and nothing changes across it. */
+ * together conduct along the surface what the materials do, and nothing changes across it. lift->axis -1: none. */
 static void pdi_bond_diffusivity_compute_correction(const pd_bond_diffusivity *m, int32_t i,
                                                     pdi_bond_diffusivity_correction *lift)
 {
@@ -388,8 +399,9 @@ static void pdi_bond_diffusivity_compute_correction(const pd_bond_diffusivity *m
         for (int b = 0; b < PD_DIM; b++) lift->x[a] += inverse[a * PD_DIM + b] * deficit[b];
 }
 
-/* Adds to bond k of node i, and to its opposite bond, the mean of the corrections of both ends; at least a quarter of
- * the diffusivity stays. */
+/* Adds to bond k of node i, and to its opposite bond, the mean of the corrections lift [rows] of both ends; at least a
+ * quarter of the diffusivity stays. Nothing changes for k >= count/2 (it is the opposite bond of another one), without
+ * a row at both ends, or unless the bond is parallel to the surface of both. */
 static void pdi_bond_diffusivity_add_correction(const pd_bond_diffusivity *m,
                                                 const pdi_bond_diffusivity_correction *lift, int32_t i, int k)
 {
@@ -438,7 +450,8 @@ PDI_FN void pdi_bond_diffusivity_list_row_arrays(pdi_array_visitor *owner, void 
     PDI_ARRAY(owner, media, bond_value, media->rows ? (int64_t)media->rows * media->stencil->count : 0, "m2/s");
 }
 
-/* Numbers the nodes within one bond of the surface and computes the diffusivities of their bonds. The tolerance
+/* Numbers the nodes within one bond of the surface (rows, row_of_node), ghosts included, and allocates and computes the
+ * diffusivities of their bonds, with the correction of eq. 5.14. The tolerance
  * includes all neighbours of a node on the surface, so that both ends of a bond have the same diffusivity. */
 static pd_status pdi_bond_diffusivity_build_rows(pd_ctx *ctx, pd_bond_diffusivity *m)
 {

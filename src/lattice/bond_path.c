@@ -16,7 +16,7 @@ PDI_FN int pdi_bond_path_find_closed_group(const pd_bond_paths *paths, int32_t n
     return -1;
 }
 
-/* Kind of a cell; for a ghost that of its source node. */
+/* Kind of a cell; for a ghost that of its source node in the box, behind walls, inlets and outlets, too. */
 static uint8_t pdi_bond_path_get_source_kind(const pd_grid *grid, int32_t cell)
 {
     if (grid->kind[cell] == PD_SOLID) return PD_SOLID;

@@ -20,7 +20,7 @@ typedef struct pdi_boundary_faces_form {
     int8_t corner[6][4];
 } pdi_boundary_faces_form;
 
-/* Faces of a cell type. */
+/* Faces of a cell type and their corners, from a static table. */
 static const pdi_boundary_faces_form *pdi_boundary_faces_get_form(pd_points_cell_type form)
 {
     static const pdi_boundary_faces_form forms[8] = {
@@ -35,8 +35,8 @@ static const pdi_boundary_faces_form *pdi_boundary_faces_get_form(pd_points_cell
     return &forms[form];
 }
 
-/* Area vector of a face. In 3D half the cross product of the diagonals, which also holds for a face that is not
- * plane. */
+/* area [PD_DIM] = area vector of a face with the corners x [corners][PD_DIM], in their unit; its direction follows from
+ * their order. 3D: half the cross product of the diagonals, also for a face that is not plane. 1D: left alone. */
 static void pdi_boundary_faces_compute_area(int corners, const double *const *x, double *area)
 {
     if (PD_DIM == 2) {
@@ -52,7 +52,8 @@ static void pdi_boundary_faces_compute_area(int corners, const double *const *x,
     }
 }
 
-/* Centroid of a face; of a quadrilateral from its two triangles. */
+/* centroid [PD_DIM] of a face with the corners x [corners][PD_DIM], in their unit; of a quadrilateral from its two
+ * triangles. */
 static void pdi_boundary_faces_compute_centroid(int corners, const double *const *x, double *centroid)
 {
     double size[2] = {1.0, 0.0};
@@ -72,7 +73,7 @@ static void pdi_boundary_faces_compute_centroid(int corners, const double *const
     }
 }
 
-/* Double the capacity. */
+/* Grow the array of faces to twice its capacity and 64 more. */
 static pd_status pdi_boundary_faces_grow(pd_ctx *ctx, pd_boundary_faces *s)
 {
     pd_boundary_faces_face *face;
@@ -173,7 +174,8 @@ static int pdi_boundary_faces_compare_node_cells(const void *a, const void *b)
     return (p->cell > q->cell) - (p->cell < q->cell);
 }
 
-/* List all pairs of nodes and cells, sorted and without duplicates; *count of them. */
+/* List all pairs of a node and a cell of all faces into link [4 faces], sorted by node, without duplicates; *count of
+ * them. */
 static void pdi_boundary_faces_list_node_cells(const pd_boundary_faces *s, pdi_boundary_faces_node_cell *link,
                                                int64_t *count)
 {
@@ -190,7 +192,8 @@ static void pdi_boundary_faces_list_node_cells(const pd_boundary_faces *s, pdi_b
     *count = n;
 }
 
-/* Cells that share a node with a face, its own first, into cell[PDI_BOUNDARY_FACES_MAX_CELLS]. Returns their number. */
+/* Cells that share a node with a face, its own first, into cell[PDI_BOUNDARY_FACES_MAX_CELLS], by the sorted pairs
+ * link[count]. Returns their number; cells beyond the maximum are left out. */
 static int pdi_boundary_faces_find_adjacent_cells(const pd_boundary_faces_face *face,
                                                   const pdi_boundary_faces_node_cell *link, int64_t count,
                                                   int32_t *cell)
@@ -224,8 +227,8 @@ typedef struct pdi_boundary_faces_weights {
     double weight[PDI_BOUNDARY_FACES_MAX_CELLS]; /* [-] the weights */
 } pdi_boundary_faces_weights;
 
-/* Weights nearest to the own cell alone with sum 1 and a centroid on the normal of the face, by the normal equations of
- * constrained least squares. Returns 0 when they are singular. */
+/* Set s->weight: nearest to the own cell (number 0) alone, with sum 1 and a centroid on the unit `normal` of the face,
+ * by the normal equations of constrained least squares. Returns 1; 0: these are singular, weights are left alone. */
 static int pdi_boundary_faces_solve_weights(const double *normal, pdi_boundary_faces_weights *s)
 {
     enum { ROWS = PD_DIM + 1 };
@@ -250,8 +253,9 @@ static int pdi_boundary_faces_solve_weights(const double *normal, pdi_boundary_f
     return 1;
 }
 
-/* Non-negative weights where possible: cells with the most negative weight are excluded one by one (active set).
- * Otherwise the first solution stays, or the own cell alone. */
+/* Set s->weight, non-negative where possible: cells with the most negative weight are excluded one by one (active set),
+ * their inverse_penalty becomes 0. Otherwise the first solution, which has negative weights, or, when that is singular,
+ * the own cell alone. */
 static void pdi_boundary_faces_compute_weights(const double *normal, pdi_boundary_faces_weights *s)
 {
     double first[PDI_BOUNDARY_FACES_MAX_CELLS] = {1.0};
@@ -269,7 +273,8 @@ static void pdi_boundary_faces_compute_weights(const double *normal, pdi_boundar
     }
 }
 
-/* Distribute the area of a face to the points around it. size: factor from areas of the file to SI units. */
+/* Add the outward area vector of a face, times weights, to boundary_area of the points of the cells around it; link: as
+ * of pdi_boundary_faces_list_node_cells. scale, size: factors from lengths and areas of the file to SI units. */
 static void pdi_boundary_faces_distribute_area(const pd_boundary_faces_face *face,
                                                const pdi_boundary_faces_node_cell *link, int64_t link_count,
                                                double scale, double size, pd_points *points)
@@ -298,7 +303,8 @@ static void pdi_boundary_faces_distribute_area(const pd_boundary_faces_face *fac
             points->boundary_area[(int64_t)s.cell[k] * PD_DIM + d] += s.weight[k] * size * area_vector[d];
 }
 
-/* Move the faces that belong to one cell only to the front. Returns their number. */
+/* Sort the faces by nodes and move those that belong to one cell only to the front. Returns their number; what stands
+ * behind them has no meaning. */
 static int64_t pdi_boundary_faces_extract_unshared(pd_boundary_faces *s)
 {
     int64_t count = 0;
@@ -336,7 +342,7 @@ static int pdi_boundary_faces_compare_numbers(const void *a, const void *b)
     return (p > q) - (p < q);
 }
 
-/* Number of distinct values among n integers, which are sorted. */
+/* Sort number [n] in place, and return how many distinct values it has. */
 static int64_t pdi_boundary_faces_count_distinct(int64_t *number, int64_t n)
 {
     int64_t count = 0;
@@ -345,7 +351,9 @@ static int64_t pdi_boundary_faces_count_distinct(int64_t *number, int64_t n)
     return count;
 }
 
-/* Merged vertex of each corner of the first `count` faces, 4 a face: coincident corners have the same one. */
+/* vertex [4 count] = merged vertex of each corner of the first `count` faces, 4 a face: coincident corners have the
+ * same one. corner [4 count][3], zero before, receives the coordinates [unit of the file]; missing corners repeat the
+ * first. */
 static pd_status pdi_boundary_faces_merge_vertices(pd_ctx *ctx, const pd_boundary_faces *s, int64_t count,
                                                    double *corner, int32_t *vertex)
 {
@@ -360,8 +368,9 @@ static pd_status pdi_boundary_faces_merge_vertices(pd_ctx *ctx, const pd_boundar
     return status;
 }
 
-/* Find coincident faces in the sorted list: those of two pieces of the file are shared (no boundary), others are seams.
- * nodes[2][4 count]: nodes of the seams, and their merged vertices. Returns how many entries each has. */
+/* Find coincident faces in the sorted list place[count]: a pair from two pieces of the file is shared (shared[face] 1:
+ * no boundary), others are seams, which add to coincident_faces of the points. nodes[2][4 count]: nodes of the corners
+ * of the seams, with repetitions, and their merged vertices. Returns how many entries each has. */
 static int64_t pdi_boundary_faces_mark_coincident(const pd_boundary_faces *s,
                                                   const pdi_boundary_faces_merged_face *place, int64_t count,
                                                   uint8_t *shared, int64_t *nodes, pd_points *points)
@@ -384,7 +393,8 @@ static int64_t pdi_boundary_faces_mark_coincident(const pd_boundary_faces *s,
     return n;
 }
 
-/* Mark the faces that pieces of the file share among the first `count`, and count seams and coincident nodes. */
+/* Set shared[count], zero before, to 1 for those of the first `count` faces that two pieces of the file share, and
+ * count seams and coincident nodes of the points. Does nothing when 4 count exceeds int32. */
 static pd_status pdi_boundary_faces_match_pieces(pd_ctx *ctx, const pd_boundary_faces *s, int64_t count,
                                                  uint8_t *shared, pd_points *points)
 {
@@ -422,7 +432,8 @@ static pd_status pdi_boundary_faces_match_pieces(pd_ctx *ctx, const pd_boundary_
 
 /* ---- boundary ---- */
 
-/* Store the boundary faces as simplices (points, segments, triangles). */
+/* Allocate and set face_corner [m] and face_count of the points: those of the first `count` faces that are not shared,
+ * as simplices (points, segments, triangles; two of a quadrilateral). */
 static pd_status pdi_boundary_faces_store_simplices(pd_ctx *ctx, const pd_boundary_faces *s, int64_t count,
                                                     const uint8_t *shared, double scale, pd_points *points)
 {

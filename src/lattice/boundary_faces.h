@@ -30,18 +30,18 @@ typedef struct pd_boundary_faces_face {
 typedef struct pd_boundary_faces {
     int64_t count, capacity;       /* number of faces, and capacity */
     int32_t piece;                 /* piece of the file that the next faces belong to */
-    pd_boundary_faces_face *face; /* [room] */
+    pd_boundary_faces_face *face; /* [capacity] */
 } pd_boundary_faces;
 
 #define pd_boundary_faces_add_cell PD_NAME(pd_boundary_faces_add_cell)
 #define pd_boundary_faces_finish PD_NAME(pd_boundary_faces_finish)
 #define pd_boundary_faces_free PD_NAME(pd_boundary_faces_free)
 
-/* Add the faces of a cell. node: ids of its corners; corner[][3]: their coordinates; cell: index of its point. */
+/* Append the faces of a cell. node[], corner[][3]: ids and coordinates of its corners; cell: index of its point. */
 PD_API pd_status pd_boundary_faces_add_cell(pd_ctx *ctx, pd_boundary_faces *skin, pd_points_cell_type form,
                                             const int64_t *node, const double *const *corner, int32_t cell);
-/* Find the boundary faces and set surface, faces, seams and twins of the points; lengths times scale are in metres.
- * Sorts the faces. */
+/* Find the boundary faces: add to boundary_area, and set the face and coincident members, of the points; lengths times
+ * scale are in metres. Sorts the faces; those that cells share are lost. */
 PD_API pd_status pd_boundary_faces_finish(pd_ctx *ctx, pd_boundary_faces *skin, double scale, pd_points *points);
 /* Free the faces. A zeroed object is allowed. */
 PD_API void pd_boundary_faces_free(pd_ctx *ctx, pd_boundary_faces *skin);

@@ -35,8 +35,8 @@ static pd_status pdi_csr_check_input(pd_ctx *ctx, const pd_bonds *bonds, const p
     return PD_OK;
 }
 
-/* Adds `weight` to the row entry of the value at far end `far` (a node or ghost of the lattice), and inserts the
- * entry when it is new. */
+/* Adds `weight` to the row entry of the value at far end `far` (a node or ghost of the lattice), and inserts the entry
+ * in ascending order when it is new. An image counts as its source, with the sign of the component. */
 static void pdi_csr_add_entry(pdi_csr_work *w, int32_t far, double weight)
 {
     int32_t node = w->source[far], at = w->size;
@@ -54,8 +54,8 @@ static void pdi_csr_add_entry(pdi_csr_work *w, int32_t far, double weight)
     w->size++;
 }
 
-/* Returns the weight of the value at the far end of bond k of node i; *diagonal: that of the value at node i itself
- * in this bond. */
+/* Returns the weight [unit of the operator] of the value at the far end of the open bond k of node i, 0 for the
+ * gradient at an inlet ghost of a truncated family; *diagonal: that of the value at node i itself in this bond. */
 static double pdi_csr_compute_weight(const pdi_csr_work *w, int32_t i, int k, double *diagonal)
 {
     const pd_bonds *b = w->bonds;
@@ -88,7 +88,7 @@ static double pdi_csr_compute_weight(const pdi_csr_work *w, int32_t i, int k, do
     return weight;
 }
 
-/* Assembles the row of node i. */
+/* Assembles the row of node i into column and weight [size] of w, the diagonal included. */
 static void pdi_csr_assemble_row(pdi_csr_work *w, int32_t i)
 {
     const pd_bonds *b = w->bonds;
@@ -107,7 +107,7 @@ static void pdi_csr_assemble_row(pdi_csr_work *w, int32_t i)
     pdi_csr_add_entry(w, i, sum);
 }
 
-/* Assembles all rows; count 1: only their lengths (row and given_row). */
+/* Assembles all rows into the matrix; count 1: sets only row_begin and prescribed_begin, whose first entries are 0. */
 static void pdi_csr_assemble_rows(pdi_csr_work *w, int count)
 {
     pd_csr *c = w->csr;
@@ -135,7 +135,8 @@ static int pdi_csr_is_unknown(const pd_bonds *bonds, const pd_csr_desc *desc, in
     return bonds->grid->kind[i] == PD_FLUID && (!desc->mask || desc->mask[i]);
 }
 
-/* Numbers the unknowns and allocates the arrays by row. */
+/* Numbers the unknowns in the order of nodes, and allocates the arrays by row: sets total, rows, node and row_of_node.
+ * PD_ERR_GEOMETRY: no fluid node is in the set. */
 static pd_status pdi_csr_set_unknowns(pd_ctx *ctx, const pd_bonds *bonds, const pd_csr_desc *desc, pd_csr *csr)
 {
     csr->total = bonds->grid->total;
@@ -152,7 +153,8 @@ static pd_status pdi_csr_set_unknowns(pd_ctx *ctx, const pd_bonds *bonds, const 
     return PD_OK;
 }
 
-/* Builds the matrix: sources of images, lengths of rows, then entries. */
+/* Allocates and builds the matrix w->csr and the working arrays of w: sources of images, lengths of rows, then entries.
+ * The caller frees the working arrays, and on failure the matrix. */
 static pd_status pdi_csr_build_inner(pd_ctx *ctx, pdi_csr_work *w)
 {
     const pd_ghosts *g = &w->bonds->ghosts;

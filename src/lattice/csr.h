@@ -1,7 +1,7 @@
 /* csr: an operator on a set of nodes as a sparse matrix in compressed row storage, for solvers of the caller.
  *
  * The matrix of the unknowns and the part of the prescribed (Dirichlet) values make up the operator of op.h:
- *     (operator f)[node[r]] = sum over row r of weight x[column]  +  sum over row r of given_weight f[given]
+ *     (operator f)[node[r]] = sum over row r of weight x[column]  +  sum over row r of prescribed_weight f[prescribed]
  * with x[column] = f[node[column]]. A bond to an image behind a periodic or mirror side counts for the source node of
  * the image, with the sign of the component. Given (prescribed) are the nodes outside of the set and the ghosts of
  * inlets and outlets: in a Dirichlet problem they go to the right-hand side, as -(given part). Bonds blocked by solid
@@ -31,11 +31,11 @@ typedef struct pd_csr {
     int32_t *node;        /* [rows] node of the lattice */
     int32_t *row_of_node; /* [total] row of a node; -1: not in the set */
     int64_t *row_begin;   /* [rows + 1] begin of each row in column and weight */
-    int32_t *column;      /* [row[rows]] */
-    double *weight;       /* [row[rows]] [unit of the operator] */
+    int32_t *column;      /* [row_begin[rows]] */
+    double *weight;       /* [row_begin[rows]] [unit of the operator] */
     int64_t *prescribed_begin; /* [rows + 1] */
-    int32_t *prescribed;       /* [given_row[rows]] nodes of the lattice */
-    double *prescribed_weight; /* [given_row[rows]] [unit of the operator] */
+    int32_t *prescribed;       /* [prescribed_begin[rows]] nodes of the lattice */
+    double *prescribed_weight; /* [prescribed_begin[rows]] [unit of the operator] */
     int32_t total;        /* nodes of the lattice */
 } pd_csr;
 

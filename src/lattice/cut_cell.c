@@ -36,7 +36,7 @@ static double pdi_cut_cell_circumference(const pd_grid *grid, double r)
     return grid->circumference ? 2.0 * PD_PI * fabs(r) : 1.0;
 }
 
-/* 1: the shape exists and has a smooth surface. */
+/* 1: the shape exists (index -1: none) and has a smooth surface. */
 static int pdi_cut_cell_is_smooth(const pd_grid *grid, int shape)
 {
     return shape >= 0 && pd_shape_is_smooth(grid->shapes, shape);
@@ -93,13 +93,13 @@ typedef struct pdi_cut_cell_simplex {
     int axes, open;
 } pdi_cut_cell_simplex;
 
-/* Fraction of the edge between two vertices, an open and a closed one, at which the distance is zero. */
+/* Fraction of the edge from vertex `from` to vertex `to`, an open and a closed one, at which the distance is zero. */
 static double pdi_cut_cell_edge_fraction(const pdi_cut_cell_simplex *s, int from, int to)
 {
     return s->distance[from] / (s->distance[from] - s->distance[to]);
 }
 
-/* Fraction of the simplex that is open (positive distance). */
+/* Fraction of the volume (area, length) of the simplex that is open (positive distance). */
 static double pdi_cut_cell_open_fraction(const pdi_cut_cell_simplex *s)
 {
     int vertices = s->axes + 1;
@@ -121,7 +121,8 @@ static double pdi_cut_cell_open_fraction(const pdi_cut_cell_simplex *s)
     return 1.0 - fraction;
 }
 
-/* Adds vertex number `count`: open ones are kept in front of closed ones. */
+/* Adds vertex number `count` at x [m] with the signed distance `level` [m]: open ones (> 0) are kept in front of closed
+ * ones, and counted in s->open. */
 static void pdi_cut_cell_add_vertex(pdi_cut_cell_simplex *s, int count, const double *x, double level)
 {
     int at = count;
@@ -141,7 +142,8 @@ static void pdi_cut_cell_edge_point(const pdi_cut_cell_simplex *s, int from, int
     for (int d = 0; d < PD_DIM; d++) x[d] = s->x[from][d] + t * (s->x[to][d] - s->x[from][d]);
 }
 
-/* Passes on the surface piece with the corners p [PD_DIM]; `out` points from the fluid into the wall. */
+/* Passes the surface piece with the corners p [PD_DIM][PD_DIM] [m] to the callback, which may be NULL: sets area vector
+ * and centroid of w->piece. `out` points from the fluid into the wall and gives the area vector its sign. */
 static void pdi_cut_cell_add_facet(pdi_cut_cell_work *w, double p[][PD_DIM], const double *out)
 {
     pdi_cut_cell_facet *piece = &w->piece;
@@ -179,7 +181,7 @@ static void pdi_cut_cell_add_zero_level(pdi_cut_cell_work *w, const pdi_cut_cell
     if (count == 4) pdi_cut_cell_add_facet(w, p + 1, out); /* the edges of the four go by 0, 1, 3, 2 */
 }
 
-/* Mean radius [m] of the open part of a triangle, by its open fraction `share`. */
+/* Mean radius [m] of the open part of a triangle (2D) that is not all closed, by its open fraction `share`. */
 static double pdi_cut_cell_open_radius(const pdi_cut_cell_simplex *s, double share)
 {
     double all = 0.0, corner, x[PD_DIM];
@@ -195,8 +197,8 @@ static double pdi_cut_cell_open_radius(const pdi_cut_cell_simplex *s, double sha
     return lone ? (all - (1.0 - share) * corner) / share : corner;
 }
 
-/* Adds volume and surface of the box a .. b, split into simplices that all begin at the corner `anchor`, so that the
- * parts of a halved box mirror each other. */
+/* Adds the open volume of the box a .. b [m] to w->volume, and passes on its surface, split into simplices that all
+ * begin at the corner `anchor` (bit d: upper end along axis d), so that the parts of a halved box mirror each other. */
 static void pdi_cut_cell_integrate_simplices(pdi_cut_cell_work *w, const double *a, const double *b, int anchor)
 {
     double level[PDI_CUT_CELL_CORNERS], x[PDI_CUT_CELL_CORNERS][PD_DIM], size = 1.0;
@@ -235,7 +237,8 @@ static double pdi_cut_cell_compute_centre(const double *a, const double *b, doub
     return 0.5 * sqrt(square);
 }
 
-/* Part k of the box a .. b: low .. high, halved along all axes but `axis` (-1: along all). */
+/* Part k of the box a .. b: low .. high [m], halved at `middle` along all axes but `axis` (-1: along all). Bit d of k:
+ * the upper half along axis d. */
 static void pdi_cut_cell_compute_part(const double *a, const double *b, const double *middle, int axis, int k,
                                       double *low, double *high)
 {
@@ -246,8 +249,8 @@ static void pdi_cut_cell_compute_part(const double *a, const double *b, const do
     }
 }
 
-/* Adds volume and surface of the box a .. b: as a whole where the surface cannot cut it, else by halves, and at last
- * by simplices. */
+/* Adds the open volume of the box a .. b [m] to w->volume, and passes on its surface: as a whole where the surface
+ * cannot cut it, else by `halvings` recursive halvings, and at last by simplices. */
 static void pdi_cut_cell_integrate_box(pdi_cut_cell_work *w, const double *a, const double *b, int anchor, int halvings)
 {
     double x[PD_DIM], low[PD_DIM], high[PD_DIM], size = 1.0;
@@ -297,7 +300,8 @@ static double pdi_cut_cell_face_open_fraction(const pdi_cut_cell_work *w, const 
     return sum / orders;
 }
 
-/* Passes on the fraction `share` of the face a .. b as a surface piece. */
+/* Passes on the fraction `share` of the face a .. b [m] as a surface piece, with the centroid of the whole face;
+ * nothing when that has no area. */
 static void pdi_cut_cell_add_face(pdi_cut_cell_work *w, const double *a, const double *b, double share)
 {
     pdi_cut_cell_facet *piece = &w->piece;
@@ -331,7 +335,7 @@ static void pdi_cut_cell_integrate_face(pdi_cut_cell_work *w, const double *a, c
 
 /* ---- cells ---- */
 
-/* Clips cell i[] to the box lo .. hi: a .. b [m]. 0: nothing is left. */
+/* Clips cell i[] to the box lo .. hi: a .. b [m]. 1: something is left, 0: nothing. */
 static int pdi_cut_cell_clip(const pd_grid *grid, const int *i, const double *lo, const double *hi, double *a,
                              double *b)
 {

@@ -18,13 +18,15 @@ typedef struct pdi_cut_cell_facet {
     int32_t closed_node;     /* the piece is a cell face: the solid or wall node behind it; -1: on a smooth surface */
     int is_box_side;         /* 1: that face lies on a side of the box */
 } pdi_cut_cell_facet;
-/* Receives one piece of the surface. */
+/* Receives one piece of the surface, valid during the call. */
 typedef void (*pdi_cut_cell_fn)(void *user, const pdi_cut_cell_facet *piece);
-/* Calls `take` (may be NULL) for each surface piece in the cell of `node`, clipped to the box lo .. hi [m]. Returns the
- * open (fluid) volume of the clipped cell [m^d; rings: m3]. `node` lies in the box of the grid. */
+/* Calls `take` (may be NULL) for each surface piece in the cell of `node`, clipped to the box lo .. hi [m]; a closed
+ * cell has none, pieces on its faces are those of the open neighbour. Returns the open (fluid) volume of the clipped
+ * cell [m^d; rings: m3]. `node` lies in the box of the grid. */
 PDI_FN double pdi_cut_cell_integrate(const pd_grid *grid, int32_t node, const double *lo, const double *hi,
                                      pdi_cut_cell_fn take, void *user);
-/* Distance [m] of the node from the nearest smooth surface, or a lower bound; HUGE_VAL: there is none. */
+/* Unsigned distance [m] of the node from the nearest smooth surface of metal or wall as the grid was built with, or a
+ * lower bound; HUGE_VAL: there is none. */
 PDI_FN double pdi_cut_cell_surface_distance(const pd_grid *grid, int32_t node);
 /* Fraction of the volume of a node's cell that lies in the box lo .. hi [m]. */
 PDI_FN double pdi_cut_cell_overlap_fraction(const pd_grid *grid, int32_t node, const double *lo, const double *hi);

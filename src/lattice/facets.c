@@ -99,8 +99,8 @@ static int pdi_facets_compare_faces(const void *a, const void *b)
     return (p->triangle > q->triangle) - (p->triangle < q->triangle);
 }
 
-/* Excludes triangles with two equal vertices, and pairs of coincident triangles of opposite orientation (touching
- * bodies): their shell is -1. Others start as shells of their own. */
+/* Sets w->shell: -1 for triangles with two equal vertices and for pairs of coincident triangles of opposite orientation
+ * (touching bodies), which are left out; for others the number of the triangle, a shell of its own. */
 static pd_status pdi_facets_remove_degenerate(pd_ctx *ctx, pdi_facets_work *w)
 {
     pdi_facets_face *face = NULL;
@@ -131,8 +131,9 @@ static pd_status pdi_facets_remove_degenerate(pd_ctx *ctx, pdi_facets_work *w)
     return PD_OK;
 }
 
-/* From the sorted directed edges edge[count]: unites triangles that share an edge into shells, and counts the edges
- * with more triangles in one direction than in the other. */
+/* From the sorted directed edges edge[count]: unites triangles that share an edge into shells (w->shell: first triangle
+ * of the shell), and counts the edges with more triangles in one direction than in the other (w->unmatched, with data
+ * of the first one). Overwrites w->parent. */
 static void pdi_facets_find_shells(pdi_facets_work *w, const pdi_facets_edge *edge, int32_t count)
 {
     w->unmatched = 0;
@@ -154,7 +155,8 @@ static void pdi_facets_find_shells(pdi_facets_work *w, const pdi_facets_edge *ed
         if (w->shell[k] >= 0) w->shell[k] = pdi_disjoint_sets_find_root(w->parent, k);
 }
 
-/* Builds and sorts the edge list of all triangles that count, and finds shells and unmatched edges with it. */
+/* Leaves out degenerate triangles, and finds shells and unmatched edges of all others by a sorted list of their edges.
+ * PD_OK also with unmatched edges. */
 static pd_status pdi_facets_match_edges(pd_ctx *ctx, pdi_facets_work *w)
 {
     pdi_facets_edge *edge = NULL;
@@ -175,8 +177,9 @@ static pd_status pdi_facets_match_edges(pd_ctx *ctx, pdi_facets_work *w)
     return PD_OK;
 }
 
-/* PD_OK: the surface is closed, with identical corners merged, or corners within tolerance too. PD_ERR_GEOMETRY: it
- * has unmatched edges; the message names the first one. */
+/* Merges identical corners and, only where the surface is open otherwise, corners within tolerance; sets vertex, shell
+ * and merged of w. PD_OK: the surface is closed. PD_ERR_GEOMETRY: it has unmatched edges; the message has the place of
+ * the first one. */
 static pd_status pdi_facets_check_closed(pd_ctx *ctx, pdi_facets_work *w)
 {
     PD_TRY(pdi_vertex_merge_identical(ctx, w->corner, 3 * w->count, w->vertex));
@@ -212,7 +215,8 @@ static pd_status pdi_facets_check_input(pd_ctx *ctx, const double *corner, int64
     return PD_OK;
 }
 
-/* Six times the signed volume [m3] enclosed by `count` triangles, as a sum of tetrahedra with apex `origin` [m]. */
+/* Six times the volume [m3] enclosed by the triangles corner [count][3][3] [m], positive when their normals point
+ * outward, as a sum of tetrahedra with apex `origin` [m]. */
 static double pdi_facets_compute_six_volumes(const double *corner, int32_t count, const double *origin)
 {
     double volume = 0.0;
@@ -242,8 +246,9 @@ static int pdi_facets_compare_keys(const void *a, const void *b)
     return (p->triangle > q->triangle) - (p->triangle < q->triangle);
 }
 
-/* Builds the box of the triangles first .. first + size - 1 of `key`, and recursively its two children: a median
- * split along the longest edge of the box. Reorders `key`. */
+/* Appends the box of the triangles first .. first + size - 1 of `key` to the tree, and recursively those of its two
+ * children: a median split along the longest edge of the box, down to PDI_FACETS_LEAF_SIZE triangles. Reorders `key`.
+ */
 static void pdi_facets_build_subtree(pd_facets *f, const double *corner, pdi_facets_centroid_key *key, int32_t first,
                                      int32_t size)
 {
@@ -341,7 +346,7 @@ static double pdi_facets_square_distance_box(const pd_facets *f, int32_t k, cons
 }
 
 /* Squared distance [m2] of x from the nearest triangle in the tree below `root`, without triangle `skip` (-1: none);
- * `best` when none is nearer. Branch and bound, the nearer child first. */
+ * `best` [m2] when none is nearer. Branch and bound, the nearer child first. */
 static double pdi_facets_square_distance_tree(const pd_facets *f, int32_t root, int32_t skip, const double *x,
                                               double best)
 {
@@ -467,8 +472,9 @@ PDI_FN double pdi_facets_distance(const pd_facets *f, const double *x)
 
 /* ---- do all normals point outward? ---- */
 
-/* Winding number of all shells just in front (outside) of triangle k: below 0 where the triangle is oriented the
- * wrong way. normal_x: component of its normal along axis 0, not 0; middle [m]: its centroid. */
+/* Winding number of all shells just in front (outside) of triangle k: below 0 where the triangle is oriented the wrong
+ * way; 0 also where another triangle lies on it. normal_x: component of its normal along axis 0, of any length, not 0;
+ * middle [m]: its centroid. */
 static int pdi_facets_winding_in_front(const pd_facets *f, int32_t k, double normal_x, const double *middle)
 {
     int winding = normal_x > 0.0 ? 0 : -1;
@@ -482,7 +488,7 @@ static int pdi_facets_winding_in_front(const pd_facets *f, int32_t k, double nor
 }
 
 /* 1: the orientation of triangle k can be tested by a ray along axis 0, its normal not being across it. *normal_x:
- * component of the normal along axis 0 [m2]; middle [m]: the centroid. */
+ * component along axis 0 of the normal, whose length is twice the area [m2]; middle [3] [m]: the centroid. */
 static int pdi_facets_is_orientation_testable(const pd_facets *f, int32_t k, double *normal_x, double *middle)
 {
     const double *a = f->corner + 9 * (int64_t)k, *b = a + 3, *c = a + 6;
@@ -522,8 +528,9 @@ static pd_status pdi_facets_check_orientation(pd_ctx *ctx, const pd_facets *f)
 
 /* ---- build and free ---- */
 
-/* Copies the triangles that count to corner [count][3][3], shell by shell; size [shells] receives their numbers.
- * Flips all of them when the enclosed volume is negative. */
+/* Copies the triangles that are not left out, by their merged vertices, to corner [count][3][3] [m], shell by shell;
+ * size [shells] receives the number of triangles of each. Flips all of them when the enclosed volume is negative, and
+ * sets f->flipped. Uses f->root and w->parent as scratch. */
 static void pdi_facets_sort_by_shell(const pdi_facets_work *w, pd_facets *f, double *corner, int32_t *size)
 {
     int32_t count = 0, shells = 0;
@@ -552,8 +559,9 @@ static void pdi_facets_sort_by_shell(const pdi_facets_work *w, pd_facets *f, dou
         }
 }
 
-/* Builds one tree for each shell (below a common box when there are several), sets the sign of each shell by its
- * volume, and stores the triangles in the order of the leaves. */
+/* Builds one tree for each shell (with a box 0 around all when there are several), sets root and orientation of each
+ * shell, the latter by the sign of its volume, and stores the triangles corner [count][3][3] in f->corner in the order
+ * of the leaves. key [count] is scratch; size [shells]: triangles of each shell. */
 static void pdi_facets_build_trees(pd_facets *f, const double *corner, pdi_facets_centroid_key *key,
                                    const int32_t *size)
 {
@@ -580,7 +588,8 @@ static void pdi_facets_build_trees(pd_facets *f, const double *corner, pdi_facet
         for (int c = 0; c < 9; c++) f->corner[9 * (int64_t)k + c] = corner[9 * (int64_t)key[k].triangle + c] + 0.0;
 }
 
-/* Allocates the surface and fills it from the closed triangles of w. PD_ERR_GEOMETRY: no volume. */
+/* Allocates the surface and fills it from the closed triangles of w, flipped where they are inside out; on failure the
+ * caller frees it. PD_ERR_GEOMETRY: no volume. */
 static pd_status pdi_facets_build_shells(pd_ctx *ctx, const pdi_facets_work *w, pd_facets *f)
 {
     pdi_facets_centroid_key *key = NULL;
@@ -660,8 +669,8 @@ static int pdi_facets_is_box_hit(const double *box, const double *x, const doubl
     return from <= to;
 }
 
-/* Parameter t at which the line x + t xi intersects the triangle; HUGE_VAL: it does not. Moeller and Trumbore 1997,
- * with the tolerance PDI_FACETS_EDGE_TOLERANCE. */
+/* Parameter t, of any sign, at which the line x + t xi intersects the triangle corner [3][3] [m]; HUGE_VAL: it does
+ * not, or is parallel to its plane. Moeller and Trumbore 1997, with the tolerance PDI_FACETS_EDGE_TOLERANCE. */
 static double pdi_facets_find_triangle_crossing(const double *corner, const double *x, const double *xi)
 {
     double e[2][3], offset[3], across[3], cross[3];

@@ -28,7 +28,7 @@ PDI_FN pd_status pdi_ghosts_build(pd_ctx *ctx, const pd_grid *grid, pd_ghosts *g
     return status;
 }
 
-/* Bit of the axis normal to the inlet or outlet behind which a ghost lies; 0: an image. */
+/* Bit 1 << d of the axis normal to the inlet or outlet behind which a ghost lies; 0: an image. */
 static int pdi_ghost_find_normal_axis(const pd_grid *grid, int32_t node)
 {
     int i[PD_DIM], across = 0;
@@ -39,7 +39,7 @@ static int pdi_ghost_find_normal_axis(const pd_grid *grid, int32_t node)
     return across;
 }
 
-/* Appends a ghost with its source, signs and normal axis. */
+/* Appends a ghost with its source, signs and normal axis at inlets_end, which grows by one; the list has room. */
 static void pdi_ghost_add(pd_ghosts *g, int32_t node)
 {
     const pd_grid *grid = g->grid;

@@ -12,7 +12,7 @@
 
 typedef struct pd_ghosts {
     const pd_grid *grid;
-    /* images come first, then outlets up to count, then inlets up to listed */
+    /* images come first, up to images_end, then outlets up to outlets_end, then inlets up to inlets_end */
     int32_t images_end, outlets_end, inlets_end, capacity;
     int32_t *node, *source; /* [capacity] the ghost, and the node of the box that it takes its value from */
     /* [capacity] bit d: component d of a vector changes its sign; inlets: axis d is mirrored */
@@ -24,25 +24,28 @@ typedef struct pd_ghosts {
 #define pd_ghosts_set_vector PD_NAME(pd_ghosts_set_vector)
 
 #ifdef PDI_INTERNAL
-/* Lists the ghosts of a grid, which is borrowed. */
+/* Allocates and fills the list of the images, outlet and inlet ghosts of a grid, which is borrowed. */
 PDI_FN pd_status pdi_ghosts_build(pd_ctx *ctx, const pd_grid *grid, pd_ghosts *ghosts);
-/* Lists the ghosts again after kinds of the grid have changed. */
+/* Lists the ghosts again after kinds of the grid have changed; the numbers of ghosts in the list may change. */
 PDI_FN pd_status pdi_ghosts_update(pd_ctx *ctx, pd_ghosts *ghosts);
 #endif
 /* Scalar f [total]: images take the value of their source (periodic, or zero normal gradient); outlets and inlets are
  * left alone. */
 PD_API void pd_ghosts_set_scalar(const pd_ghosts *ghosts, double *f);
-/* Vector v [PD_DIM][total]: images and outlets take the value of their source, with the sign of the component. */
+/* Vector v [PD_DIM][total]: images and outlets take the value of their source, with the sign of the component; inlets
+ * are left alone. */
 PD_API void pd_ghosts_set_vector(const pd_ghosts *ghosts, double *v);
 #ifdef PDI_INTERNAL
 /* Velocity v [PD_DIM][total] behind inlets: odd extension about the prescribed values on the side, held
- * [PD_DIM][listed - count] in the order of the list (NULL: zero); where the source is no fluid, the prescribed value
- * itself. */
+ * [PD_DIM][inlets_end - outlets_end] in the order of the list (NULL: zero); where the source is no fluid, the
+ * prescribed value itself. Images and outlets are left alone. */
 PDI_FN void pdi_ghosts_set_inlet_velocity(const pd_ghosts *ghosts, const double *held, double *v);
-/* Pressure p [total]: images, and outlets by odd extension about the prescribed value `held`, in the unit of p. */
+/* Pressure p [total]: images take the value of their source, outlets 2 held - source with the prescribed value `held`
+ * in the unit of p; inlets are left alone. */
 PDI_FN void pdi_ghosts_set_pressure(const pd_ghosts *ghosts, double held, double *p);
-/* Potential q [total] of a velocity correction (projection): images; inlets have zero normal gradient, so that the
- * correction leaves the prescribed inflow; outlets stay zero, and without outlets so do inlets. */
+/* Potential q [total] of a velocity correction (projection): images and inlets take the value of their source (inlets 0
+ * where that is no fluid), so that the correction leaves the prescribed inflow. Outlets are left alone, and without
+ * outlets so are inlets: they have to be zero before. */
 PDI_FN void pdi_ghosts_set_potential(const pd_ghosts *ghosts, double *q);
 /* Sets x [components][total] to zero at all listed ghosts, inlets included. */
 PDI_FN void pdi_ghosts_set_zero(const pd_ghosts *ghosts, int components, double *x);

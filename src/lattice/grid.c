@@ -116,8 +116,8 @@ static int pdi_grid_find_side(const pd_grid *grid, const int *i)
 /* i modulo period, not negative. */
 static int pdi_grid_wrap(int i, int period) { return ((i % period) + period) % period; }
 
-/* Index of the mirror image of i in a box of n cells; *flipped: 1 for an odd number of reflections. Images have twice
- * the period of the box; a box thinner than the horizon is mirrored more than once. */
+/* Index 0 .. n - 1 of the mirror image of i in a box of n cells; *flipped: 1 for an odd number of reflections. Images
+ * have twice the period of the box; a box thinner than the horizon is mirrored more than once. */
 static int pdi_grid_reflect(int i, int n, int *flipped)
 {
     int wrapped = pdi_grid_wrap(i, 2 * n);
@@ -125,8 +125,9 @@ static int pdi_grid_reflect(int i, int n, int *flipped)
     return *flipped ? 2 * n - 1 - wrapped : wrapped;
 }
 
-/* Maps index *i of axis d back into the box through the side behind which it lies: periodic or mirror; with `all`,
- * any side (mirrored). Returns the bit of the axis when it is mirrored. */
+/* Maps index *i of axis d back into the box through the side behind which it lies: periodic or mirror; all 1: any other
+ * side, too (mirrored), 0: behind these it stays. Returns the bit 1 << d when it is mirrored an odd number of times,
+ * else 0. */
 static int pdi_grid_fold_axis(const pd_grid *grid, int d, int all, int *i)
 {
     int flipped = 0;
@@ -192,7 +193,7 @@ PDI_FN void pdi_grid_fold_position(const pd_grid *grid, double *x)
 }
 
 /* Signed distance [m] of x from a shape and its periodic images behind the sides of `frame` across axis d or a later
- * one. */
+ * one; d = PD_DIM: from the shape alone, continued behind these sides. */
 static double pdi_grid_distance_periodic(const pd_grid *grid, int shape, const pdi_shape_continued_box *frame, int d,
                                          const double *x)
 {
@@ -259,7 +260,7 @@ static double pdi_grid_find_next_fold(const pdi_grid_folded_line *line, double e
     return end;
 }
 
-/* Sets the image of the line in the box from the start of the present part on, up to the next folding plane. */
+/* Sets y, eta and to: the image of the line in the box from line->from on, up to the next folding plane or `end`. */
 static void pdi_grid_set_line_image(pdi_grid_folded_line *line, double end)
 {
     double other[PD_DIM];
@@ -292,8 +293,8 @@ static double pdi_grid_line_distance(const pdi_grid_folded_line *line, int shape
     return pdi_grid_signed_distance(line->grid, shape, at);
 }
 
-/* The line is outside at `from` and inside at `to`: t of the root of the signed distance between them, where no face
- * is known; `from` when the distance has no sign change. */
+/* t in from .. to at which the line enters the shape: root of the signed distance, when the line is outside at `from`
+ * and inside at `to`; else `from`, which is the face itself. */
 static double pdi_grid_find_sign_change(const pdi_grid_folded_line *line, int shape, double from, double to)
 {
     double low = pdi_grid_line_distance(line, shape, from, NULL), high = pdi_grid_line_distance(line, shape, to, NULL);
@@ -329,7 +330,8 @@ PDI_FN double pdi_grid_find_shape_entry(const pd_grid *grid, int shape, const do
     return HUGE_VAL;
 }
 
-/* 1: the ghost i[] behind the inlet or outlet `side` is an inlet. */
+/* 1: the ghost i[] behind the inlet or outlet `side` is an inlet, as grid->is_inlet says of its projection on the
+ * side, or without that function the type of the side. */
 static int pdi_grid_is_inlet_ghost(const pd_grid *grid, const int *i, int side)
 {
     double x[PD_DIM];
@@ -364,7 +366,8 @@ static void pdi_grid_set_ghost_kinds(pd_grid *grid)
     }
 }
 
-/* Sets grid->ends: sides that are an inlet at some points and an outlet at others, whatever lies in front. */
+/* Sets grid->mixed_sides: bits of the sides that are an inlet at some points and an outlet at others, whatever lies in
+ * front. */
 static void pdi_grid_mark_mixed_sides(pd_grid *grid)
 {
     int seen[2] = {0, 0};
@@ -397,7 +400,7 @@ static void pdi_grid_mark_outside(const pd_stencil *stencil, pd_grid *grid)
 }
 
 PDI_COLD_BEGIN
-/* Bounding box lo .. hi [m] of shape `index`; unbounded directions are +-infinity. */
+/* Box lo .. hi [m] around shape `index`; unbounded directions, and those of a complement, are +-infinity. */
 static void pdi_grid_compute_bounds(const pd_shape *shapes, int index, double *lo, double *hi)
 {
     const pd_shape *s = &shapes[index];
@@ -453,7 +456,8 @@ static pd_status pdi_grid_check_solid(pd_ctx *ctx, const pd_grid *grid)
     return PD_OK;
 }
 
-/* Sets cells, spacings, strides and sides from desc, and checks them. */
+/* Sets ghost layers, cells, spacings, strides, total and sides from desc. PD_ERR_GEOMETRY, PD_ERR_SIZE,
+ * PD_ERR_ARGUMENT: as pd_grid_build. */
 static pd_status pdi_grid_set_size(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_desc *desc, pd_grid *grid)
 {
     double total = 1.0;
@@ -494,8 +498,8 @@ static pd_status pdi_grid_set_size(pd_ctx *ctx, const pd_stencil *stencil, const
     return PD_OK;
 }
 
-/* Computes the circumferences of an axisymmetric grid. Refuses boxes and sides with which fluxes would not be
- * conservative. */
+/* Allocates and computes the circumferences of an axisymmetric grid. PD_ERR_GEOMETRY, PD_ERR_ARGUMENT: a box or sides
+ * with which fluxes would not be conservative, or not 2D. */
 static pd_status pdi_grid_compute_circumferences(pd_ctx *ctx, pd_grid *grid)
 {
     int r = PD_DIM - 1, at_axis = fabs(grid->lo[r]) <= 1e-9 * grid->h[r];
@@ -536,7 +540,8 @@ static void pdi_grid_list_arrays(pdi_array_visitor *owner, void *object)
     PDI_ARRAY_GROWING(owner, grid, circumference, grid->padded[PD_DIM - 1], "m");
 }
 
-/* 1: x belongs to shape `index` (-1: none). *touched grows by one when x is on its surface. */
+/* 1: x [m] lies in shape `index` or on its surface; 0: outside, or index -1 (none). *touched grows by one when x is on
+ * the surface. */
 static int pdi_grid_is_in_shape(const pd_grid *grid, int index, const double *x, int64_t *touched)
 {
     if (index < 0) return 0;
@@ -545,7 +550,7 @@ static int pdi_grid_is_in_shape(const pd_grid *grid, int index, const double *x,
     return distance <= tolerance;
 }
 
-/* Kind of a node of the box at x [m] by the shapes: wall before metal before fluid. Counts nodes on surfaces. */
+/* Kind of a node of the box at x [m] by the shapes: wall before metal before fluid. Counts in nodes_on_surface. */
 static uint8_t pdi_grid_classify_point(pd_grid *grid, const double *x)
 {
     if (pdi_grid_is_in_shape(grid, grid->wall, x, &grid->nodes_on_surface[1])) return PD_WALL;
@@ -613,7 +618,8 @@ static int pdi_grid_is_dependent(const pd_grid *grid, int d, int i, int j)
     return i == j;
 }
 
-/* Next index after j, along axis d, of a node that depends on the box node with index i. */
+/* Next index after j (-ghost - 1: the first one), along axis d, of a node that depends on the box node with index i; at
+ * least n[d] + ghost: there is none. */
 static int pdi_grid_next_dependent(const pd_grid *grid, int d, int i, int j)
 {
     int end = grid->n[d] + grid->ghost;
@@ -648,7 +654,8 @@ PDI_FN void pdi_grid_set_fluid(pd_grid *grid, int32_t node)
 
 enum { PDI_GRID_SUM_PARTS = 64 }; /* of a sum, by layers */
 
-/* Body of one thread: part[q] = compensated sum of the field over the nodes of a kind in part q of the layers. */
+/* Body of one thread: part [PDI_GRID_SUM_PARTS] = compensated sums of the field, times circumferences, over the nodes
+ * of pdi_grid_sum_field in each part of the layers along the last axis. */
 static void pdi_grid_sum_layers(const pd_grid *grid, uint8_t kind, const uint8_t *which, int wanted,
                                 const double *field, pdi_compensated_sum *part)
 {

@@ -59,7 +59,7 @@ typedef struct pd_grid {
     pd_is_inlet_fn is_inlet;
     void *is_inlet_user;
     uint8_t mixed_sides;   /* bit s: side s is an inlet at some points and an outlet at others */
-    double *circumference; /* [np of the last axis] [m] 2 pi |r| of axisymmetric rows of nodes; NULL: planar */
+    double *circumference; /* [padded of the last axis] [m] 2 pi |r| of axisymmetric rows of nodes; NULL: planar */
     uint8_t *kind;        /* [total] pd_kind */
     /* [total] source node of each node (pd_grid_find_source); NULL: no images, or no metal */
     int32_t *source_node;
@@ -76,11 +76,11 @@ typedef struct pd_grid {
 #define pd_grid_is_inside PD_NAME(pd_grid_is_inside)
 #define pd_grid_find_source PD_NAME(pd_grid_find_source)
 
-/* Builds the lattice of the box and classifies its nodes by the shapes.
- * PD_ERR_GEOMETRY: the box is not a whole number of cells, a shape lies outside the
- * box (behind periodic and mirror sides it is cut off), no fluid node is left, an axisymmetric box does not begin at
- * the axis or a horizon away. PD_ERR_ARGUMENT: an axis is periodic on one side only; axisymmetric not in 2D, or with
- * sides across r other than the axis, walls, inlets and outlets; a solid or wall without the array of shapes. */
+/* Builds the lattice of the box and sets the kinds of its nodes by the shapes: wall before solid. PD_ERR_GEOMETRY: the
+ * box is not a whole number of cells; the solid reaches beyond a wall, inlet or outlet, or covers no node; walls cover
+ * all nodes; an axisymmetric box does not begin at the axis or a horizon away. PD_ERR_ARGUMENT: an axis is periodic on
+ * one side only; axisymmetric not in 2D, or with sides across r other than the axis, walls, inlets and outlets; a solid
+ * or wall without the array of shapes. PD_ERR_SIZE: more nodes than int32 counts. */
 PD_API pd_status pd_grid_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_desc *desc, pd_grid *grid);
 PD_API void pd_grid_free(pd_ctx *ctx, pd_grid *grid);
 /* Position [m] of node id (ghosts included). */
@@ -119,7 +119,7 @@ static inline int pdi_grid_index_along(const pd_grid *grid, int32_t node, int ax
 }
 /* Length of the text of a position. */
 #define PDI_GRID_POSITION_LENGTH 80
-/* Formats the position of a node as "(x, y, z)" [m] for messages: into text [PDI_GRID_POSITION_LENGTH], which is
+/* Formats the position of a node as "(x, y, z)" in metres for messages: into text [PDI_GRID_POSITION_LENGTH], which is
  * returned. */
 PDI_FN const char *pdi_grid_format_position(const pd_grid *grid, int32_t node, char *text);
 /* 1: the node is a ghost behind a side of the box that is a wall. */
@@ -131,17 +131,18 @@ static inline int pdi_grid_count_cube(int reach)
     for (int d = 0; d < PD_DIM; d++) count *= 2 * reach + 1;
     return count;
 }
-/* Node k of the cube with `reach` cells on either side of `node`; -1: it lies outside of the box. *far: its largest
- * distance from the centre along an axis [cells]. */
+/* Node k of the pdi_grid_count_cube(reach) nodes of the cube with `reach` cells on either side of `node`, which is one
+ * of them; -1: it lies outside of the box. *far, always set: its largest distance from `node` along an axis [cells]. */
 PDI_FN int32_t pdi_grid_find_cube_node(const pd_grid *grid, int32_t node, int reach, int k, int *far);
 /* Circumference [m] of a ring whose radius is that of the node plus `offset` [m]; 1 on a planar grid. */
 PDI_FN double pdi_grid_circumference_at(const pd_grid *grid, int32_t node, double offset);
-/* Sum of a field over the nodes of a kind, times their circumferences; of those with which[node] == wanted only where
- * `which` is not NULL. Rounding is that of a few terms; the same bits for any number of threads. */
+/* Sum of field [total] over the nodes of a kind, times their circumferences [m] on an axisymmetric grid, without the
+ * cell volume; which [total] not NULL: only over those with which[node] == wanted. Rounding is that of a few terms; the
+ * same bits for any number of threads. */
 PDI_FN double pdi_grid_sum_field(const pd_ctx *ctx, const pd_grid *grid, uint8_t kind, const uint8_t *which, int wanted,
                                  const double *field);
-/* Maps a cell index i[] back into the box through periodic and mirror sides only. Returns the bits of the mirrored
- * axes. */
+/* Maps a cell index i[] back into the box through periodic and mirror sides only; along other axes it stays. Returns
+ * the bits 1 << d of the axes along which it is mirrored an odd number of times. */
 PDI_FN int pdi_grid_fold_index(const pd_grid *grid, int *i);
 /* Maps a position x [m] into the box through all sides but walls: behind inlets and outlets the geometry is continued
  * by mirroring, too. */
@@ -155,13 +156,14 @@ PDI_FN double pdi_grid_signed_distance(const pd_grid *grid, int shape, const dou
  * faces shared by two bodies of a union are not entries. Not for voxel masks. */
 PDI_FN double pdi_grid_find_shape_entry(const pd_grid *grid, int shape, const double *x, const double *xi,
                                         double limit);
-/* Maps a position x [m] into the box through periodic and mirror sides only; points on them stay. Returns the bits of
- * the mirrored axes. */
+/* Maps a position x [m] into the box through periodic and mirror sides only; points on them stay. Returns the bits
+ * (1 << d) of the axes along which it is mirrored an odd number of times. */
 PDI_FN int pdi_grid_fold_position_images(const pd_grid *grid, double *x);
-/* Converts a solid node to fluid: its kind, the counts, and the kinds of the ghosts that stand for it or lie in front
- * of it. */
+/* Converts a solid node of the box to fluid: its kind, fluid_count and solid_count, and the kinds of the ghosts whose
+ * source it is. Bonds are not updated (pd_bonds_update). */
 PDI_FN void pdi_grid_set_fluid(pd_grid *grid, int32_t node);
-/* Computes shift [lines of the stencil]: node id on a grid line of the family minus that of the node at its middle. */
+/* shift [lines of the stencil] = node id on a grid line of the family (at n_0 = 0) minus that of the node at its
+ * middle. */
 PDI_FN void pdi_grid_compute_line_shifts(const pd_grid *grid, const pd_stencil *stencil, int32_t *shift);
 /* 1: nodes of this kind take part in fluxes (fluid, inlet, outlet, image), so bonds between them are not blocked. */
 static inline int pdi_grid_is_open(uint8_t kind) { return kind == PD_FLUID || kind >= PD_INLET; }

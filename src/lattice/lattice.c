@@ -12,7 +12,7 @@ pd_status pd_lattice_build(pd_ctx *ctx, const pd_lattice_desc *desc, pd_lattice 
     return status;
 }
 
-/* Grows the list of fields. */
+/* Grows the list of fields to twice its capacity and 4 more; fields stay. On failure nothing changes. */
 static pd_status pdi_lattice_grow_fields(pd_ctx *ctx, pd_lattice *l)
 {
     int capacity = 2 * l->capacity + 4;

@@ -51,8 +51,8 @@ static void pdi_line_laplacian_sum_four_pairs(const double *PD_RESTRICT c, const
                  (((t[k] - c[k]) + (u[k] - c[k])) + ((v[k] - c[k]) + (w[k] - c[k])));
 }
 
-/* sum [n] = differences of all grid lines of one kind to the line through the node. Their number is even: opposite
- * ones are paired. */
+/* sum [n] = differences of all grid lines of one kind to the line through the node, in the n columns from f on. The
+ * number of lines is even: opposite ones are paired. */
 static void pdi_line_laplacian_sum_kind(const pdi_line_laplacian_data *lines, const double *f, int kind, int n,
                                         double *sum)
 {
@@ -66,7 +66,8 @@ static void pdi_line_laplacian_sum_kind(const pdi_line_laplacian_data *lines, co
     for (; l < end; l += 2) pdi_line_laplacian_sum_pair(f, f + shift[l], f + shift[l + 1], l == first, n, sum);
 }
 
-/* Weighted sum t (+)= a[0] x[0] + .. + a[kinds-1] x[kinds-1], at most four kinds. */
+/* t [n] (+)= a[0] x[0] + .. + a[kinds-1] x[kinds-1], at most four kinds; a [4] is read in full. With `first` t is set,
+ * else added to. */
 static void pdi_line_laplacian_sum_weighted(double (*x)[PDI_LINE_LAPLACIAN_COLUMNS], const double *a, int kinds,
                                             int first, int n, double *PD_RESTRICT t)
 {
@@ -86,8 +87,8 @@ static void pdi_line_laplacian_sum_weighted(double (*x)[PDI_LINE_LAPLACIAN_COLUM
         for (int k = 0; k < n; k++) t[k] += b * p[k];
 }
 
-/* The weighted sums t of all layers for the family of m = 3 in 2D in one pass: three pairs of grid lines, with the
- * reach 3, 2 and 1. */
+/* t [4][n] = weighted sums of the layers 0 to 3 for the family of m = 3 in 2D in one pass, in the n columns from f on:
+ * three pairs of grid lines, with the reach 3, 2 and 1 and the weights a [3][4]. */
 static void pdi_line_laplacian_sum_m3_2d(const double *PD_RESTRICT f, const int32_t *shift, const double *a, int n,
                                          double (*t)[PDI_LINE_LAPLACIAN_COLUMNS])
 {
@@ -133,8 +134,9 @@ static void pdi_line_laplacian_sum_three_layers(const double *PD_RESTRICT f, dou
                   ((w[b - 3] + w[b + 3]) + e * ((f[b + 3] - f[b]) + (f[b - 3] - f[b]))));
 }
 
-/* Laplacian of a chunk of `count` nodes. Columns beyond the reach of a kind of lines may hold any values: kinds are
- * sorted by reach, and layer n uses those that reach it. `columns` may exceed count plus both sides. */
+/* out [count] = Laplacian of a chunk of `count` nodes; f points to the first of them. Columns beyond the reach of a
+ * kind of lines may hold any values: kinds are sorted by reach, and layer n uses those that reach it. `columns` may
+ * exceed count plus both sides. */
 static void pdi_line_laplacian_apply_chunk(const pdi_line_laplacian_data *lines, const double *f, int count,
                                            int columns, double *out)
 {

@@ -90,7 +90,8 @@ PDI_FN void pdi_node_loop_by_blocks(const pd_ctx *ctx, const pd_open_boundary *b
 }
 
 PDI_COLD_BEGIN
-/* Adds the fluxes through the plane of the bonds that start at `node`, of index i[]. */
+/* Adds to *sum the fluxes, times the circumference of `node`, of the open bonds that start at `node`, of index i[], and
+ * end behind the plane. */
 static void pdi_node_loop_add_plane_fluxes(const pd_bonds *bonds, int32_t node, const int *i, int axis, int index,
                                            pdi_node_loop_flux_fn flux, const void *user, pdi_compensated_sum *sum)
 {

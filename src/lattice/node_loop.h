@@ -56,8 +56,9 @@ PDI_FN void pdi_node_loop_by_blocks(const pd_ctx *ctx, const pd_open_boundary *b
                                     pdi_node_loop_block_fn block, const void *user);
 /* Flux through the open bond k of node i, positive towards its far end. */
 typedef double (*pdi_node_loop_flux_fn)(const void *user, int32_t i, int k);
-/* Sum of the fluxes of all bonds that cross the plane between the cells index - 1 and index of `axis`, positive along
- * the axis. At least one end of each is fluid, and each pair of nodes counts once. */
+/* Sum of the fluxes of all open bonds that cross the plane between the cells index - 1 and index of `axis`, times the
+ * circumference [m] of their start on an axisymmetric grid; positive along the axis. At least one end of each is fluid,
+ * and each pair of nodes counts once: `flux` is called with the end before the plane, which may be a ghost. */
 PDI_FN double pdi_node_loop_sum_plane_flux(const pd_bonds *bonds, int axis, int index, pdi_node_loop_flux_fn flux,
                                            const void *user);
 #endif

@@ -41,7 +41,8 @@ static void pdi_op_apply_range(const void *user, int32_t i, int32_t row, int32_t
     }
 }
 
-/* Evaluates an operator at all fluid nodes, with threads. */
+/* Evaluates an operator at all fluid nodes, with threads; whole, cut: its bodies for full and for truncated families.
+ */
 static void pdi_op_apply_all(const pd_ctx *ctx, pdi_op_operands *w, pdi_op_chunk_fn whole, pdi_op_chunk_fn cut)
 {
     w->full_family = whole;
@@ -50,7 +51,7 @@ static void pdi_op_apply_all(const pd_ctx *ctx, pdi_op_operands *w, pdi_op_chunk
                             pdi_op_apply_range, w);
 }
 
-/* Sets the operands of an operator. */
+/* Sets the operands of an operator but for its bodies; d: diffusivity [total] or NULL. any_length becomes 0. */
 static void pdi_op_init_operands(const pd_bonds *bonds, const double *f, const double *d, double *out,
                                  pdi_op_operands *w)
 {

@@ -39,8 +39,8 @@ PD_API void pd_op_laplacian(const pd_ctx *ctx, const pd_bonds *bonds, const doub
 /* Diffusion div(D grad f): out [total] = sum D_ij a (f_j - f_i) with D_ij the harmonic mean of diffusivity [total]
  * [m2/s] at both ends (eq. 5.2). Conservative, self-adjoint, negative semi-definite; consistent where D is smooth and
  * the family full, and the flux through a jump of D lying halfway between layers is that of resistances in series for
- * bonds of one cell. PD_ERR_ARGUMENT: a diffusivity of a fluid node, or of an inlet or outlet ghost, is negative or
- * not finite. */
+ * bonds of one cell. PD_ERR_ARGUMENT: a diffusivity of a fluid node, or of an inlet, outlet or image ghost, is negative
+ * or not finite. */
 PD_API pd_status pd_op_diffusion(pd_ctx *ctx, const pd_bonds *bonds, const double *diffusivity, const double *f,
                                  double *out);
 

@@ -28,7 +28,7 @@ PDI_FN int pdi_open_boundary_has_any(const pd_grid *grid)
     return 0;
 }
 
-/* far [count]: far ends of the bonds of node i; blocked bonds and those to outlets end on i. */
+/* far [count] = far ends of the bonds of fluid node i; blocked bonds and those to outlets end on i. */
 static void pdi_open_boundary_set_far_ends(const pd_bonds *bonds, int32_t i, int32_t *far)
 {
     for (int k = 0; k < bonds->stencil->count; k++) {
@@ -38,7 +38,8 @@ static void pdi_open_boundary_set_far_ends(const pd_bonds *bonds, int32_t i, int
     }
 }
 
-/* Counts the fluid nodes near inlets and outlets; with `list` also stores them and their far ends. */
+/* Returns the number of fluid nodes near inlets and outlets; list 1: also stores them and their far ends in node and
+ * far_end, which have room. */
 static int32_t pdi_open_boundary_find_nodes(pd_open_boundary *p, int list)
 {
     const pd_bonds *bonds = p->bonds;
@@ -100,7 +101,8 @@ static int pdi_open_boundary_has_bond_to(const pd_bonds *bonds, int32_t i, uint8
     return 0;
 }
 
-/* One step of a flood fill: marks the fluid nodes that open bonds of node i end on; returns how many are new. */
+/* One step of a flood fill: sets mark [total] of the fluid nodes that open bonds of node i end on, of images that of
+ * their source; returns how many are new. */
 static int64_t pdi_open_boundary_mark_reachable(const pd_bonds *bonds, int32_t i, uint8_t *mark)
 {
     int64_t found = 0;

@@ -20,7 +20,8 @@ void pd_points_free(pd_ctx *ctx, pd_points *p)
     memset(p, 0, sizeof *p);
 }
 
-/* Reallocate all arrays for this capacity of points. */
+/* Reallocate the arrays of points for this capacity, at least their number; contents and faces are kept. On failure
+ * nothing changes. */
 static pd_status pdi_points_resize(pd_ctx *ctx, pd_points *p, int32_t capacity)
 {
     pd_points larger;
@@ -100,7 +101,8 @@ static double pdi_points_determinant(const double *j)
            j[2] * (j[3] * j[7] - j[4] * j[6]);
 }
 
-/* Volume of Gauss point g (weight times Jacobian determinant) of a cell with corners x, and its position[PD_DIM]. */
+/* Signed volume of Gauss point g (weight times Jacobian determinant) of a cell with the corners x
+ * [PDI_POINTS_BOX_CORNERS][PD_DIM], and its position[PD_DIM], in the unit of x. */
 static double pdi_points_compute_gauss_point(const double *x, int g, double *position)
 {
     const double at = 0.5 / sqrt(3.0);
@@ -122,8 +124,8 @@ static double pdi_points_compute_gauss_point(const double *x, int g, double *pos
     return pdi_points_determinant(jacobian) / (double)PDI_POINTS_BOX_CORNERS;
 }
 
-/* Signed volume of a cell by Gauss quadrature, and its centroid. 0: the Jacobian changes sign (folded), or no
- * volume. */
+/* Signed volume of a cell by Gauss quadrature, and its centroid centre [PD_DIM], in the unit of the corners. 0: the
+ * Jacobian changes sign (folded), or no volume; `centre` has no meaning then. */
 static double pdi_points_integrate_cell(pd_points_cell_type form, const double *const *corner, double *centre)
 {
     double x[PDI_POINTS_BOX_CORNERS * PD_DIM], volume = 0.0, size = 0.0, first = 0.0, whole = 1.0;

@@ -19,7 +19,7 @@ typedef struct pd_points {
                             * as on the faces; points of tables: 0. A boundary stress P gives a point the body force P
                             * surface/volume [N/m3], a pressure p -p surface/volume */
     int64_t face_count;    /* number of boundary faces: points, segments, triangles (two a quadrilateral); tables: 0 */
-    double *face_corner;   /* [faces][PD_DIM][PD_DIM] [m] their corners, as of pd_body_desc */
+    double *face_corner;   /* [face_count][PD_DIM][PD_DIM] [m] their corners, as of pd_body_desc */
     int64_t coincident_faces; /* number of boundary faces that coincide with one of another cell but have other nodes:
                                * parts that touch there are not connected */
     int64_t coincident_nodes; /* number of boundary nodes that coincide with another one */
@@ -44,7 +44,7 @@ typedef struct pd_points_converter {
     double scale;    /* [-] factor from lengths of the file to metres */
     double extent;   /* [m] extent of the mesh, before scaling */
     double plane[3]; /* [m] coordinates of the first corner: those beyond PD_DIM must be the same in all cells */
-    int has_plane;   /* 1: level is set */
+    int has_plane;   /* 1: plane is set */
     double orientation; /* [-] orientation of the cells so far, 1 or -1; 0: unknown. The reader clears it where another
                          * surface begins */
 } pd_points_converter;
@@ -57,19 +57,19 @@ typedef struct pd_points_converter {
 
 /* Free the points. A zeroed object is allowed. */
 PD_API void pd_points_free(pd_ctx *ctx, pd_points *points);
-/* Append a point at position[PD_DIM] [m]. PD_ERR_SIZE: more than int32 counts. */
+/* Append a point at position[PD_DIM] [m] with a volume [m^d] and a region. PD_ERR_SIZE: more than int32 counts. */
 PD_API pd_status pd_points_add(pd_ctx *ctx, pd_points *points, const double *position, double volume, int32_t tag);
 /* Shrink the arrays to the number of points. */
 PD_API pd_status pd_points_shrink(pd_ctx *ctx, pd_points *points);
 /* Number of corners of a cell type. */
 PD_API int pd_points_count_corners(pd_points_cell_type form);
-/* Append a mesh cell with these corners[][3] as a point. *fault: why the cell is refused, NULL when it is not. mirrored
- * 1: a cell of negative volume is accepted. */
+/* Append a mesh cell with these corners[][3] as a point. *fault (static text): why the cell is refused, with PD_OK, or
+ * NULL. mirrored 1: its orientation may differ from that of earlier cells, and does not count for later ones. */
 PD_API pd_status pd_points_add_cell(pd_ctx *ctx, pd_points_converter *cells, pd_points_cell_type form,
                                     const double *const *corner, int mirrored, int32_t tag, const char **fault);
 
 #ifdef PDI_INTERNAL
-/* Allocate the corners of that many boundary faces. */
+/* Allocate face_corner, zeroed, for that many boundary faces and set face_count. The points have no face_corner yet. */
 PDI_FN pd_status pdi_points_reserve_faces(pd_ctx *ctx, pd_points *points, int64_t faces);
 #endif
 

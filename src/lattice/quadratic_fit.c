@@ -22,8 +22,9 @@ PDI_FN void pdi_quadratic_fit_init(pdi_quadratic_fit *fit, const double *x, cons
     }
 }
 
-/* Adds an equation for a datum at x; z [PD_DIM]: its position relative to the point in units of h; offset [cells2]:
- * added to the squared distance in its weight. NULL: the fit is full. */
+/* Adds an equation for a datum at x [m] and sets its weight, 1 over the squared distance plus `offset` [cells2].
+ * z [PD_DIM]: its position relative to the point in units of h. Returns its row, which the caller fills; NULL: the fit
+ * is full. */
 static double *pdi_quadratic_fit_add_equation(pdi_quadratic_fit *fit, const double *x, double offset, double *z)
 {
     double square = offset;
@@ -36,7 +37,7 @@ static double *pdi_quadratic_fit_add_equation(pdi_quadratic_fit *fit, const doub
     return fit->row[fit->rows++];
 }
 
-/* Multiplies an equation, its right-hand side included, by its weight. */
+/* Multiplies row [terms + 1] of an equation, its right-hand side included, by `weight`. */
 static void pdi_quadratic_fit_scale_equation(double *row, double weight)
 {
     for (int c = 0; c <= PDI_QUADRATIC_FIT_TERMS; c++) row[c] *= weight;
@@ -96,7 +97,7 @@ static double pdi_quadratic_fit_column_norm(const pdi_quadratic_fit *fit, int to
     return sqrt(square);
 }
 
-/* Applies the Householder reflection that clears column c below row `top`. */
+/* Applies to all columns of the rows from `top` on the Householder reflection that clears column c below row `top`. */
 static void pdi_quadratic_fit_apply_reflection(pdi_quadratic_fit *fit, int top, int c)
 {
     double norm = pdi_quadratic_fit_column_norm(fit, top, c),

@@ -20,7 +20,7 @@ typedef struct pdi_quadratic_fit {
     double row[PDI_QUADRATIC_FIT_MAX_DATA + PDI_QUADRATIC_FIT_TERMS][PDI_QUADRATIC_FIT_TERMS + 1];
     double weight[PDI_QUADRATIC_FIT_MAX_DATA + PDI_QUADRATIC_FIT_TERMS]; /* [-] 1/r^2 of each equation */
 } pdi_quadratic_fit;
-/* Begins a fit at the point x [m] with the lengths h [m] as units (the spacings). */
+/* Begins a fit without data at the point x [PD_DIM] [m] with the lengths h [PD_DIM] [m] as units (the spacings). */
 PDI_FN void pdi_quadratic_fit_init(pdi_quadratic_fit *fit, const double *x, const double *h);
 /* Adds a datum: the field is `value` at x [m]. Dropped when there are PDI_QUADRATIC_FIT_MAX_DATA data already. */
 PDI_FN void pdi_quadratic_fit_add_value(pdi_quadratic_fit *fit, const double *x, double value);
@@ -28,7 +28,8 @@ PDI_FN void pdi_quadratic_fit_add_value(pdi_quadratic_fit *fit, const double *x,
  * field / m]. Dropped when there are PDI_QUADRATIC_FIT_MAX_DATA data already. */
 PDI_FN void pdi_quadratic_fit_add_derivative(pdi_quadratic_fit *fit, const double *x, const double *normal,
                                              double derivative);
-/* Solves the least-squares problem; returns the value at the point, NaN without data. Overwrites the data. */
+/* Solves the least-squares problem; returns the value of the quadratic at the point, NaN without data. Overwrites the
+ * data: a fit is solved once. */
 PDI_FN double pdi_quadratic_fit_solve(pdi_quadratic_fit *fit);
 #endif
 

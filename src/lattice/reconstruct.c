@@ -21,7 +21,8 @@ typedef struct pdi_reconstruct_normal_matrix {
     double scale[PDI_RECONSTRUCT_TERMS];                       /* 1/sqrt of the diagonal for a full family */
 } pdi_reconstruct_normal_matrix;
 
-/* term [terms] = the linear and quadratic terms of the point at fraction t of bond k, in cells. */
+/* term [terms] = the linear terms [cells] and the products xx, yx, yy, .. [cells2] of the point at fraction t of bond
+ * k, relative to its node. */
 static void pdi_reconstruct_compute_terms(const pd_stencil *s, int k, double t, double *term)
 {
     const int *n = s->offset + k * PD_DIM;
@@ -32,8 +33,8 @@ static void pdi_reconstruct_compute_terms(const pd_stencil *s, int k, double t, 
     }
 }
 
-/* term [terms] at the surface point nearest to the end of a bond of row r that only grazes the surface; 0: none
- * found. */
+/* term [terms], as of pdi_reconstruct_compute_terms, at the surface point nearest to the end of a bond of row r that
+ * only grazes the surface. Returns 1; 0: no such point is found. */
 static int pdi_reconstruct_compute_surface_terms(const pd_bonds *bonds, int32_t r, const pdi_bond_wall_end *end,
                                                  double *term)
 {
@@ -54,7 +55,7 @@ static int pdi_reconstruct_compute_surface_terms(const pd_bonds *bonds, int32_t 
     return 1;
 }
 
-/* Adds a datum with its weight to the normal equations. */
+/* Adds a datum with its terms and weight to the matrix of the normal equations. */
 static void pdi_reconstruct_add_datum(const double *term, double weight, pdi_reconstruct_normal_matrix *m)
 {
     for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++)
@@ -62,7 +63,7 @@ static void pdi_reconstruct_add_datum(const double *term, double weight, pdi_rec
             m->sum[a * PDI_RECONSTRUCT_TERMS + b] += weight * term[a] * term[b];
 }
 
-/* Scales and factors the normal equations (Cholesky). 0: the data do not determine a quadratic. */
+/* Scales and factors the matrix m->sum in place (Cholesky). Returns 1; 0: the data do not determine a quadratic. */
 static int pdi_reconstruct_factor_normal_matrix(pdi_reconstruct_normal_matrix *m)
 {
     double least[PDI_RECONSTRUCT_TERMS];
@@ -82,7 +83,7 @@ static void pdi_reconstruct_solve_normal_matrix(const pdi_reconstruct_normal_mat
     for (int r = 0; r < PDI_RECONSTRUCT_TERMS; r++) x[r] *= m->scale[r];
 }
 
-/* Empty normal equations, with the scales of a full family. */
+/* Sets the matrix of the normal equations to zero, and its scales to those of a full family. */
 static void pdi_reconstruct_init_normal_matrix(const pd_stencil *s, pdi_reconstruct_normal_matrix *m)
 {
     double term[PDI_RECONSTRUCT_TERMS];
@@ -107,7 +108,7 @@ static int pdi_reconstruct_is_scalar_node(const pd_grid *grid, int32_t node)
 }
 
 /* step [2]: differences of node ids to the two other nodes of a parabola along axis d: both neighbours, or the next
- * two on one side. 0: there are none. */
+ * two on one side. Returns 1; 0: there are none with a scalar value. */
 static int pdi_reconstruct_find_parabola(const pd_grid *grid, int32_t node, int d, int32_t step[2])
 {
     int32_t stride = grid->stride[d];
@@ -119,9 +120,9 @@ static int pdi_reconstruct_find_parabola(const pd_grid *grid, int32_t node, int 
     return grid->kind[node + step[0]] == PD_FLUID && pdi_reconstruct_is_scalar_node(grid, node + step[1]);
 }
 
-/* Computes the scalar fit of row r of a wide family: its gradient as a linear map of the data (eq. 3.5b). 0: the
- * bonds determine none, or there is no parabola along an axis: in such a gap the quadratic would take the gradient
- * from nodes in front of it, by mixed derivatives. */
+/* Sets gradient_map of row r of a wide family: the gradient of its scalar fit as a linear map of the data (eq. 3.5b).
+ * Returns 1; 0: the bonds determine no fit, or there is no parabola along an axis: in such a gap the quadratic would
+ * take the gradient from nodes in front of it, by mixed derivatives. */
 static int pdi_reconstruct_compute_scalar_fit(pd_quadratic_reconstruction *rec, int32_t r)
 {
     const pd_bonds *bonds = rec->bonds;
@@ -149,7 +150,7 @@ static int pdi_reconstruct_compute_scalar_fit(pd_quadratic_reconstruction *rec, 
 
 /* Computes the velocity fit of row r (eq. 3.4b): the contribution of cut bonds to the Laplacian of a velocity that
  * vanishes on the surface, as coefficients[terms] of the sums over open bonds and *drag [1/m2] of the velocity of the
- * node. 0: the bonds determine no fit. */
+ * node. extra_weight may be NULL. Returns 1; 0: the bonds determine no fit, nothing is set. */
 static int pdi_reconstruct_compute_velocity_fit(const pd_bonds *bonds, int32_t r, const double *extra_weight,
                                                 double factor, double *coefficients, double *drag)
 {
@@ -195,7 +196,7 @@ typedef struct pdi_reconstruct_surface_point {
     double point[PD_DIM], normal[PD_DIM]; /* [m], [-] point, and normal towards the fluid */
 } pdi_reconstruct_surface_point;
 
-/* Finds the surface point nearest to the node of row r. 0: no smooth surface, or an edge nearby. */
+/* Sets *foot to the surface point nearest to the node of row r. Returns 1; 0: no smooth surface, or an edge nearby. */
 static int pdi_reconstruct_find_surface_point(const pd_bonds *bonds, int32_t r, pdi_reconstruct_surface_point *foot)
 {
     const pd_stencil *s = bonds->stencil;
@@ -228,8 +229,8 @@ static int pdi_reconstruct_find_surface_point(const pd_bonds *bonds, int32_t r, 
     return fabs(curvature) < PDI_RECONSTRUCT_EDGE_CURVATURE;
 }
 
-/* Velocity times viscosity, u [PD_DIM] at x [m], of Stokes flow that vanishes on the surface and whose pressure has the
- * second derivatives `hessian` (xx, yx, yy, ..) and no other part (eq. 3.4c). */
+/* u [PD_DIM] = velocity times viscosity at x [m] of Stokes flow that vanishes on the surface and whose pressure has the
+ * second derivatives `hessian` (xx, yx, yy, ..) and no other part (eq. 3.4c): [m3] times the unit of `hessian`. */
 static void pdi_reconstruct_stokes_velocity(const pdi_reconstruct_surface_point *foot, const double *hessian,
                                             const double *x, double *u)
 {
@@ -260,7 +261,8 @@ static void pdi_reconstruct_stokes_velocity(const pdi_reconstruct_surface_point 
     }
 }
 
-/* error [PD_DIM]: discrete minus exact Laplacian of that velocity at row r. */
+/* error [PD_DIM] = discrete minus exact Laplacian at row r of the velocity of pdi_reconstruct_stokes_velocity: [m]
+ * times the unit of `hessian`. */
 static void pdi_reconstruct_laplacian_error(const pd_quadratic_reconstruction *rec,
                                             const pdi_reconstruct_surface_point *foot, int32_t r, const double *hessian,
                                             const double *extra_weight, double factor, double *error)
@@ -294,7 +296,7 @@ static void pdi_reconstruct_laplacian_error(const pd_quadratic_reconstruction *r
     }
 }
 
-/* Computes the errors of row r for each second derivative of the pressure (nearest neighbours only); zero without a
+/* Sets viscous_error of row r for each second derivative of the pressure (nearest neighbours only); zero without a
  * velocity fit or smooth surface. */
 static void pdi_reconstruct_compute_cubic_errors(pd_quadratic_reconstruction *rec, int32_t r,
                                                  const double *extra_weight, double factor)
@@ -336,9 +338,9 @@ static void pdi_reconstruct_apply_scalar_fit(const pd_quadratic_reconstruction *
     }
 }
 
-/* hessian: second derivatives of f at a node, packed as a triangle (xx, yx, yy, zx, zy, zz), 0 where neighbours are
- * missing: of parabolas along the axes (four nodes where they are
- * one-sided), and mixed ones as the mean over the squares of nodes next to it. */
+/* hessian: second derivatives [unit of f / m2] of f [total] at a node, packed as a triangle (xx, yx, yy, zx, zy, zz), 0
+ * where neighbours are missing: of parabolas along the axes (of cubics through four nodes where they are one-sided and
+ * there are four), and mixed ones as the mean over the squares of nodes next to it. */
 static void pdi_reconstruct_compute_hessian(const pd_grid *grid, int32_t node, const double *f, double *hessian)
 {
     for (int a = 0, at = 0; a < PD_DIM; a++)
@@ -399,7 +401,7 @@ static void pdi_reconstruct_list_arrays(pdi_array_visitor *owner, void *object)
     PDI_ARRAY(owner, slopes, index, slopes->row_capacity, "1");
 }
 
-/* Allocates the arrays for `count` rows when they are too small; earlier contents are lost. */
+/* Frees and allocates the arrays for `count` rows and more when they are too small; earlier contents are lost then. */
 static pd_status pdi_reconstruct_reserve(pd_ctx *ctx, int32_t count, pd_quadratic_reconstruction *rec)
 {
     const pd_bonds *bonds = rec->bonds;

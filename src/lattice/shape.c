@@ -176,14 +176,15 @@ PDI_FN double pdi_shape_distance_continued(const pd_shape *shapes, int index, co
     return pdi_shape_signed_distance(shapes, index, frame, x);
 }
 
-/* The smaller one of t and best, as far as it is larger than `after`. */
+/* t when it is larger than `after` and smaller than `best`, else `best`. */
 static double pdi_shape_nearer_crossing(double t, double after, double best)
 {
     return t > after && t < best ? t : best;
 }
 
-/* First intersection, behind t = after, of the line with a sphere or a cylinder; axis `along` (-1: none) is not
- * counted in the radius. A line that passes within `tie` [m] of the surface touches it once. */
+/* First intersection, at t > after, of the line x + t xi [m] with a sphere or a cylinder; axis `along` (-1: none) is
+ * not counted in the radius. A line that is tangent to the surface within `tie` [m] has one intersection. HUGE_VAL:
+ * none. */
 static double pdi_shape_find_round_crossing(const pd_shape *s, int along, const double *x, const double *xi,
                                             double after, double tie)
 {
@@ -204,8 +205,8 @@ static double pdi_shape_find_round_crossing(const pd_shape *s, int along, const 
     return pdi_shape_nearer_crossing((-linear + sqrt(discriminant)) / square, after, first);
 }
 
-/* First intersection, behind t = after, of the line x + t xi with the surface of one primitive; HUGE_VAL: none, or s
- * is a set operation. */
+/* First intersection, at t > after, of the line x + t xi [m] with the surface of one primitive (of a box: with the
+ * planes of its faces; of a triangle surface: t <= 1 only); HUGE_VAL: none, or s is a voxel mask or set operation. */
 static double pdi_shape_find_primitive_crossing(const pd_shape *s, const double *x, const double *xi, double after,
                                                 double tie)
 {
@@ -273,7 +274,7 @@ static pd_status pdi_shape_check_box(pd_ctx *ctx, const pd_shape *s, int k)
     return PD_OK;
 }
 
-/* PD_ERR_ARGUMENT: point a is not finite. */
+/* PD_ERR_ARGUMENT: point a is not finite. k, name: index and type for the message, here and below. */
 static pd_status pdi_shape_check_centre(pd_ctx *ctx, const pd_shape *s, int k, const char *name)
 {
     for (int d = 0; d < PD_DIM; d++)
@@ -342,7 +343,8 @@ static pd_status pdi_shape_check_children(pd_ctx *ctx, const pd_shape *shapes, i
     return PD_OK;
 }
 
-/* Checks the parameters of shape k by its type. */
+/* PD_ERR_ARGUMENT: the parameters of shape k do not fit its type, or it has no type; facets outside of 3D or without a
+ * surface. */
 static pd_status pdi_shape_check(pd_ctx *ctx, const pd_shape *shapes, int k)
 {
     const pd_shape *s = &shapes[k];

@@ -11,7 +11,7 @@
 typedef enum pd_shape_type {
     PD_SHAPE_NONE = 0,
     PD_SHAPE_BOX,        /* a: low corner [m], b: high corner [m] */
-    PD_SHAPE_BALL,       /* a: centre, r: radius; a disc in 2D, a sphere in 3D */
+    PD_SHAPE_BALL,       /* a: centre, radius; a disc in 2D, a sphere in 3D */
     PD_SHAPE_CYLINDER,   /* around axis `axis` (0, 1, 2) through a, radius r, unbounded along the axis. 2D is a planar
                           * cut: axis 0 the slab |y - a_y| < r, axis 1 |x - a_x| < r, axis 2 a disc. 1D: |x - a| < r */
     PD_SHAPE_HALF_SPACE, /* points with (x - a) . b < 0; b need not have unit length */
@@ -78,9 +78,10 @@ typedef struct pdi_shape_continued_box {
  * are no surface: they are moved away by the distance between the two planes. */
 PDI_FN double pdi_shape_distance_continued(const pd_shape *shapes, int index, const pdi_shape_continued_box *frame,
                                            const double *x);
-/* First intersection of the segment x + t xi with the surface of one of the shapes 0 .. index: the smallest t >
- * after, at most 1; HUGE_VAL: none. Between two intersections the segment is on one side of each surface. A ball or
- * cylinder that it only touches within `tie` [m] has one intersection. Not for voxel masks. */
+/* First intersection of the segment x + t xi [m] with the surface of one of the primitives among the shapes 0 .. index,
+ * whichever of them a set operation uses: the smallest t > after, at most 1; HUGE_VAL: none. Of a box the planes of its
+ * faces count, outside of the faces, too. Between two intersections the segment is on one side of each surface. A ball
+ * or cylinder that it only touches within `tie` [m] has one intersection. Voxel masks are left out. */
 PDI_FN double pdi_shape_find_crossing(const pd_shape *shapes, int index, const double *x, const double *xi,
                                       double after, double tie);
 /* 1: the shape is convex, as its type and those of its children say; 0: it may not be. */

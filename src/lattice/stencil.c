@@ -16,8 +16,8 @@ static double pdi_stencil_lattice_length(const int *n)
     return sqrt(sum);
 }
 
-/* Moves n to the next offset of the cube [-reach, reach]^d in lexicographic order, axis 0 fastest. 0: it was the last
- * one. */
+/* Moves n to the next offset of the cube [-reach, reach]^d in lexicographic order, axis 0 fastest. Returns 1; 0: n was
+ * the last one, and is the first one again. */
 static int pdi_stencil_next_offset(int *n, int reach)
 {
     for (int d = 0; d < PD_DIM; d++) {
@@ -66,8 +66,8 @@ static void pdi_stencil_list_path_arrays(pdi_array_visitor *owner, void *object)
     PDI_ARRAY(owner, stencil, cell, stencil->cells * PD_DIM, "1");
 }
 
-/* Counts the bonds of the family, allocates the arrays, and fills offset, xi, beta and the base weights w(n) (eq.
- * 2.2). */
+/* Sets count and reach of the family, allocates the arrays by bonds and grid lines, and fills offset, xi,
+ * partial_volume and base_weight w(n) (eq. 2.2). m, h and volume are set. */
 static pd_status pdi_stencil_build_family(pd_ctx *ctx, pd_family family, pd_stencil *s)
 {
     int limit = (int)(s->m + 0.5), n[PD_DIM];
@@ -98,9 +98,9 @@ static pd_status pdi_stencil_build_family(pd_ctx *ctx, pd_family family, pd_sten
     return PD_OK;
 }
 
-/* Sets lap and grad to the coefficients of the continuum as published: lap = k_L sum df/|xi|^2 V beta, grad = (d/V_H)
- * sum df e/|xi| V beta. Elliptical horizons: delta_theta = m |xi|/|n| in place of delta (Jafarzadeh et al. 2022, eq.
- * 16, corrected). */
+/* Sets laplacian_weight and gradient_weight to the coefficients of the continuum as published: lap f = k_L sum
+ * df/|xi|^2 V beta, grad f = (d/V_H) sum df e/|xi| V beta. Elliptical horizons: delta_theta = m |xi|/|n| in place of
+ * delta (Jafarzadeh et al. 2022, eq. 16, corrected). */
 static void pdi_stencil_set_published_weights(pd_stencil *s)
 {
     double horizon_volume = PD_DIM == 1 ? 2.0 : PD_DIM == 2 ? PD_PI : 4.0 * PD_PI / 3.0;
@@ -117,8 +117,8 @@ static void pdi_stencil_set_published_weights(pd_stencil *s)
     }
 }
 
-/* Adds the weights w(n) sum_b s_b e_b^2 with s = `scale` to lap. residual [PD_DIM]: what is now missing of sum_n a(n)
- * xi_a^2 = 2, over h_a^2. */
+/* Adds the weights w(n) sum_b s_b e_b^2 with s = scale [PD_DIM] to laplacian_weight. residual [PD_DIM]: what is now
+ * missing of sum_n a(n) xi_a^2 = 2, over h_a^2. */
 static void pdi_stencil_add_weights(pd_stencil *s, const double *scale, double *residual)
 {
     for (int a = 0; a < PD_DIM; a++) residual[a] = 2.0 / (s->h[a] * s->h[a]);
@@ -131,8 +131,9 @@ static void pdi_stencil_add_weights(pd_stencil *s, const double *scale, double *
     }
 }
 
-/* Calibrates the weights on discrete moments: a(n) = w(n) sum_b s_b e_b^2 with sum_n a(n) xi_a^2 = 2 for every axis
- * (eq. 2.3), and g(n) = w(n) xi / sum w xi_a^2 (eq. 2.4). PD_ERR_GEOMETRY: singular moments, or a negative weight. */
+/* Sets laplacian_weight, zero before, and gradient_weight by discrete moments: a(n) = w(n) sum_b s_b e_b^2 with sum_n
+ * a(n) xi_a^2 = 2 for every axis (eq. 2.3), and g(n) = w(n) xi / sum w xi_a^2 (eq. 2.4). PD_ERR_GEOMETRY: singular
+ * moments, or a negative weight. */
 static pd_status pdi_stencil_calibrate_weights(pd_ctx *ctx, pd_stencil *s)
 {
     double matrix[PD_DIM * PD_DIM], residual[PD_DIM], scale[PD_DIM], moment[PD_DIM];
@@ -181,8 +182,9 @@ static int pdi_stencil_is_earlier(const pdi_stencil_face_crossing *a, const pdi_
     return a->numerator * b->denominator < b->numerator * a->denominator;
 }
 
-/* Appends one group of alternative cells: `from` plus one step along the axes of each subset of `axes` whose bit is
- * set in `members`. Only counts while the arrays are NULL. entry: fraction of the bond. */
+/* Appends one group of alternative cells: `from` plus one step along the axes of each subset of the bit set `axes` for
+ * which bit `subset` of `members` is set. Groups and cells grow; while their arrays are NULL they are only counted.
+ * entry: fraction of the bond. */
 static void pdi_stencil_add_cell_group(pd_stencil *s, const int *from, const int *sign, int axes, int members,
                                        double entry)
 {
@@ -292,7 +294,7 @@ static int pdi_stencil_is_same_line_kind(const pd_stencil *s, int k, int j)
     return 1;
 }
 
-/* Largest n_0 of the bonds that end on the grid line through bond k. */
+/* Largest n_0 >= 0 of the bonds that end on the grid line through the end of bond k. */
 static int pdi_stencil_find_line_reach(const pd_stencil *s, int k)
 {
     int reach = s->reach;
@@ -300,8 +302,9 @@ static int pdi_stencil_find_line_reach(const pd_stencil *s, int k)
     return reach;
 }
 
-/* Sorts the family into grid lines along axis 0 by kinds of equal weights, those with the largest reach first (used
- * by lattice/line_laplacian). A line is represented by its bond with n_0 = 0. */
+/* Sets layer_lap, line_kinds and the line arrays: sorts the family into grid lines along axis 0 by kinds of equal
+ * weights, those with the largest reach first (used by lattice/line_laplacian). A line is represented by its bond with
+ * n_0 = 0. */
 static void pdi_stencil_build_grid_lines(pd_stencil *s)
 {
     int width = s->reach + 1;

@@ -27,7 +27,8 @@ typedef struct pdi_surface_search {
 } pdi_surface_search;
 
 /* Candidate: the face of the first closed cell on the segment, by a walk from cell to cell; a side of the box that is a
- * wall counts as one. */
+ * wall counts as one. A face before the point replaces any candidate, one behind it only a farther one. At a cell whose
+ * smooth surface has not receded the walk ends without a candidate. */
 static void pdi_surface_find_cell_face(pdi_surface_search *search)
 {
     const pd_grid *grid = search->bonds->grid;
@@ -69,7 +70,8 @@ static void pdi_surface_find_cell_face(pdi_surface_search *search)
     }
 }
 
-/* Unit normal at x: gradient of the signed distance of a shape, by central differences. */
+/* Unit normal [PD_DIM] at x [m], out of the shape: gradient of its signed distance, by central differences; zero where
+ * that vanishes. */
 static void pdi_surface_compute_shape_normal(const pd_grid *grid, int shape, const double *x, double *normal)
 {
     double at[PD_DIM], length;
@@ -86,7 +88,8 @@ static void pdi_surface_compute_shape_normal(const pd_grid *grid, int shape, con
     for (int d = 0; d < PD_DIM; d++) normal[d] /= length > 0.0 ? length : 1.0;
 }
 
-/* Closed node up to one cell behind the surface point x; -1: the metal that was there has dissolved. */
+/* Closed node (may be a ghost) up to one cell behind the surface point x [m]; -1: the metal that was there has
+ * dissolved. */
 static int32_t pdi_surface_find_closed_node(const pdi_surface_search *search, const double *x, const double *normal)
 {
     const pd_grid *grid = search->bonds->grid;
@@ -105,8 +108,9 @@ static int32_t pdi_surface_find_closed_node(const pdi_surface_search *search, co
     return -1;
 }
 
-/* Projects `at` [m] onto a smooth shape by at most 8 steps along the normal, which is returned, too. *first: signed
- * distance at the start [m]. 0: not converged, or farther away than PDI_SURFACE_MAX_DISTANCE. */
+/* Moves `at` [m] onto the surface of a smooth shape by at most 8 steps along the normal; normal [PD_DIM]: that of the
+ * last step. *first: signed distance at the start [m]. Returns 1; 0: not converged, or farther away than
+ * PDI_SURFACE_MAX_DISTANCE. */
 static int pdi_surface_project_on_shape(const pd_grid *grid, int shape, double *at, double *normal, double *first)
 {
     double from[PD_DIM], smallest = pdi_vec_min(grid->h), level = 0.0, cells = 0.0;
@@ -122,8 +126,8 @@ static int pdi_surface_project_on_shape(const pd_grid *grid, int shape, double *
     return fabs(level) <= PDI_SURFACE_TOLERANCE * smallest && !(cells > PDI_SURFACE_MAX_DISTANCE);
 }
 
-/* Candidate: the point of a smooth shape nearest to `target` [m]. A shape inside which the fluid node lies has
- * receded. */
+/* Candidate: the point of a smooth shape (index -1: none) nearest to `target` [m], when it is nearer than the present
+ * one and a closed node lies behind it. A shape inside which the fluid node lies has receded and gives none. */
 static void pdi_surface_find_shape_point(pdi_surface_search *search, int shape, const double *target)
 {
     const pd_grid *grid = search->bonds->grid;

@@ -1,9 +1,9 @@
 /* thickness: see thickness.h */
 #include "lattice/thickness.h"
 
-/* Erosion (all 1) or dilation (all 0) of the marks along the lines of axis d: a cell is marked when all, or any,
- * cells from `low` before to `high` behind it are. line [n + low + high] is scratch. Mirror sides continue the marks.
- */
+/* Erosion (all 1) or dilation (all 0) of mark [total], 0 or 1, along the lines of axis d in the box: a cell is marked
+ * when all, or any, cells from `low` before to `high` behind it are. line [n + low + high] is scratch. Mirror sides
+ * continue the marks, behind other sides there are none. */
 static void pdi_thickness_filter_axis(const pd_grid *grid, uint8_t *mark, int d, int low, int high, int all,
                                       uint8_t *line)
 {
@@ -27,7 +27,8 @@ static void pdi_thickness_filter_axis(const pd_grid *grid, uint8_t *mark, int d,
     }
 }
 
-/* Dilates the marks by `low` cells before and `high` cells behind along all axes, within metal. */
+/* Dilates mark [total] by `low` cells before and `high` cells behind along all axes, and then removes it outside of
+ * metal. line: scratch as of pdi_thickness_filter_axis. */
 static void pdi_thickness_dilate(const pd_grid *grid, uint8_t *mark, int low, int high, uint8_t *line)
 {
     for (int d = 0; d < PD_DIM; d++) pdi_thickness_filter_axis(grid, mark, d, high, low, 0, line);

@@ -68,7 +68,8 @@ static int32_t pdi_vertex_merge_find_cube(const pdi_vertex_merge_cube *cube, int
     return low;
 }
 
-/* Unites vertex k with all later vertices within the distance `tolerance` [m]; looks at the 27 hash cells around it. */
+/* Merges the sets (parent) of vertex number k of the sorted list cube[count] and of all later ones within the distance
+ * `tolerance` [m]; looks at the 27 hash cells around it. */
 static void pdi_vertex_merge_unite_neighbours(const double *corner, const pdi_vertex_merge_cube *cube, int32_t count,
                                               int32_t k, double tolerance, int32_t *parent)
 {

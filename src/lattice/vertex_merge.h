@@ -18,7 +18,7 @@
 PDI_FN pd_status pdi_vertex_merge_identical(pd_ctx *ctx, const double *corner, int32_t n, int32_t *vertex);
 /* Merges vertices that lie closer than PDI_VERTEX_MERGE_TOLERANCE times the extent of the surface. vertex [n] goes in
  * as pdi_vertex_merge_identical leaves it and is updated; parent [n] is scratch of the disjoint sets. *merged grows by
- * the number of corners whose vertex changed. */
+ * the number of corners whose vertex changed. Coordinates stay. */
 PDI_FN pd_status pdi_vertex_merge_nearby(pd_ctx *ctx, const double *corner, int32_t n, int32_t *vertex, int32_t *parent,
                                          int32_t *merged);
 #endif
