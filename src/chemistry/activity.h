@@ -11,8 +11,8 @@ typedef enum pd_activity {
 #ifdef PDI_INTERNAL
 /* Debye-Hueckel constant A [(L/mol)^0.5] of water at a temperature [K], 273 to 373 (eq. 5b.4). */
 PDI_FN double pdi_activity_compute_debye_hueckel(double temperature);
-/* Davies' equation: ln gamma over the square of the charge, at an ionic strength [mol/m3]; *slope: its derivative
- * [m3/mol]. a: the constant A (eq. 5b.4). */
+/* Davies' equation: ln gamma over the square of the charge, at an ionic strength [mol/m3] of at least 0; *slope: its
+ * derivative by the strength [m3/mol], set to 0 at strength 0. a: the constant A (eq. 5b.4). */
 PDI_FN double pdi_activity_compute_davies(double a, double strength, double *slope);
 #endif
 

@@ -60,7 +60,7 @@ PDI_FN void pdi_components_compute_totals(const pd_components *s, const double *
 /* Square of a charge. */
 static double pdi_components_compute_square(int charge) { return (double)(charge * charge); }
 
-/* Ionic strength of the solutes that no equilibrium reaction joins, from totals (or their changes). */
+/* Ionic strength [mol/m3] of the solutes that no equilibrium reaction joins, from totals [count] (or their changes). */
 static double pdi_components_compute_other_strength(const pd_components *s, const double *total)
 {
     double sum = 0.0;
@@ -106,7 +106,8 @@ static void pdi_components_compute_salt_effect(const pd_components *s, pd_kineti
     kinetic->salt_exponent[1] -= charge * charge;
 }
 
-/* Chooses the basis, from the most frequent member on, and rewrites (5b.8) in its terms by Gauss-Jordan elimination. */
+/* Chooses the basis, from the most frequent member on, and rewrites (5b.8) in its terms by Gauss-Jordan elimination:
+ * sets basis, m, inverse, ln_k, balance, term_size and ln_activity from ln_c and total. */
 static void pdi_components_update_basis(pdi_components_work *w)
 {
     const pd_components *s = w->system;
@@ -171,7 +172,8 @@ static int pdi_components_is_basis_stale(const pdi_components_work *w)
     return 0;
 }
 
-/* factor [charge] = 1/gamma for each size of charge. */
+/* factor [size of charge] = 1/gamma for each size of charge of a member below PDI_COMPONENTS_CACHED_CHARGES; other
+ * entries are not set. */
 static void pdi_components_compute_activity_factors(const pdi_components_work *w, double *factor)
 {
     int seen[PDI_COMPONENTS_CACHED_CHARGES] = {0};
@@ -183,8 +185,9 @@ static void pdi_components_compute_activity_factors(const pdi_components_work *w
     }
 }
 
-/* Concentrations of the members at the present ionic strength, from ideal ones, or by the logarithm where those are
- * negative. Returns the sum of z^2 c/2; *fourth: that of z^4 c/2. */
+/* Sets w->c, ln_gamma and its slope: concentrations of the members at the ionic strength w->strength, from ideal ones,
+ * or from ln_c where those are negative. Returns the ionic strength that they give with other solutes; *fourth: sum of
+ * z^4 c/2 of members. */
 static double pdi_components_compute_concentrations(pdi_components_work *w, const double *ideal, double *fourth)
 {
     double factor[PDI_COMPONENTS_CACHED_CHARGES], sum = w->other_strength;
@@ -200,8 +203,8 @@ static double pdi_components_compute_concentrations(pdi_components_work *w, cons
     return sum;
 }
 
-/* Concentrations of the members from the basis activities y, with the ionic strength that they have (Newton's method,
- * until rounding stops it). */
+/* Sets c and ln_c of the members from the basis activities ln_activity, with the ionic strength that they have
+ * (Newton's method from w->strength, until rounding stops it). */
 static void pdi_components_compute_members(pdi_components_work *w)
 {
     double ideal[PD_SPECIES_MAX], last = HUGE_VAL;
@@ -226,8 +229,8 @@ static void pdi_components_compute_members(pdi_components_work *w)
     for (int n = 0; n < w->members; n++) w->ln_c[n] -= w->ln_gamma * pdi_components_compute_square(w->charge[n]);
 }
 
-/* weight [rows][live] = derivatives of the members by y; scaled 1: over the basis concentrations. each [live]:
- * derivatives of their logarithms by the ionic strength of other solutes. */
+/* weight [rows][members] [mol/m3] = derivatives of the members by ln_activity; scaled 1: over the basis concentrations
+ * [-]. each [members] [m3/mol]: derivatives of their logarithms by the ionic strength of other solutes. */
 static void pdi_components_compute_member_derivatives(const pdi_components_work *w, int scaled,
                                                       pdi_components_matrix weight, double *each)
 {
@@ -309,7 +312,8 @@ static double pdi_components_compute_balance_residuals(const pdi_components_work
     return worst;
 }
 
-/* dy [rows] = Newton step for ln(P/Q) = 0, which is nearly linear in y at any distance (eq. 5b.9). */
+/* dy [rows] = Newton step of ln_activity for ln(P/Q) = 0, which is nearly linear in it at any distance (eq. 5b.9). Its
+ * size is at most PDI_COMPONENTS_MAX_LOG_CHANGE. */
 static void pdi_components_compute_newton_step(const pdi_components_work *w, double (*side)[2], const double *off,
                                                double *dy)
 {
@@ -330,7 +334,8 @@ static void pdi_components_compute_newton_step(const pdi_components_work *w, dou
         dy[r] = pd_min(pd_max(b[r][0], -PDI_COMPONENTS_MAX_LOG_CHANGE), PDI_COMPONENTS_MAX_LOG_CHANGE);
 }
 
-/* Newton iterations for the members of the given totals, with line search. 0: not converged. */
+/* Newton iterations for the members of the totals in w, with line search, from c and ln_c. 1: converged, or stalled at
+ * rounding; 0: not converged. */
 static int pdi_components_solve_members(pdi_components_work *w)
 {
     double side[PD_SPECIES_MAX][2], off[PD_SPECIES_MAX], dy[PD_SPECIES_MAX], start[PD_SPECIES_MAX], relative_error;
@@ -378,7 +383,8 @@ static int pdi_components_has_vanished_members(const pdi_components_work *w)
     return 0;
 }
 
-/* Starts the solver state from concentrations c [solutes]. */
+/* Starts the solver state from concentrations c [solutes], without activities: strengths and ln gamma are 0. `total`
+ * and the basis are not set. */
 static void pdi_components_init_work(const pd_components *s, const double *c, pdi_components_work *w)
 {
     w->system = s;
@@ -393,7 +399,7 @@ static void pdi_components_init_work(const pd_components *s, const double *c, pd
     }
 }
 
-/* Ionic strength and activities of the present concentrations. */
+/* Sets ionic strength, ln gamma and its slope of the present concentrations; nothing for ideal solutes. */
 static void pdi_components_update_activities(pdi_components_work *w)
 {
     if (!(w->debye > 0.0)) return;
@@ -402,8 +408,8 @@ static void pdi_components_update_activities(pdi_components_work *w)
     w->ln_gamma = pdi_activity_compute_davies(w->debye, w->strength, &w->ln_gamma_slope);
 }
 
-/* Solves once more from equal amounts of all solutes, where members have vanished. Totals that no concentrations have
- * end there again. */
+/* Solves once more from equal amounts of all solutes, where members have vanished; *w becomes that solution if it has
+ * none that vanish, else it stays. Totals that no concentrations have end there again. */
 static void pdi_components_try_equal_amounts(const pd_components *s, pdi_components_work *w)
 {
     pdi_components_work anew = *w;
@@ -499,7 +505,7 @@ PDI_FN void pdi_components_apply_derivatives(const pd_components *s, const float
     for (int k = s->equilibrium_components; k < s->count; k++) c[s->component_solute[k]] = total[k];
 }
 
-/* c^n; *derivative: that by c. */
+/* c^n; *derivative: its derivative by c. */
 static double pdi_components_compute_power(double c, double n, double *derivative)
 {
     if (n == 1.0) {
@@ -539,8 +545,8 @@ PDI_FN double pdi_components_compute_rate(const pd_components *s, const pd_kinet
     return product[0] - product[1];
 }
 
-/* Extent [mol/m3] of a kinetic reaction that makes solutes of the solvent alone, in its equilibrium; 0: it needs other
- * solutes, or has no equilibrium. */
+/* Extent [mol/m3] of a kinetic reaction that makes solutes of the solvent alone, in its equilibrium, negative where
+ * they are on its left; 0: it needs other solutes, or has no equilibrium. */
 static double pdi_components_compute_dissociation(const pd_components *s, const pd_kinetic *kinetic)
 {
     double order[2] = {0.0, 0.0}, product[2];
@@ -606,7 +612,8 @@ static int pdi_components_count_same_side(const pd_components *s, const pdi_comp
     return count;
 }
 
-/* Next pivot: a reaction and the solute that it makes; row -1: the reactions that are left are empty. */
+/* Next pivot: a reaction without product, and the solute that it makes; row -1: the reactions that are left are
+ * empty. */
 static pdi_components_pivot pdi_components_find_pivot(const pd_components *s, const pdi_components_reactions *e,
                                                       const int *rank)
 {
@@ -627,7 +634,7 @@ static pdi_components_pivot pdi_components_find_pivot(const pd_components *s, co
     return best;
 }
 
-/* rank [solutes] = position of their names in alphabetical order. */
+/* rank [solutes] = position of their names in alphabetical order among the solutes. count: of species. */
 static void pdi_components_compute_name_ranks(const pd_species *species, int count, const pd_components *s, int *rank)
 {
     for (int i = 0; i < count; i++) {
@@ -641,7 +648,7 @@ static void pdi_components_compute_name_ranks(const pd_species *species, int cou
     }
 }
 
-/* Eliminates the solute that reaction r makes from all others. */
+/* Eliminates the solute that reaction r makes from all others, numbers and ln K; its own number in r becomes 1. */
 static void pdi_components_remove_product(const pd_components *s, pdi_components_reactions *e, int r)
 {
     int made = e->product[r];
@@ -659,7 +666,8 @@ static void pdi_components_remove_product(const pd_components *s, pdi_components
     }
 }
 
-/* Numbers the components, joined ones first, and fills m and ln K of (5b.8). */
+/* Numbers the components, joined ones first, lists the members, and fills stoichiometry and ln_k of (5b.8), with
+ * mol/m3. */
 static void pdi_components_sort_components(const pdi_components_reactions *e, pd_components *s)
 {
     int row[PD_SPECIES_MAX], joined[PD_SPECIES_MAX];
@@ -690,7 +698,8 @@ static void pdi_components_sort_components(const pdi_components_reactions *e, pd
     }
 }
 
-/* Adds a reaction: a kinetic one to s, an equilibrium one to e. */
+/* Adds a reaction: a kinetic one to s, an equilibrium one to e. PD_ERR_ARGUMENT: it has a species that is neither
+ * solute nor solvent. */
 static pd_status pdi_components_add_reaction(pd_ctx *ctx, const pd_species *species, int count,
                                              const pd_reaction *reaction, pdi_components_reactions *e, pd_components *s)
 {

@@ -42,24 +42,27 @@ typedef struct pd_components {
 PD_API double pd_components_compute_ionic_strength(const pd_components *components, const double *c);
 #ifdef PDI_INTERNAL
 /* Builds the component system of `count` species from the reactions among solutes and solvent; solids have no part in
- * it. temperature [K]: for Davies' equation. PD_ERR_ARGUMENT: sizes, other phases, reactions that contradict each
- * other. */
+ * it. Kinetic reactions become `kinetic`, the others hold in equilibrium. temperature [K]: for Davies' equation.
+ * PD_ERR_ARGUMENT: sizes, other phases, reactions that contradict each other; components is zero then. */
 PDI_FN pd_status pdi_components_build(pd_ctx *ctx, const pd_species *species, int count, const pd_reaction *reactions,
                                       int reaction_count, pd_activity activity, double temperature,
                                       pd_components *components);
 /* Concentrations c [solutes] [mol/m3] in equilibrium with the totals total [count] [mol/m3] (eq. 5b.9); c is the first
- * guess on entry. Totals that no concentrations have give the nearest, close to 0. PD_NOT_CONVERGED: c is unchanged. */
+ * guess on entry. Totals that no concentrations have give the nearest, close to 0; a negative total of a component that
+ * is not joined gives 0. PD_NOT_CONVERGED: c is unchanged. */
 PDI_FN pd_status pdi_components_solve(const pd_components *components, const double *total, double *c);
-/* Totals of the components T_k = sum_i m_ki c_i, total [count] [mol/m3], of concentrations c [solutes] (eq. 5b.8). */
+/* Totals of the components T_k = sum_i m_ki c_i, total [count] [mol/m3], of concentrations c [solutes] (eq. 5b.8), or
+ * their changes from changes of c. */
 PDI_FN void pdi_components_compute_totals(const pd_components *components, const double *c, double *total);
-/* Derivatives dc/dT of the members by the joined totals in equilibrium (eq. 5b.10), single precision: [live][joined + 1
- * with activities] [-]; the last column is by the ionic strength of all other solutes. */
+/* Derivatives of pdi_components_compute_derivatives in single precision, [members][columns] [-], as
+ * pdi_components_apply_derivatives takes them. */
 PDI_FN void pdi_components_compute_derivatives_single(const pd_components *components, const double *c,
                                                       float *derivatives);
-/* Derivatives dc/dT of the members by the joined totals in equilibrium (eq. 5b.10): [live][joined + 1 with activities]
- * [-]; the last column is by the ionic strength of all other solutes. */
+/* Derivatives [members][columns] [-] of the concentrations c of members in equilibrium (eq. 5b.10): columns
+ * (pdi_components_count_columns) by the totals of the joined components, and with activities a last one by the ionic
+ * strength of all solutes that are not joined. Nothing without members. */
 PDI_FN void pdi_components_compute_derivatives(const pd_components *components, const double *c, double *derivatives);
-/* Change of concentrations c [solutes] [mol/m3] for a change `total` [count] of the totals, by
+/* c [solutes] [mol/m3] = change of the concentrations for a change `total` [count] [mol/m3] of the totals, by
  * pdi_components_compute_derivatives_single. */
 PDI_FN void pdi_components_apply_derivatives(const pd_components *components, const float *derivatives,
                                              const double *total, double *c);
@@ -68,14 +71,16 @@ static inline int pdi_components_count_columns(const pd_components *components)
 {
     return components->equilibrium_components + (components->debye_hueckel > 0.0);
 }
-/* Rate [mol/m3/s] of a kinetic reaction by mass action with activities (eq. 5b.3). NULL allowed: derivatives [solutes]
- * [1/s] by c; *gross_rate, forward plus backward rate. */
+/* Net rate, forward less backward [mol/m3/s], of a kinetic reaction by mass action with activities at concentrations c
+ * [solutes] [mol/m3] (eq. 5b.3). NULL allowed: derivatives [solutes] [1/s] of it by c; *gross_rate, the sum of the
+ * sizes of both. */
 PDI_FN double pdi_components_compute_rate(const pd_components *components, const pd_kinetic *kinetic, const double *c,
                                           double *derivatives, double *gross_rate);
 /* c [PD_SPECIES_MAX] [mol/m3] = pure solvent: its own dissociation, kinetic reactions included, is in equilibrium.
  * PD_NOT_CONVERGED: c is 0. */
 PDI_FN pd_status pdi_components_solve_pure_solvent(const pd_components *components, double *c);
-/* ln gamma of a unit charge at concentrations c [solutes]; *slope: its derivative by the ionic strength [m3/mol]. */
+/* ln gamma of a unit charge at concentrations c [solutes] [mol/m3]; *slope: its derivative by the ionic strength
+ * [m3/mol]. Both are 0 for ideal solutes. */
 PDI_FN double pdi_components_compute_davies(const pd_components *components, const double *c, double *slope);
 /* ln gamma of a unit charge at concentrations c [solutes]; 0 for ideal solutes. */
 PDI_FN double pdi_components_compute_ln_gamma(const pd_components *components, const double *c);

@@ -37,7 +37,8 @@ static double pdi_electrolyte_compute_charge(const pd_electrolyte *e, const doub
     return sum;
 }
 
-/* 1: the reaction is in equilibrium at c: it has a constant, and its minerals may form or are present. */
+/* 1: the reaction is in equilibrium at c: it has a constant, and its minerals may form or are present. c NULL: all may
+ * form. */
 static int pdi_electrolyte_is_in_equilibrium(const pd_electrolyte *e, const pd_reaction *r, const double *c)
 {
     if (!r->has_k) return 0;
@@ -59,7 +60,8 @@ pd_status pd_electrolyte_build_speciation(pd_ctx *ctx, const pd_electrolyte *e, 
     return pd_speciation_build(ctx, e->species, e->count, held, count, e->activity, e->temperature, system);
 }
 
-/* Saturation indices log10(IAP/K) of minerals, from the reactions with one solid. */
+/* Sets saturation indices log10(IAP/K) of minerals from the activities in s->result, by the reactions with one solid
+ * and no gas; NaN for species that have none. */
 static void pdi_electrolyte_compute_saturation(const pd_electrolyte *e, pd_electrolyte_state *s)
 {
     for (int i = 0; i < e->count; i++) s->saturation[i] = NAN;
@@ -82,7 +84,7 @@ static void pdi_electrolyte_compute_saturation(const pd_electrolyte *e, pd_elect
     }
 }
 
-/* Removes species k, which no reaction names. */
+/* Removes species k, which no reaction names and which is no balance or counter ion; later ones move down by one. */
 static void pdi_electrolyte_remove_species(pd_electrolyte *e, int k)
 {
     e->count--;
@@ -138,8 +140,8 @@ pd_status pd_electrolyte_solve(pd_ctx *ctx, const pd_electrolyte *e, double *c, 
     return PD_OK;
 }
 
-/* c = recipe `from` with `acid` [mol/m3] of H+ and its counter ion, negative: OH- (eq. 5b.11); *ph: that of its
- * equilibrium. */
+/* c = recipe `from` with `acid` [mol/m3] of H+ and its counter ion, negative: OH- (eq. 5b.11); c is not the
+ * equilibrium. *ph: that of its equilibrium, NaN without H+. Fails as pd_electrolyte_solve does. */
 static pd_status pdi_electrolyte_compute_ph(pd_ctx *ctx, const pd_electrolyte *e, const double *from, double acid,
                                             double *c, double *ph)
 {
@@ -156,7 +158,8 @@ static pd_status pdi_electrolyte_compute_ph(pd_ctx *ctx, const pd_electrolyte *e
     return PD_OK;
 }
 
-/* Brackets the amount of acid or base [mol/m3] that gives `ph`: a[0], a[1], with the pH differences f[0], f[1]. */
+/* Brackets the amount of acid (negative: base) [mol/m3] that gives `ph`: a[0], a[1], with the pH differences f[0], f[1]
+ * [-]. PD_ERR_ARGUMENT: no reaction makes H+, or `ph` cannot be reached with the counter ion. */
 static pd_status pdi_electrolyte_find_acid_bracket(pd_ctx *ctx, const pd_electrolyte *e, double ph, const double *from,
                                                    double *a, double *f)
 {
@@ -185,7 +188,8 @@ static pd_status pdi_electrolyte_find_acid_bracket(pd_ctx *ctx, const pd_electro
     return PD_OK;
 }
 
-/* Adds the acid or base to c that gives `ph`, by the Illinois method (eq. 5b.11). */
+/* Adds the acid or base to c that gives `ph`, by the Illinois method (eq. 5b.11). PD_ERR_ARGUMENT: no counter ion, H+
+ * or OH-, or it cannot be reached. */
 static pd_status pdi_electrolyte_solve_ph(pd_ctx *ctx, const pd_electrolyte *e, double ph, double *c)
 {
     double from[PD_SPECIES_MAX], a[2], f[2];
@@ -208,7 +212,7 @@ static pd_status pdi_electrolyte_solve_ph(pd_ctx *ctx, const pd_electrolyte *e, 
     return pdi_electrolyte_compute_ph(ctx, e, from, acid, c, &found);
 }
 
-/* Name of the most frequent ion, as a proposal in messages. */
+/* Name of the most frequent ion, as a proposal in messages; "Cl-" without ions. */
 static const char *pdi_electrolyte_find_main_ion(const pd_electrolyte *e, const double *c)
 {
     int best = -1;

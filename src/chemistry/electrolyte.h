@@ -65,10 +65,10 @@ PD_API int pd_electrolyte_find_species(const pd_electrolyte *e, const char *name
  * all minerals. PD_ERR_ARGUMENT: reactions contradict each other. */
 PD_API pd_status pd_electrolyte_build_speciation(pd_ctx *ctx, const pd_electrolyte *e, const double *c,
                                                  pd_speciation *system);
-/* Removes solids and gases other than those with stays[species] = 1, and the reactions that name them. Indices of
- * species change. */
+/* Removes solids, gases and electrons other than those with stays[species] = 1, and the reactions that name them.
+ * Indices of species and reactions change. */
 PD_API void pd_electrolyte_remove_undissolved(pd_electrolyte *e, const int *stays);
-/* Total concentration of an element [mol/m3] (atomic number) over all species. */
+/* Total concentration of an element [mol/m3] (atomic number) over all species, solids included. */
 PD_API double pd_electrolyte_compute_element_total(const pd_electrolyte *e, const double *c, int element);
 
 #endif

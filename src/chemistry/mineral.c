@@ -45,7 +45,8 @@ PDI_FN int pdi_mineral_copy_solid_free_reactions(const pd_species *species, int 
 /* 1: a parameter is negative or not finite. */
 static int pdi_mineral_is_invalid(double value) { return !(value >= 0.0) || !(value < 1e100); }
 
-/* Sets stoichiometry and ln K of mineral s, which dissolves by reaction r. */
+/* Sets nu, total_content, charge_square and ln_k of mineral s, which dissolves by reaction r, for one unit of it
+ * dissolved. */
 static void pdi_mineral_set_reaction(const pd_components *c, const pd_species *species, int count, const pd_reaction *r,
                                      pd_minerals *m, int s)
 {
@@ -61,7 +62,8 @@ static void pdi_mineral_set_reaction(const pd_components *c, const pd_species *s
     pdi_components_compute_totals(c, m->nu[s], m->total_content[s]);
 }
 
-/* Checks all minerals and finds their reactions. */
+/* Checks all minerals, fills in exponents, and finds their reactions. PD_ERR_ARGUMENT: numbers, or no fitting
+ * reaction. */
 static pd_status pdi_mineral_try_build(pd_ctx *ctx, const pd_components *c, const pd_species *species, int count,
                                        const pd_reaction *reactions, int reaction_count, pd_minerals *m)
 {
@@ -176,7 +178,8 @@ static int pdi_mineral_is_reactive(const pd_mineral_start *start, int s)
     return start->rate[s] > 0.0 || start->amount_rate[s] > 0.0;
 }
 
-/* Rate times step [mol/m3] of mineral s at the end amount n: what dissolves far below saturation. */
+/* Rate times step [mol/m3] of mineral s at the end amount n: what dissolves far below saturation. HUGE_VAL: in
+ * equilibrium. */
 static double pdi_mineral_compute_max_extent(const pd_mineral_start *start, int s, double n)
 {
     return (start->rate[s] + start->amount_rate[s] * n) * start->dt;
@@ -190,7 +193,7 @@ static double pdi_mineral_compute_growth(const pd_mineral_start *start, int s, d
     return pdi_mineral_compute_max_extent(start, s, start->start_amount[s]) * excess / (1.0 - more);
 }
 
-/* Most that dissolves of mineral s in the step by its law [mol/m3]. */
+/* Most that dissolves of mineral s in the step by its law [mol/m3]; all of it in equilibrium. */
 static double pdi_mineral_compute_max_dissolution(const pd_mineral_start *start, int s)
 {
     double rate = start->rate[s] < HUGE_VAL ? -pdi_mineral_compute_growth(start, s, -1.0) : HUGE_VAL;
@@ -253,7 +256,8 @@ typedef struct pdi_mineral_work {
     int solves_left;                /* number of equilibria that may still be solved */
 } pdi_mineral_work;
 
-/* Residual of (5b.16): ln Omega of mineral s less that of its law at amount n, `over` above that of the start. */
+/* Residual of (5b.16): ln Omega of mineral s less that of its law at amount n, `over` [mol/m3] above that of the start.
+ * Without rate, since none has no surface: HUGE_VAL or -HUGE_VAL, towards the amount of the start. */
 static double pdi_mineral_compute_law_residual(const pd_components *c, const pd_minerals *m,
                                                const pd_mineral_start *start, int s, const double *conc, double n,
                                                double over)
@@ -278,7 +282,9 @@ static double pdi_mineral_get_excess(const pdi_mineral_work *w, int s)
                               : -w->start->start_amount[s];
 }
 
-/* Residual of (5b.16) of mineral s with the concentrations for this growth; it falls with the growth. */
+/* Residual of (5b.16) of mineral s with the concentrations for this growth; it falls with the growth. Sets growth,
+ * amount, conc and `infeasible` of w, and counts one solve. PDI_MINERAL_INFEASIBLE: there are no concentrations, conc
+ * is the guess. */
 static double pdi_mineral_compute_growth_residual(pdi_mineral_work *w, int s, double grown)
 {
     double total[PD_SPECIES_MAX];
@@ -323,7 +329,8 @@ static void pdi_mineral_compute_growth_bounds(const pdi_mineral_work *w, int s, 
     *room = pd_max(*room, w->start->initial[s]) - w->base_amount[s]; /* what is there stays */
 }
 
-/* Brackets the growth of mineral s above x[0], where the residual f[0] is positive. 0: it is positive up to `room`. */
+/* Brackets the growth of mineral s between x[0], where the residual f[0] is positive, and x[1], and raises x[0]. 1:
+ * f[1] is not positive; 0: it is positive up to x[1], the bound by `most`, `room` or the law. */
 static int pdi_mineral_find_growth_bracket(pdi_mineral_work *w, int s, double most, double room, double *x, double *f)
 {
     double index = w->m->mineral[s].exponent * pdi_mineral_compute_ln_omega(w->c, w->m, s, w->conc), size = 0.0;
@@ -359,7 +366,8 @@ static double pdi_mineral_interpolate_bracket(const pdi_root_bracket *b, double 
     return x > b->a && x < b->b ? x : next;
 }
 
-/* Solves for the amount of mineral s with those of the others fixed. */
+/* Solves for the growth of mineral s with those of the others fixed, within its bounds; w has its amount and
+ * concentrations then. solves_left 0: the totals cannot hold it. */
 static void pdi_mineral_solve_one(pdi_mineral_work *w, int s)
 {
     double start = w->start->start_amount[s], least, most, room, x[2], f[2];
@@ -391,7 +399,8 @@ static void pdi_mineral_solve_one(pdi_mineral_work *w, int s)
 }
 
 /* ---- derivatives ---- */
-/* slope [components] = derivatives of ln Omega of mineral s by the totals; table: dc/dT of the concentrations. */
+/* slope [components] [m3/mol] = derivatives of ln Omega of mineral s by the totals; table: dc/dT of the concentrations
+ * (pdi_components_compute_derivatives). */
 static void pdi_mineral_compute_omega_gradient(const pd_components *c, const pd_minerals *m, int s, const double *table,
                                                const double *conc, double *slope)
 {
@@ -415,7 +424,7 @@ static void pdi_mineral_compute_omega_gradient(const pd_components *c, const pd_
         slope[k] += others * 0.5 * (double)(c->charge[c->component_solute[k]] * c->charge[c->component_solute[k]]);
 }
 
-/* 1: mineral s would grow and has no free volume. */
+/* 1: mineral s would grow and has no free volume, or with has_limits is at its limit. 0 for minerals of no volume. */
 static int pdi_mineral_is_full(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start, int s,
                                const double *conc, const double *n)
 {
@@ -426,7 +435,8 @@ static int pdi_mineral_is_full(const pd_components *c, const pd_minerals *m, con
            PDI_MINERAL_FULL_TOLERANCE;
 }
 
-/* Gauss-Jordan elimination of `count` equations, positive definite but for rounding; solutions in b. */
+/* Gauss-Jordan elimination of `count` equations with `columns` right-hand sides, positive definite but for rounding;
+ * solutions in b, 0 where singular. a is overwritten. */
 static void pdi_mineral_solve_linear(int count, int columns, double (*a)[PD_MINERAL_MAX], double (*b)[PD_SPECIES_MAX])
 {
     for (int p = 0; p < count; p++) {
@@ -442,7 +452,7 @@ static void pdi_mineral_solve_linear(int count, int columns, double (*a)[PD_MINE
         for (int k = 0; k < columns; k++) b[p][k] = fabs(a[p][p]) > 0.0 ? b[p][k] / a[p][p] : 0.0;
 }
 
-/* Derivative of the law of mineral s by its amount (L of theory 5b.6). */
+/* Derivative [m3/mol] of the law of mineral s by its amount (L of theory 5b.6); 0 in equilibrium. */
 static double pdi_mineral_compute_law_derivative(const pd_minerals *m, const pd_mineral_start *start, int s, double n)
 {
     double rate = pdi_mineral_compute_max_extent(start, s, n), slope = 1.0;
@@ -451,7 +461,8 @@ static double pdi_mineral_compute_law_derivative(const pd_minerals *m, const pd_
     return slope / (m->mineral[s].exponent * pd_max(rate + n - start->start_amount[s], DBL_EPSILON * rate));
 }
 
-/* Newton matrix a [count][count] of the active minerals, W + L; slope [count]: d ln Omega/dT (theory 5b.6). */
+/* Newton matrix a [count][count] of the minerals active [count], W + L; slope [count][components] [m3/mol]: d ln
+ * Omega/dT (theory 5b.6). */
 static void pdi_mineral_assemble_matrix(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
                                         const double *conc, const double *n, const int *active, int count,
                                         double (*a)[PD_MINERAL_MAX], double (*slope)[PD_SPECIES_MAX])
@@ -524,7 +535,8 @@ PDI_FN void pdi_mineral_solve_linear_response(const pd_components *c, const pd_m
 }
 
 /* ---- all minerals ---- */
-/* Residuals off [minerals] of (5b.16) at the amounts; returns the largest that a change of amounts can lower. */
+/* Residuals off [minerals] of (5b.16) at the amounts in w, whose concentrations are solved for; returns the largest
+ * that a change of amounts can lower. HUGE_VAL: there are no concentrations, off is not set. */
 static double pdi_mineral_compute_residuals(pdi_mineral_work *w, double *off)
 {
     double worst = 0.0, first = pdi_mineral_compute_growth_residual(w, 0, w->growth[0]);
@@ -540,7 +552,8 @@ static double pdi_mineral_compute_residuals(pdi_mineral_work *w, double *off)
     return worst;
 }
 
-/* slope[][0]: from residuals to changes of the active minerals. Amounts that would be negative become 0, one by one. */
+/* slope[][0]: residuals of the active minerals become changes of their amounts [mol/m3] by matrix a. Amounts that would
+ * be negative become 0, one by one. */
 static void pdi_mineral_compute_bounded_changes(const pdi_mineral_work *w, const int *active, int count,
                                                 double (*a)[PD_MINERAL_MAX], double (*slope)[PD_SPECIES_MAX])
 {
@@ -580,8 +593,9 @@ static int pdi_mineral_is_rounding(const pdi_mineral_work *w, const int *active,
     return 1;
 }
 
-/* Growth of mineral s after `change`. If it is alone and the change exceeds half of what a limiting component has left,
- * the change is one of the logarithm of that rest. */
+/* Growth of mineral s [mol/m3] after `change` from the growth `from` and the amount `had`, within its bounds. If it is
+ * alone and the change exceeds half of what a limiting component has left, the change is one of the logarithm of that
+ * rest. */
 static double pdi_mineral_compute_new_growth(const pdi_mineral_work *w, int s, int alone, double had, double from,
                                              double change)
 {
@@ -596,7 +610,8 @@ static double pdi_mineral_compute_new_growth(const pdi_mineral_work *w, int s, i
     return pd_min(pd_max(grown, none), room);
 }
 
-/* A Newton step of all minerals present, with line search; *worst: residual after it, 0: rounding. 0: no progress. */
+/* A Newton step of all minerals present, with line search. 1: *worst, the residual, has fallen; 0: no progress, amounts
+ * are unchanged, *worst is their residual, 0 where it is rounding. */
 static int pdi_mineral_try_newton_step(pdi_mineral_work *w, double *worst)
 {
     const pd_components *c = w->c;
@@ -637,7 +652,8 @@ static int pdi_mineral_try_newton_step(pdi_mineral_work *w, double *worst)
     return 0;
 }
 
-/* Amounts by laws and bounds: Newton for all, else one by one. Of several that lack room, the first ones have it. */
+/* Amounts by laws and bounds, as pdi_mineral_solve: Newton for all, else one by one. Of several that lack room, the
+ * first ones have it. PD_NOT_CONVERGED: conc and n are unchanged. */
 static pd_status pdi_mineral_solve_without_sharing(const pd_components *c, const pd_minerals *m,
                                                    const pd_mineral_start *start, const double *total, double *conc,
                                                    double *n)
@@ -685,7 +701,8 @@ static pd_status pdi_mineral_solve_without_sharing(const pd_components *c, const
 }
 
 /* ---- several minerals that share the free volume ---- */
-/* 1: a mineral is out of free volume while another one changes, too: how they share it is open. */
+/* 1: a mineral is out of free volume and one has changed, of two or more that react and have a volume: how they share
+ * it is open. */
 static int pdi_mineral_has_shared_volume(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
                                          const double *conc, const double *n)
 {
@@ -714,7 +731,7 @@ typedef struct pdi_mineral_shared_volume {
     double conc[PD_SPECIES_MAX], amount[PD_MINERAL_MAX];
 } pdi_mineral_shared_volume;
 
-/* Solves for the amounts within the limits. 0: not found. */
+/* Solves for conc and amount of r within the limits of r->start, from guess and start amounts. 1: found, 0: not. */
 static int pdi_mineral_solve_within_limits(pdi_mineral_shared_volume *r)
 {
     memset(r->conc, 0, sizeof r->conc);
@@ -723,7 +740,8 @@ static int pdi_mineral_solve_within_limits(pdi_mineral_shared_volume *r)
     return pdi_mineral_solve_without_sharing(r->c, r->m, &r->start, r->total, r->conc, r->amount) == PD_OK;
 }
 
-/* Amounts if open minerals grow by `share` of their free growth; *over: volume above `room`. 0: not found. */
+/* Amounts if open minerals grow by `share` of their free growth (sets their limits); *over [-]: volume fraction above
+ * `room`. 1: found, 0: not. */
 static int pdi_mineral_solve_partial_growth(pdi_mineral_shared_volume *r, double share, double room, double *over)
 {
     for (int s = 0; s < r->m->count; s++)
@@ -733,7 +751,8 @@ static int pdi_mineral_solve_partial_growth(pdi_mineral_shared_volume *r, double
     return found;
 }
 
-/* Finds the share of free growth at which the open minerals just fill `room`; high: excess at share 1. 0: none. */
+/* Finds the share of free growth at which the open minerals just fill `room` [-], and the amounts there; high: excess
+ * at share 1. 1: found, 0: none. */
 static int pdi_mineral_find_filling_growth(pdi_mineral_shared_volume *r, double room, double high)
 {
     double low, share = 0.0, x;
@@ -759,7 +778,8 @@ static double pdi_mineral_get_min_free_volume(const pdi_mineral_shared_volume *r
     return room;
 }
 
-/* Minerals share the free volume by equal shares of their free growth; lower porosities go on alone. 0: not found. */
+/* Minerals share the free volume by equal shares of their free growth; lower porosities go on alone. Results in conc
+ * and amount of r. 1: found, 0: not. */
 static int pdi_mineral_solve_shared_volume(pdi_mineral_shared_volume *r)
 {
     double room;

@@ -54,32 +54,36 @@ PDI_FN pd_status pdi_mineral_build(pd_ctx *ctx, const pd_components *components,
 /* Copies the reactions without solids into `rest`, in order; returns their number. */
 PDI_FN int pdi_mineral_copy_solid_free_reactions(const pd_species *species, int count, const pd_reaction *reactions,
                                                  int reaction_count, pd_reaction *rest);
-/* ln Omega = ln(IAP/K) of mineral s (eq. 5b.15) at concentrations conc [solutes] [mol/m3]. */
+/* ln Omega = ln(IAP/K) of mineral s (eq. 5b.15) at concentrations conc [solutes] [mol/m3], which count as 1e-200 at
+ * least. Where an ion that it dissolves into is missing, the reactants of the dissolution do not raise it. */
 PDI_FN double pdi_mineral_compute_ln_omega(const pd_components *c, const pd_minerals *m, int s, const double *conc);
-/* Sets the rate laws of a volume for a step that begins with amounts n [count] and concentrations conc. An absent
- * mineral below its nucleation threshold does not form. */
+/* Sets the rate laws of a volume for a step that begins with amounts n [count] and concentrations conc: rate,
+ * amount_rate and initial, no limits, no guess. The caller sets dt and start_amount. An absent mineral does not form
+ * below its nucleation threshold, nor with a surface rate alone. */
 PDI_FN void pdi_mineral_begin_step(const pd_components *c, const pd_minerals *m, const double *n, const double *conc,
                                    pd_mineral_start *start);
-/* For a second stage that would begin with so little of mineral s that its surface were negative: 1, and the mineral
- * goes on from first_amount [mol/m3], by a step step_ratio times that of the stage (theory 5b.6). Else 0. */
+/* For a second stage that would begin with so little of mineral s, *amount, that its rate were not positive: 1, *amount
+ * becomes first_amount [mol/m3] (at least 0), and both rates in start are multiplied with step_ratio, the step from
+ * there over that of the stage (theory 5b.6). Else 0, and nothing changes. */
 PDI_FN int pdi_mineral_try_resume(pd_mineral_start *start, int s, double first_amount, double step_ratio,
                                   double *amount);
 /* 1: no concentrations have the dissolved totals, however fast minerals dissolve or grow by their laws and into the
  * free volume in the step. */
 PDI_FN int pdi_mineral_is_infeasible(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
                                      const double *total);
-/* 1: a mineral of the amounts n_before [count] [mol/m3] has disappeared in n_after, or one has filled its volume. */
+/* 1: a mineral of the amounts before [count] [mol/m3] has disappeared in `after`, or one has run out of free volume. */
 PDI_FN int pdi_mineral_has_switched(const pd_minerals *m, const double *before, const double *after);
-/* Backward Euler step of all minerals of a volume (eq. 5b.16): concentrations conc [solutes] and amounts n [count],
- * first guesses on entry; total: totals that are dissolved while n stays as it is. PD_NOT_CONVERGED: both are
- * unchanged. */
+/* Backward Euler step of all minerals of a volume (eq. 5b.16): concentrations conc [solutes] and amounts n [count]. On
+ * entry conc is a first guess; total [components] are dissolved beside the amounts n, which are the first guess unless
+ * start->guess is. PD_NOT_CONVERGED: both are unchanged. */
 PDI_FN pd_status pdi_mineral_solve(const pd_components *c, const pd_minerals *m,
                                     const pd_mineral_start *start, const double *total, double *conc, double *n);
-/* derivatives [count][components] [-] of the amounts n by the totals, dissolved and in minerals together. */
+/* derivatives [count][components] [-] of the amounts n by the totals, dissolved and in minerals together, at the
+ * solution (conc, n) of a step; 0 for minerals that are absent, full or do not react. */
 PDI_FN void pdi_mineral_compute_derivatives(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
                                             const double *conc, const double *n, double *derivatives);
 /* change [count] [mol/m3] that the rate laws ask for at fixed totals becomes the change of n with the feedback of
- * Omega: (W + L)^-1 L change (theory 5b.6). */
+ * Omega: (W + L)^-1 L change (theory 5b.6). It stays for minerals that are absent, full or do not react. */
 PDI_FN void pdi_mineral_solve_linear_response(const pd_components *c, const pd_minerals *m,
                                               const pd_mineral_start *start, const double *conc, const double *n,
                                               double *change);

@@ -12,7 +12,7 @@
 /* 1: white space. */
 static int pdi_reaction_is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
 
-/* Parses an unsigned decimal number at *at, which moves behind it; -1: none. */
+/* Parses an unsigned decimal number at *at, which moves behind it; returns -1 where there is none. */
 static double pdi_reaction_parse_number(const char **at)
 {
     double value = 0.0, place = 0.0;
@@ -28,8 +28,8 @@ static double pdi_reaction_parse_number(const char **at)
     return *at == from ? -1.0 : place > 0.0 ? value / place : value;
 }
 
-/* Parses a unit of mol, mmol, L, m and s with whole exponents: *scale, its size in mol, m, s, and its exponents. 0:
- * invalid. */
+/* Parses a unit of mol, mmol, umol, M, mM, L, l, m, dm, s, min and h with exponents: *scale, its size in mol, m, s, and
+ * its exponents of mol, m, s. NULL, "" and "1": no unit. Returns 1, or 0 when it is invalid. */
 static int pdi_reaction_parse_unit(const char *at, double *scale, double exponent[3])
 {
     int divide = 0, factors = 0;
@@ -89,7 +89,8 @@ static void pdi_reaction_format_unit(double order, double rate, char *text, size
     else snprintf(text, size, order > 0.0 ? "mol%g/L%g%s" : "L%g/mol%g%s", n, n, end);
 }
 
-/* Checks that a unit is (mol/L)^order, per second with rate 1; *scale: its size in SI units. */
+/* Checks that a unit is (mol/L)^order, per second with rate 1, else 0; *scale: its size in mol, m, s. PD_ERR_PARSE:
+ * another one; what: the number that has it, for the message. */
 static pd_status pdi_reaction_check_unit(pd_ctx *ctx, const char *name, const char *what, const char *unit,
                                          double order, double rate, double *scale)
 {
@@ -106,7 +107,8 @@ static pd_status pdi_reaction_check_unit(pd_ctx *ctx, const char *name, const ch
                    expected, rate > 0.0 ? "" : ", or log10_K without unit");
 }
 
-/* Parses one term "2 OH-" on the left (side -1) or right (1) of a reaction. */
+/* Parses one term "2 OH-" on the left (side -1) or right (1) of a reaction, and adds it to r->nu. PD_ERR_PARSE: no
+ * term, an unknown species, or one that is on both sides. */
 static pd_status pdi_reaction_parse_term(pd_ctx *ctx, const char *term, double side, const pd_species *species,
                                          int count, pd_reaction *r)
 {
@@ -132,7 +134,8 @@ static pd_status pdi_reaction_parse_term(pd_ctx *ctx, const char *term, double s
                    "one of %s", r->name, at, known);
 }
 
-/* Parses both sides of a reaction from side -1 on, or with side 1 a sum alone. */
+/* Parses the terms of a text into r->nu: both sides of a reaction (side -1), or a sum alone, without = (side 1).
+ * PD_ERR_PARSE: not such a text. */
 static pd_status pdi_reaction_parse_terms(pd_ctx *ctx, const char *text, const pd_species *species, int count,
                                           double side, pd_reaction *r)
 {
@@ -163,7 +166,7 @@ static pd_status pdi_reaction_parse_terms(pd_ctx *ctx, const char *text, const p
     return PD_OK;
 }
 
-/* Checks that every element and the charge balance (eq. 5b.1). */
+/* Checks that every element and the charge balance (eq. 5b.1). PD_ERR_PARSE: one does not. */
 static pd_status pdi_reaction_check_balance(pd_ctx *ctx, const pd_species *species, int count, const pd_reaction *r)
 {
     for (int i = 0; i < count; i++) {
@@ -193,7 +196,8 @@ static pd_status pdi_reaction_check_balance(pd_ctx *ctx, const pd_species *speci
                    right);
 }
 
-/* Sets K and rate constants from desc, after a check of their units; kb = kf/K where one is missing (eq. 5b.3). */
+/* Sets K and rate constants from desc, after a check of their units; kb = kf/K or kf = kb K where one is missing (eq.
+ * 5b.3). PD_ERR_PARSE: units, neither K nor rate. PD_ERR_ARGUMENT: values, K and both rates. */
 static pd_status pdi_reaction_set_constants(pd_ctx *ctx, const pd_reaction_desc *desc, const pd_species *species,
                                             int count, pd_reaction *r)
 {

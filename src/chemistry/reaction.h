@@ -39,8 +39,8 @@ PD_API pd_status pd_reaction_read(pd_ctx *ctx, const pd_reaction_desc *desc, con
  * the solvent and a gas count as 1. */
 PD_API double pd_reaction_rate(const pd_reaction *reaction, const pd_species *species, int count, const double *c);
 #ifdef PDI_INTERNAL
-/* Parses a sum of species "Na+ + OH-" into the stoichiometric numbers nu of r. PD_ERR_PARSE: an unknown species. name:
- * for messages. */
+/* Parses a sum of species "Na+ + OH-" into the stoichiometric numbers nu (positive) of r, which is zeroed first.
+ * PD_ERR_PARSE: an unknown species. name: for messages, becomes that of r. */
 PDI_FN pd_status pdi_reaction_parse_sum(pd_ctx *ctx, const char *name, const char *text, const pd_species *species,
                                         int count, pd_reaction *r);
 #endif

@@ -38,7 +38,7 @@ typedef struct pdi_speciation_work {
     int rows;
 } pdi_speciation_work;
 
-/* Ionic strength [mol/m3]. */
+/* Ionic strength [mol/m3] of the solutes that are present. */
 static double pdi_speciation_compute_ionic_strength(const pdi_speciation_work *w)
 {
     double sum = 0.0;
@@ -48,7 +48,8 @@ static double pdi_speciation_compute_ionic_strength(const pdi_speciation_work *w
     return sum;
 }
 
-/* ln of the activity of species i: x + z^2 davies of a solute, 0 of others. */
+/* ln of the activity of species i, with mol/L: ln_c + z^2 davies of a solute, 0 of others. davies: ln gamma of a unit
+ * charge. */
 static double pdi_speciation_compute_ln_activity(const pdi_speciation_work *w, int i, double davies)
 {
     return w->state[i] == PDI_SPECIATION_SOLUTE ? w->ln_c[i] + davies * w->system->charge[i] * w->system->charge[i]
@@ -64,7 +65,8 @@ static double pdi_speciation_compute_ln_ratio(const pdi_speciation_work *w, int 
     return sum;
 }
 
-/* Gauss-Jordan step: species i becomes a pivot, where it can. */
+/* Gauss-Jordan step: species i becomes the pivot of a reaction without one, with the number 1, and leaves all others;
+ * nothing where none has it. */
 static void pdi_speciation_set_pivot(pdi_speciation_work *w, int i)
 {
     int best = -1;
@@ -92,7 +94,8 @@ static void pdi_speciation_set_pivot(pdi_speciation_work *w, int i)
     }
 }
 
-/* Chooses the pivots: impossible species first, then absent minerals, then solutes from the rarest on. */
+/* Reduces the reactions anew and chooses their pivots: impossible species first, then absent minerals, then solutes
+ * from the rarest on. Species of unit activity are none. */
 static void pdi_speciation_update_pivots(pdi_speciation_work *w)
 {
     int order[PD_SPECIES_MAX], count = 0;
@@ -114,7 +117,7 @@ static void pdi_speciation_update_pivots(pdi_speciation_work *w)
     for (int k = 0; k < count; k++) pdi_speciation_set_pivot(w, order[k]);
 }
 
-/* 1: reduced reaction r makes a solute. */
+/* 1: reduced reaction r has a solute as its pivot. */
 static int pdi_speciation_is_solute_reaction(const pdi_speciation_work *w, int r)
 {
     return w->pivot[r] >= 0 && w->state[w->pivot[r]] == PDI_SPECIATION_SOLUTE;
@@ -150,7 +153,7 @@ static void pdi_speciation_add_traces(pdi_speciation_work *w)
     }
 }
 
-/* Sets the state of every species from its amount. */
+/* Sets state and ln_c of every species from its amount. */
 static void pdi_speciation_init_states(pdi_speciation_work *w)
 {
     for (int i = 0; i < w->system->species; i++) {
@@ -162,7 +165,8 @@ static void pdi_speciation_init_states(pdi_speciation_work *w)
     }
 }
 
-/* Solves a x = b of `rows` equations by pivoted elimination; x in b. 0: singular. */
+/* Solves a x = b of `rows` equations by elimination with row pivots; x in b, a is overwritten. Returns 1; 0:
+ * singular. */
 static int pdi_speciation_solve_linear(int rows, double a[PD_REACTION_MAX][PD_REACTION_MAX], double *b)
 {
     for (int c = 0; c < rows; c++) {
@@ -192,7 +196,7 @@ static int pdi_speciation_solve_linear(int rows, double a[PD_REACTION_MAX][PD_RE
 }
 
 /* dy [rows] = Newton step for the logarithms of the pivots of the reactions in `list` (eq. 5b.7), with the rank-one
- * term of Davies' equation. slope: its derivative. 0: singular. */
+ * term of Davies' equation. off [rows]: residuals; slope [m3/mol]: derivative of ln gamma. Returns 1; 0: singular. */
 static int pdi_speciation_compute_newton_step(const pdi_speciation_work *w, const int *list, int rows,
                                               const double *off, double slope, double *dy)
 {
@@ -221,7 +225,8 @@ static int pdi_speciation_compute_newton_step(const pdi_speciation_work *w, cons
     return 1;
 }
 
-/* Shortens dy so that no reaction takes more of a solute than there is. */
+/* Lowers dy [rows] so that no reaction takes more than the part PDI_SPECIATION_MAX_TAKEN of a solute to make its
+ * pivot. */
 static void pdi_speciation_limit_changes(const pdi_speciation_work *w, const int *list, int rows, double *dy)
 {
     for (int r = 0; r < rows; r++) {
@@ -234,7 +239,8 @@ static void pdi_speciation_limit_changes(const pdi_speciation_work *w, const int
     }
 }
 
-/* Moves *w by t dy. 0: a solute would fall too far. */
+/* Moves amounts and ln_c of *w by t dy along the reactions in `list`. 1: done; 0: a solute would fall too far, *w is
+ * partly moved. */
 static int pdi_speciation_try_move(pdi_speciation_work *w, const int *list, int rows, const double *dy, double t)
 {
     double start[PD_SPECIES_MAX];
@@ -286,8 +292,8 @@ static int pdi_speciation_is_pivot_stale(const pdi_speciation_work *w)
     return 0;
 }
 
-/* Line search along dy, until the free energy falls along it or the residual falls. 0: neither does, *w is
- * unchanged. */
+/* Line search along dy, until the free energy falls along it or the residual falls. 1: *w is moved; 0: neither falls
+ * within `halvings` trials, *w is unchanged. off [rows], worst: residuals, and the largest. */
 static int pdi_speciation_try_line_search(pdi_speciation_work *w, const int *list, int rows, const double *dy,
                                           const double *off, double worst, int halvings)
 {
@@ -309,7 +315,9 @@ static int pdi_speciation_try_line_search(pdi_speciation_work *w, const int *lis
     return 0;
 }
 
-/* Newton iterations for the solutes with the present minerals, whose amounts may become negative. */
+/* Newton iterations for the solutes with the present minerals, whose amounts may become negative; PD_OK also ahead of
+ * convergence when one is far below 0. *iterations: raised by the steps. PD_NOT_CONVERGED: no step lowers the
+ * residual. */
 static pd_status pdi_speciation_solve_solutes(pdi_speciation_work *w, int *iterations)
 {
     int list[PD_REACTION_MAX];
@@ -374,8 +382,8 @@ static int pdi_speciation_try_convert_minerals(pdi_speciation_work *w)
     return 0;
 }
 
-/* Finds the mineral that is used up first on the way from n0 to the present amounts, and goes back to that point. -1:
- * none. */
+/* Finds the mineral that is used up first on the way from n0 to the present amounts, goes back to that point and makes
+ * it absent. Returns its index; -1: there is none, nothing changes. */
 static int pdi_speciation_remove_exhausted_mineral(pdi_speciation_work *w, const double *n0)
 {
     int first = -1;
@@ -400,7 +408,8 @@ static int pdi_speciation_remove_exhausted_mineral(pdi_speciation_work *w, const
     return first;
 }
 
-/* Activities of the result; returns the most supersaturated absent mineral other than `spared`, -1: none. */
+/* Sets activities, ionic strength and residual of the result; returns the most supersaturated absent mineral other than
+ * `spared`, -1: none. Pivots are chosen anew. */
 static int pdi_speciation_find_supersaturated(pdi_speciation_work *w, int spared, pd_speciation_result *result)
 {
     double slope, most = PDI_SPECIATION_SUPERSATURATED;

@@ -30,7 +30,7 @@ PDI_FN int pdi_species_count_atoms(const pd_species *s, int element)
     return 0;
 }
 
-/* Parses a chemical symbol at `at`; returns its atomic number and its length in *size, or 0. */
+/* Parses a chemical symbol at `at`; returns its atomic number and its length in *size, or 0 where there is none. */
 static int pdi_species_parse_element(const char *at, const char *end, int *size)
 {
     char second = at + 1 < end && pdi_species_is_lower(at[1]) ? at[1] : ' ';
@@ -41,7 +41,7 @@ static int pdi_species_parse_element(const char *at, const char *end, int *size)
     return 0;
 }
 
-/* Parses a count, 1 where none is given; 0: too large or zero. */
+/* Parses a count at *at, which moves behind it; returns 1 where none is given, 0 where it is too large or zero. */
 static int pdi_species_parse_number(const char **at, const char *end)
 {
     int value = 0;
@@ -51,7 +51,7 @@ static int pdi_species_parse_number(const char **at, const char *end)
     return value <= PDI_SPECIES_MAX_NUMBER ? value : 0;
 }
 
-/* Adds `count` atoms of an element. 0: no room, or too many. */
+/* Adds `count` atoms of an element to s. Returns 1; 0: no room for another element, or too many atoms. */
 static int pdi_species_add_atoms(pd_species *s, int element, int count)
 {
     int k = 0;
@@ -64,7 +64,7 @@ static int pdi_species_add_atoms(pd_species *s, int element, int count)
 }
 
 /* Parses a formula without charge from `at` to `end`, recursively through parentheses, and adds its atoms times
- * `factor`. 0: invalid. */
+ * `factor` to s. depth: of parentheses. Returns 1; 0: invalid, s may have some of them. */
 static int pdi_species_parse_group(pd_species *s, const char *at, const char *end, int factor, int depth)
 {
     if (at == end || depth > PDI_SPECIES_MAX_DEPTH || factor > PDI_SPECIES_MAX_NUMBER) return 0;
@@ -90,7 +90,8 @@ static int pdi_species_parse_group(pd_species *s, const char *at, const char *en
     return 1;
 }
 
-/* Parses a formula with water of crystallisation behind ':'. 0: invalid. */
+/* Parses a formula, with water of crystallisation behind ':', and sets the elements and counts of s anew. Returns 1; 0:
+ * invalid. */
 static int pdi_species_parse_formula(pd_species *s, const char *at, const char *end)
 {
     s->elements = 0;
@@ -105,7 +106,8 @@ static int pdi_species_parse_formula(pd_species *s, const char *at, const char *
     return 1;
 }
 
-/* Parses the charge at the end of a name; *end moves before it. 0: invalid. */
+/* Parses the charge at the end of a name, 0 without one; *end moves before it. Returns 1; 0: it is zero or too
+ * large. */
 static int pdi_species_parse_charge(const char *begin, const char **end, int *charge)
 {
     const char *at = *end, *digits = at;

@@ -19,7 +19,7 @@ PDI_FN void pdi_flow_compute_pressure_gradient(const pd_ctx *ctx, const pd_flow 
     pd_ghosts_set_vector(&flow->bonds->ghosts, grad);
 }
 
-/* v = K v at `node`, with the tensor K of row r (eq. 4.2b), mirrored along the axes whose bits are set in `odd`. */
+/* v [PD_DIM][total]: v = K v at `node`, with the tensor K of row r (eq. 4.2b), mirrored along the axes set in `odd`. */
 static void pdi_flow_apply_advection_tensor(const pd_flow *flow, int32_t r, int32_t node, int odd, double *v)
 {
     const double *k = flow->bonds->flux_correction + (int64_t)r * PD_DIM * PD_DIM;
@@ -72,7 +72,7 @@ PDI_FN void pdi_flow_compute_advecting_velocity(const pd_ctx *ctx, const pd_flow
 }
 
 /* ---- divergence beside smooth surfaces ---- */
-/* Pointwise divergence (4.2c) at row r less the sum of its bond fluxes [1/s]. */
+/* Pointwise divergence (4.2c) at row r less the sum of its bond fluxes [1/s]. is_state 0: walls count as at rest. */
 static double pdi_flow_compute_divergence_excess(const pd_flow *flow, const double *u, const double *advecting,
                                                  int32_t r, int is_state)
 {
@@ -158,7 +158,7 @@ static void pdi_flow_merge_patches(pd_flow *flow, int32_t r)
     }
 }
 
-/* Lists the arrays over rows. */
+/* Lists the arrays over rows: patch, divergence_excess, patch_sums. */
 static void pdi_flow_list_row_arrays(pdi_array_visitor *owner, void *object)
 {
     pd_flow *flow = (pd_flow *)object;
@@ -239,7 +239,7 @@ PDI_INLINE void pdi_flow_copy_block(const pd_flow *flow, const pdi_flow_operands
     for (int b = 0; b < count; b++) own->p[b] = t->p[i + b];
 }
 
-/* Adds bond k of nodes i .. i+count-1. open: 1 or 0 for each, NULL: all open. pressure 0: no pressure flux. */
+/* Adds bond k of nodes i .. i+count-1. open: 1 or 0 for each, NULL: all open, with pressure flux. pressure 0: none. */
 PDI_INLINE void pdi_flow_add_bond(const pd_flow *flow, const pdi_flow_operands *t,
                                   const pdi_flow_block_values *PD_RESTRICT own, int32_t i, int k, int count,
                                   const double *PD_RESTRICT open, double pressure,
@@ -304,8 +304,9 @@ PDI_NO_VECTORISE void pdi_flow_add_short_block(const pd_flow *flow, const pdi_fl
     pdi_flow_add_open_bonds(flow, t, i, row, count, own, sums);
 }
 
-/* Residuals of `count` nodes from i: rows from `row`, or full families (-1). Wall friction enters by wall_lap,
- * curvature at the wall, nu u'' = G - f, by wall_curv (eq. 3.3, 3.4); `turn`: lap u_r - u_r/r^2 (3.10). */
+/* Residuals ru, rc of `count` nodes from i: rows from `row`, or full families (-1). Wall friction enters by
+ * wall_laplacian, curvature at the wall, nu u'' = G - f, by wall_curvature (eq. 3.3, 3.4); `turn`: lap u_r - u_r/r^2
+ * (3.10). */
 static void pdi_flow_assemble_block(const pd_flow *flow, const pdi_flow_operands *t, int32_t i, int32_t row, int count,
                                     double *ru, double *rc)
 {
@@ -458,7 +459,7 @@ double pd_flow_integrate_section(pd_ctx *ctx, pd_flow *flow, int axis, int index
 }
 
 PDI_COLD_BEGIN
-/* Volume flux [m^d/s] into the box by the velocity of the inlet ghost beside node i, behind the face `up` of axis d. */
+/* Volume flux [m^d/s] into the box by the inlet ghost beside node i, behind the face `up` of axis d; 0: no inlet. */
 static double pdi_flow_compute_inlet_face_flux(const pd_flow *flow, int32_t i, int d, int up)
 {
     const pd_grid *grid = flow->grid;
@@ -470,7 +471,7 @@ static double pdi_flow_compute_inlet_face_flux(const pd_flow *flow, int32_t i, i
     return (up ? -u : u) * around * flow->bonds->stencil->volume / grid->h[d];
 }
 
-/* Volume flux [m^d/s] into the box through node i by its bonds to an inlet of developed flow, end `up` of axis d. */
+/* Volume flux [m^d/s] into the box through node i by bonds to developed flow at the end `up` of axis d; 0: none. */
 static double pdi_flow_compute_developed_inflow(const pd_flow *flow, int32_t i, int d, int up)
 {
     const pd_grid *grid = flow->grid;
@@ -508,7 +509,7 @@ PDI_FN double pdi_flow_integrate_inflow(pd_ctx *ctx, pd_flow *flow, double *net_
     return entering;
 }
 
-/* Lists the arrays over inlet ghosts. */
+/* Lists the arrays over inlet ghosts: inlet_velocity, has_tangential_weight, inlet_speed_ratio. */
 static void pdi_flow_list_inlet_arrays(pdi_array_visitor *owner, void *object)
 {
     pd_flow *flow = (pd_flow *)object;
@@ -526,7 +527,8 @@ static pd_status pdi_flow_build_inlet_arrays(pd_ctx *ctx, pd_flow *flow)
     return pdi_array_registry_rebuild(ctx, pdi_flow_list_inlet_arrays, flow, &flow->inlet_ghosts, inlets);
 }
 
-/* Evaluates the inlet velocity at all inlet ghosts, images included. *change: raised to the largest change [m/s]. */
+/* Evaluates the inlet velocity at all inlet ghosts, images included, into inlet_velocity and u; with inlets_on_side on
+ * the side, and its ratios (eq. 4.5d). *change: raised to the largest change [m/s]. */
 static pd_status pdi_flow_update_inlets(pd_ctx *ctx, pd_flow *flow, double *change)
 {
     const pd_grid *grid = flow->grid;
@@ -579,7 +581,8 @@ static void pdi_flow_get_wall_velocity(void *user, const double *x, double *u)
     for (int d = 0; d < PD_DIM; d++) walls->max_speed = pd_max(walls->max_speed, fabs(u[d]));
 }
 
-/* motion [PD_DIM] [1/m/s] = wall terms of row r beside moving walls (eq. 3.3), with their acceleration (eq. 4.17b). */
+/* motion [PD_DIM] [1/m/s] = wall terms of row r beside moving walls (eq. 3.3), with their mean acceleration over time
+ * +- half_step [s] (eq. 4.17b); without a clock or half_step 0 without it. The clock is set back. */
 static void pdi_flow_compute_wall_motion(pd_flow *flow, int32_t r, double half_step, pdi_flow_wall_data *walls,
                                          double *motion)
 {
@@ -596,7 +599,7 @@ static void pdi_flow_compute_wall_motion(pd_flow *flow, int32_t r, double half_s
     for (int d = 0; d < PD_DIM; d++) motion[d] += (curved[1][d] - curved[0][d]) / (2.0 * half_step * flow->nu);
 }
 
-/* Weight tau of the pressure flux (eq. 4.5), and blending of the isotropic friction (eq. 4.1f), from U. */
+/* Sets from U the weight tau of the pressure flux (eq. 4.5) and the blending of the isotropic friction (eq. 4.1f). */
 static void pdi_flow_update_stabilisation(pd_flow *flow)
 {
     double rate = 0.0;
@@ -607,7 +610,8 @@ static void pdi_flow_update_stabilisation(pd_flow *flow)
         pdi_isotropic_stencil_compute_blending(&flow->isotropic_stencil, flow->velocity_scale / flow->nu);
 }
 
-/* Estimates L and U (eq. 4.5b); forces off periodic axes count where nothing else drives. walls: wall speed [m/s]. */
+/* Sets length_scale L and velocity_scale U (eq. 4.5b): U is the largest of inlets, walls and forces along periodic
+ * axes; else of all forces; nu/L where nothing moves. walls: wall speed [m/s]. */
 static void pdi_flow_estimate_scales(pd_flow *flow, double walls)
 {
     double force = 0.0, around = 0.0;
@@ -638,7 +642,7 @@ PDI_FN void pdi_flow_update_speed_scale(pd_flow *flow)
     pdi_flow_update_stabilisation(flow);
 }
 
-/* Updates the wall terms of all rows. *max_speed: of walls [m/s]; *change: raised to the largest change [m/s]. */
+/* Updates wall_motion at all rows. *max_speed: of walls [m/s]; *change: raised to the largest change [m/s]. */
 static pd_status pdi_flow_update_wall_motion(pd_ctx *ctx, pd_flow *flow, double half_step, double *change,
                                              double *max_speed)
 {
@@ -666,7 +670,7 @@ static pd_status pdi_flow_update_wall_motion(pd_ctx *ctx, pd_flow *flow, double 
     return PD_OK;
 }
 
-/* Evaluates the body force at fluid nodes and metal (it may dissolve). *change: raised to its largest change [m/s2]. */
+/* Evaluates body_force at fluid nodes and metal (it may dissolve). *change: raised to its largest change [m/s2]. */
 static pd_status pdi_flow_update_body_force(pd_ctx *ctx, pd_flow *flow, double *change)
 {
     const pd_grid *grid = flow->grid;
@@ -686,9 +690,9 @@ static pd_status pdi_flow_update_body_force(pd_ctx *ctx, pd_flow *flow, double *
     return PD_OK;
 }
 
-/* Sets all boundary data and the body force to time t (pdi_flow_set_time). half_step [s]: half of the interval over
- * which the speeds of walls are means; 0: at t. *change [-]: largest change over the scales of the flow; NULL: not
- * wanted. *walls: largest wall speed [m/s]. */
+/* Sets flow->time, the clock, all boundary data and the body force to time t [s]. half_step [s]: half of the interval
+ * over which accelerations of walls are means; 0: none. *change [-]: largest change over the scales of the flow; NULL:
+ * not wanted. *walls: largest wall speed [m/s]. U and tau stay. */
 static pd_status pdi_flow_update_boundary_data(pd_ctx *ctx, pd_flow *flow, double t, double half_step, double *change,
                                                double *walls)
 {

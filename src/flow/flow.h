@@ -102,32 +102,35 @@ typedef struct pd_flow {
 #define pd_flow_integrate_section PD_NAME(pd_flow_integrate_section)
 #define pd_flow_free PD_NAME(pd_flow_free)
 
-/* Allocates the fields (fluid at rest, p = p_out) and fills the inlet ghosts. Grid and bonds are borrowed.
- * PD_ERR_ARGUMENT: rho or mu not positive, speed or length negative. */
+/* Allocates the fields (fluid at rest, p = p_out), evaluates boundary data at time 0 and estimates the scales. Grid and
+ * bonds are borrowed. PD_ERR_ARGUMENT, flow is freed: rho or mu not positive, speed or length negative, an unknown
+ * order, bonds without flow, a boundary value not finite. */
 PD_API pd_status pd_flow_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow_desc *desc,
                                pd_flow *flow);
-/* After pd_bonds_update: `changed` nodes have turned fluid. They start at rest with the mean pressure of their
- * fluid neighbours. */
+/* After pd_bonds_update: `changed` nodes have turned fluid. They get velocity 0 and the mean pressure of their fluid
+ * neighbours (p_out without any). Boundary data are evaluated again at the present time. */
 PD_API pd_status pd_flow_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_flow *flow);
 #ifdef PDI_INTERNAL
-/* Updates all that follows from the u and p that the caller has put in: velocity ghosts, pressure ghosts, pressure
- * gradient and advecting velocity. Transport needs no more of a given flow. */
+/* Updates all that follows from the u and p that the caller has put in: velocity ghosts (inlets: the prescribed
+ * velocity), pressure ghosts, pressure gradient, advecting velocity, second differences of fourth order. Transport
+ * needs no more of a given flow. */
 PDI_FN void pdi_flow_update_derived_fields(pd_ctx *ctx, pd_flow *flow);
-/* Sets inlet velocities, wall velocities and the body force to those of time t [s]. Without a clock nothing happens.
- * half_step [s]: wall acceleration is the mean over t +- half_step (eq. 4.17b); 0: none, as in steady flow. change,
- * NULL allowed, gets [-] the largest change: of velocities over U, of forces over U^2/L. Fails for a non-finite
- * value. */
+/* Sets flow->time, *clock, inlet velocities, wall terms and the body force to time t [s]; without a clock all stays.
+ * half_step [s]: wall acceleration is the mean over t +- half_step (eq. 4.17b); 0: none. *change (NULL allowed) [-]:
+ * the largest of velocity changes over U, force changes over U^2/L + nu U/L^2. Faster inlets or walls raise U and
+ * update tau. PD_ERR_ARGUMENT: a value is not finite. */
 PDI_FN pd_status pdi_flow_set_time(pd_ctx *ctx, pd_flow *flow, double t, double half_step, double *change);
-/* Residuals of the present state: momentum ru [PD_DIM][total] [m/s2] and continuity rc [total] [1/s], 0 outside of
- * fluid nodes (eq. 4.1, 4.2). Updates the derived fields first (pdi_flow_update_derived_fields). */
+/* Residuals of the present state at fluid nodes: momentum ru [PD_DIM][total] [m/s2] (du/dt = -ru) and continuity rc
+ * [total] [1/s], divergence less pressure flux (eq. 4.1, 4.2). Other entries stay as they are. Updates the derived
+ * fields first (pdi_flow_update_derived_fields), and counts one evaluation. */
 PDI_FN void pdi_flow_assemble_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc);
 #endif
-/* Volume flux [m^d/s; planar 2D: per unit depth, axisymmetric: m3/s] of all bonds that cross the plane between cells
- * `index - 1` and `index` of `axis` (index 1 .. n-1): the quantity that the scheme conserves. */
+/* Volume flux [m^d/s; planar 2D: per unit depth, axisymmetric: m3/s], positive along `axis`, of all bonds that cross
+ * the plane between cells index - 1 and index (1 .. n-1): what the scheme conserves. Updates the derived fields. */
 PD_API double pd_flow_integrate_section(pd_ctx *ctx, pd_flow *flow, int axis, int index);
 #ifdef PDI_INTERNAL
-/* Volume flux [m^d/s] through a section from the node velocities of the layer `index` of `axis`: sum of u_axis times
- * the face of a cell. */
+/* Volume flux [m^d/s], positive along `axis`, from the node velocities of the layer `index` of cells: sum of u_axis
+ * times the face of a cell over its fluid nodes. */
 static inline double pdi_flow_integrate_nodal_section(const pd_flow *flow, int axis, int index)
 {
     const pd_grid *grid = flow->grid;
@@ -157,9 +160,10 @@ typedef struct pdi_flow_operands {
     const double *force;   /* [PD_DIM] [m/s2], or NULL */
     const double *wall_motion; /* [1/m/s] of moving walls, or NULL */
 } pdi_flow_operands;
-/* advecting [PD_DIM][total] [m/s] = the velocity that makes the bond fluxes: K v at nodes with cut families (K: tensor
- * of eq. 4.2b), v elsewhere. v with its inlet ghosts is given, other ghosts are filled. second: second differences of v
- * for the fourth-order correction (eq. 4.6c); NULL: second order. */
+/* advecting [PD_DIM][total] [m/s] = the velocity that makes the bond fluxes: K v at rows (K: tensor of eq. 4.2b), v at
+ * other nodes. With uses_axis_divergence rows beside smooth surfaces have no K, and in second order (4.2d) corrects v
+ * at all nodes. Ghosts of v are given; those of advecting are filled, at inlets by (4.5d) if inlets_on_side. second:
+ * second differences of v for the fourth-order correction (eq. 4.6c); NULL: second order. */
 PDI_FN void pdi_flow_compute_advecting_velocity(const pd_ctx *ctx, const pd_flow *flow, const double *v,
                                                 const double *second, double *advecting);
 /* Weight [s] of the present pressure in the stabilising pressure flux: tau of eq. 4.4, or that of a stage in time. */
@@ -167,15 +171,18 @@ static inline double pdi_flow_get_pressure_flux_weight(const pd_flow *flow)
 {
     return flow->pressure_impulse ? flow->stage_weight : flow->stabilisation;
 }
-/* From here on inlets hold their velocity on the side of the box: ghosts are odd about it (eq. 4.5c). */
+/* From here on inlets hold their velocity on the side of the box: ghosts are odd about it (eq. 4.5c). Evaluates inlet
+ * velocities and their ratios (eq. 4.5d) anew. Without an inlet callback nothing changes. */
 PDI_FN pd_status pdi_flow_set_inlets_on_side(pd_ctx *ctx, pd_flow *flow);
-/* Fills the ghosts of a velocity v [PD_DIM][total] [m/s]. is_state 0: v is a Newton increment, 0 at inlets. */
+/* Fills the ghosts of a velocity v [PD_DIM][total] [m/s]. is_state 1: v is odd about the prescribed velocity on inlet
+ * sides; 0: v is a Newton increment, odd about 0. Unless inlets_on_side, inlet ghosts stay as they are. */
 PDI_FN void pdi_flow_update_velocity_ghosts(const pd_flow *flow, int is_state, double *v);
 /* grad [PD_DIM][total] [m/s2] = pressure gradient G p at fluid nodes, mirror images and outlet ghosts (eq. 3.5, beside
- * smooth surfaces 3.5b). */
+ * smooth surfaces 3.5b, of fourth order 4.6d). Ghosts of p must be filled. */
 PDI_FN void pdi_flow_compute_pressure_gradient(const pd_ctx *ctx, const pd_flow *flow, const double *p, double *grad);
-/* ru, rc = momentum [m/s2] and continuity [1/s] sums over all open bonds (eq. 4.1, 4.2): convection, friction, pressure
- * gradient, pressure flux. Ghosts must be filled. Fourth order and fitted walls are added by other functions. */
+/* ru, rc at fluid nodes = momentum [m/s2] and continuity [1/s] sums over all open bonds (eq. 4.1, 4.2): convection,
+ * friction with its parabola at walls, pressure gradient less t->force, pressure flux. Ghosts of all fields must be
+ * filled. Fourth order, fitted walls and the position-dependent force are added by other functions. */
 PDI_FN void pdi_flow_assemble_bond_sums(const pd_ctx *ctx, const pd_flow *flow, const pdi_flow_operands *t, double *ru,
                                         double *rc);
 /* Subtracts the position-dependent body force from the momentum residual ru [PD_DIM][total] [m/s2]. Beside walls it is
@@ -186,8 +193,9 @@ static inline double pdi_flow_get_body_force(const pd_flow *flow, int d, int32_t
 {
     return flow->force[d] + (flow->body_force ? flow->body_force[(int64_t)d * flow->grid->total + node] : 0.0);
 }
-/* Groups the rows (nodes with cut families) beside smooth surfaces into connected patches, over which the divergence
- * (4.2c) is made conservative. Call after the geometry has changed. */
+/* After a change of geometry: groups the rows (nodes with cut families) beside smooth surfaces into connected patches,
+ * over which the divergence (4.2c) is made conservative: patch, patch_version. Sets uses_axis_divergence, fits the
+ * walls (wall_fit) and marks the regular nodes of fourth order. Row arrays grow with the rows. */
 PDI_FN pd_status pdi_flow_find_surface_patches(pd_ctx *ctx, pd_flow *flow);
 /* 1: row r takes the wall terms of the quadratic fit (3.4b) in place of the parabola of (3.3) and (3.4). Rows beside a
  * moving surface keep the parabola. */
@@ -203,17 +211,19 @@ static inline int pdi_flow_has_fitted_wall(const pd_flow *flow, int32_t r)
 PDI_FN void pdi_flow_add_fitted_wall(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *p,
                                      const double *grad, int is_state, double *ru);
 /* rc += sign times the difference between the pointwise divergence (4.2c) and the bond fluxes of `advecting`, beside
- * smooth surfaces. Its mean over each patch is 0, so no volume passes the body. is_state 0: u is a Newton increment. */
+ * smooth surfaces. Its mean over each patch is 0, so no volume passes the body. is_state 0: u is a Newton increment.
+ * Overwrites divergence_excess and patch_sums. Nothing unless uses_axis_divergence. */
 PDI_FN void pdi_flow_add_divergence_correction(const pd_ctx *ctx, const pd_flow *flow, const double *u,
                                                const double *advecting, int is_state, double sign, double *rc);
 /* ru += the fourth-order correction of momentum (eq. 4.6e to 4.6g). u == flow->u: of the state; else its derivative
- * along the increment u, whose advecting velocity and pressure gradient are given. */
+ * along the increment u, whose advecting velocity and pressure gradient are given. Second differences must be in
+ * fourth_order.second, those of an increment in second_increment; `work` is overwritten. Nothing for second order. */
 PDI_FN void pdi_flow_add_fourth_order(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *advecting,
                                       const double *grad, double *ru);
-/* Writes the state to a checkpoint, or reads it and then updates all derived fields. */
+/* Writes the state to a checkpoint; or reads it, sets the boundary data to its time and updates all derived fields. */
 PDI_FN pd_status pdi_flow_store(pd_ctx *ctx, pd_flow *flow, pd_archive *archive);
-/* Raises the velocity scale U to the largest velocity component present: the start of a flow in time. Updates tau of
- * the pressure stabilisation (eq. 4.5). */
+/* Raises the velocity scale U to the largest velocity component at fluid nodes, never lowers it: the start of a flow in
+ * time. Updates tau of the pressure stabilisation (eq. 4.5) and the isotropic blending (eq. 4.1f). */
 PDI_FN void pdi_flow_update_speed_scale(pd_flow *flow);
 /* Scale of the momentum residual, U^2/L + nu U/L^2 [m/s2] (eq. 4.7). That of continuity is U/L. */
 static inline double pdi_flow_get_momentum_scale(const pd_flow *flow, double speed, double length)
@@ -262,11 +272,13 @@ PDI_INLINE float pdi_flow_compute_stabilisation_single(const float *xi, float st
     for (int d = 0; d < PD_DIM; d++) stabiliser -= xi[d] * (near[d * near_stride] + far[d * far_stride]);
     return stabiliser;
 }
-/* Volume flux per volume [1/s] through bond k from node i to its far end, with pressure flux and divergence-free
- * correction (eq. 4.4, 4.10b). Bonds to inlets carry no pressure flux. It is what advects solutes. */
+/* Volume flux per volume [1/s] from node i through bond k to its far end, with pressure flux and divergence-free
+ * correction (eq. 4.4, 4.10b). Bonds to inlets carry no pressure flux. It is what advects solutes. Derived fields must
+ * be up to date; whether the bond is open is not checked. */
 PDI_FN double pdi_flow_compute_bond_flux(const pd_flow *flow, int32_t i, int k);
 /* Returns the volume per time [m3/s; planar 2D: m2/s] that the bonds to inlets carry into the box. *net_inlet: what the
- * inlet velocities give on the faces of the cells beside them; *gross_inlet: the sum of the sizes of these. */
+ * inlet velocities give on the faces of the cells beside them, into the box positive (developed flow: what bonds give);
+ * *gross_inlet: the sum of the sizes of these. Updates the derived fields first. */
 PDI_FN double pdi_flow_integrate_inflow(pd_ctx *ctx, pd_flow *flow, double *net_inlet, double *gross_inlet);
 #endif
 

@@ -5,10 +5,12 @@
 
 #ifdef PDI_INTERNAL
 
-/* Largest mean inlet speed [m/s] over the sides, from the inlet ghosts next to the box. u [PD_DIM][total]. */
+/* Largest over the sides of the mean size of the normal inlet velocity [m/s], from the inlet ghosts next to the box; 0:
+ * there are none. u [PD_DIM][total] with its inlet ghosts. */
 PDI_FN double pdi_flow_scales_compute_inlet_speed(const pd_grid *grid, const double *u);
-/* Length scale L [m] (eq. 4.5b): smallest extent of the fluid between walls; without walls, between the sides of the
- * box. An extent that ends at a mirror counts twice. */
+/* Length scale L [m] (eq. 4.5b): smallest extent of the box around all fluid nodes, over the axes between walls or
+ * mirrors; without such axes over those with an inlet or outlet, else over the periodic ones. The extent doubles for
+ * each mirror, or axis of symmetry, that it ends at. */
 PDI_FN double pdi_flow_scales_compute_length(const pd_grid *grid);
 /* Mean speed U [m/s] of a plane channel of width L = length [m] driven by `force` [m/s2], with the kinematic viscosity
  * nu [m2/s]: 12 nu U/L^2 + U^2/L = force (eq. 4.5b). */

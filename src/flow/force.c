@@ -38,7 +38,8 @@ static int pdi_force_is_on_shape(const pdi_force_query *q, int32_t closed, int s
     return pdi_grid_signed_distance(q->flow->grid, q->shape, x) <= pd_shape_surface_tolerance(q->flow->grid->h, x);
 }
 
-/* Fraction of the closed bonds of row r, by their areas, that end on the shape of the query. */
+/* Fraction of the closed bonds of row r, by the sizes of their gradient weights, that end on the shape of the query; 0:
+ * none is closed. */
 static double pdi_force_compute_shape_fraction(const pdi_force_query *q, int32_t r)
 {
     const pd_bonds *bonds = q->flow->bonds;
@@ -54,8 +55,9 @@ static double pdi_force_compute_shape_fraction(const pdi_force_query *q, int32_t
     return all > 0.0 ? owned / all : 0.0;
 }
 
-/* rub [PD_DIM] = wall friction of row r over rho: V (nu (W u - motion) - Q (G P - f)), or -V nu times the fit (3.4b),
- * as the momentum residual has it (eq. 4.27). For one shape: the parts of its bonds, or its fraction. */
+/* rub [PD_DIM] = wall friction of row r on the surface, over rho: V (nu (W u - motion) - Q (G P - f)), or -V nu times
+ * the fit (3.4b) or the cubic of fourth order, as the momentum residual has it (eq. 4.27). For one shape: the parts of
+ * its bonds, or its fraction. */
 static void pdi_force_compute_row_friction(const pdi_force_query *q, int32_t r, double *rub)
 {
     const pd_flow *flow = q->flow;
@@ -180,7 +182,8 @@ static int pdi_force_has_patches(const pd_flow *flow)
     return flow->patch && flow->patch_version == flow->bonds->version;
 }
 
-/* Collects for each patch of rows the axes along which it exchanges momentum with other surfaces, as bits in `leak`. */
+/* Collects for each patch of rows the axes along which it exchanges momentum with other surfaces, as bits in
+ * flow->patch_sums at its first row. Nothing without patches of the present geometry. */
 static void pdi_force_mark_coupled_axes(const pdi_force_query *q)
 {
     const pd_flow *flow = q->flow;
@@ -193,7 +196,8 @@ static void pdi_force_mark_coupled_axes(const pdi_force_query *q)
                 (int)flow->patch_sums[flow->patch[r]] | pdi_force_find_coupled_axes(q, r);
 }
 
-/* Bits of the axes along which the body beside row r exchanges no momentum with other surfaces. */
+/* Bits of the axes along which the body beside row r exchanges no momentum with other surfaces; 0: none, or the row is
+ * in no patch. After pdi_force_mark_coupled_axes. */
 static int pdi_force_get_isolated_axes(const pd_flow *flow, int32_t r)
 {
     if (!pdi_force_has_patches(flow) || flow->patch[r] < 0) return 0;
@@ -225,7 +229,8 @@ static int pdi_force_find_friction_axes(const pd_flow *flow, int32_t r)
     return free == PDI_FORCE_ALL_AXES || !pdi_force_is_smooth_row(flow, r) ? PDI_FORCE_ALL_AXES : free;
 }
 
-/* Row of a fluid node. For a node without one, that of a neighbour beside a smooth surface; -1: none. */
+/* Row of a fluid node or of the source of its image. For a node without one: that of its first neighbour beside a
+ * smooth surface, else that of the last neighbour; -1: none. */
 static int32_t pdi_force_find_row(const pd_flow *flow, int32_t node)
 {
     const pd_bonds *bonds = flow->bonds;
@@ -236,7 +241,8 @@ static int32_t pdi_force_find_row(const pd_flow *flow, int32_t node)
     return row;
 }
 
-/* The axes of pdi_force_find_friction_axes for row r, cached: pieces often ask for the same row again. */
+/* The axes of pdi_force_find_friction_axes for row r, cached in *q: pieces often ask for the same row again. All axes
+ * for r = -1. */
 static int pdi_force_get_friction_axes(pdi_force_query *q, int32_t r)
 {
     if (r < 0) return PDI_FORCE_ALL_AXES;
@@ -245,7 +251,8 @@ static int pdi_force_get_friction_axes(pdi_force_query *q, int32_t r)
     return q->last_axes;
 }
 
-/* Fluid node that is the mirror image of the far end of a closed bond on a flat side, whose axis is *axis; -1: none. */
+/* Fluid node that is the mirror image of the far end of closed bond k on a flat side of the box; -1: none. *axis:
+ * normal axis of that side, -1 behind no side or behind an edge. */
 static int32_t pdi_force_find_mirror_node(const pd_flow *flow, int32_t r, int k, int *axis)
 {
     const pd_grid *grid = flow->grid;
@@ -261,8 +268,9 @@ static int32_t pdi_force_find_mirror_node(const pd_flow *flow, int32_t r, int k,
     return grid->kind[image] == PD_FLUID ? image : -1;
 }
 
-/* Adds the pressure force at row r of an isolated body, by the discrete momentum balance: V (G P - sum_open (P_i + P_j)
- * g). Bond terms are antisymmetric, so the sum over the body is the flux through a box around it. */
+/* Adds the pressure force [N] at row r of an isolated body to q->sum, by the discrete momentum balance: V (G P -
+ * sum_open (P_i + P_j) g). Bond terms are antisymmetric, so the sum over the body is the flux through a box around
+ * it. */
 static void pdi_force_add_row_pressure(pdi_force_query *q, int32_t r)
 {
     const pd_flow *flow = q->flow;
@@ -310,8 +318,8 @@ typedef struct pdi_force_cell_sums {
     pdi_force_piece_group group[PDI_FORCE_MAX_GROUPS];
 } pdi_force_cell_sums;
 
-/* Fluid node beside a surface piece with the unit normal `into` the wall: its cell, or the next one along the normal.
- * -1: none. */
+/* Fluid node, or mirror image of one, in front of the surface point x, whose unit normal `into` points into the wall:
+ * its cell, or the next one away from the wall within two cells. -1: none. */
 static int32_t pdi_force_find_fluid_node(const pd_grid *grid, const double *x, const double *into)
 {
     for (int half = 0; half <= PDI_FORCE_MAX_HALF_CELLS; half++) {
@@ -350,7 +358,8 @@ static int pdi_force_is_same_group(const pdi_force_piece_group *rubbed, const pd
            pdi_vec_dot(rubbed->normal_sum, piece->area) > 0.5 * both;
 }
 
-/* Adds a piece to the group of its fluid node for the friction. */
+/* Adds a piece of area `size` to the group of its fluid node for the friction along `axes` (bits). The last group takes
+ * it when there is no room for another. */
 static void pdi_force_add_to_group(pdi_force_cell_sums *cell, const pdi_cut_cell_facet *piece, int32_t node, int axes,
                                    double size)
 {
@@ -372,7 +381,8 @@ static void pdi_force_add_to_group(pdi_force_cell_sums *cell, const pdi_cut_cell
     }
 }
 
-/* Adds the friction of a group: wall shear by least squares, or at an edge by a parabola from the node. */
+/* Adds the friction of a group along its axes to q->sum: wall shear by least squares, or at an edge by a parabola from
+ * the node to the wall. Nothing where the normals cancel. */
 static void pdi_force_add_group_friction(pdi_force_query *q, const pdi_force_piece_group *rubbed)
 {
     const pd_flow *flow = q->flow;
@@ -403,7 +413,9 @@ static void pdi_force_add_group_friction(pdi_force_query *q, const pdi_force_pie
         if (rubbed->axes >> a & 1) pdi_compensated_sum_add(&q->sum[a], flow->rho * flow->nu * slope[a] * rubbed->area);
 }
 
-/* Callback for each surface piece of a cell: adds its area, its pressure force, and its friction group. */
+/* Callback for each surface piece of a cell: adds its area and drives to the sums of the cell, and on the shape of the
+ * query its pressure force to the query and its friction to a group. A piece without fluid in front counts for
+ * nothing. */
 static void pdi_force_add_piece(void *user, const pdi_cut_cell_facet *piece)
 {
     pdi_force_cell_sums *cell = (pdi_force_cell_sums *)user;
@@ -541,7 +553,8 @@ static int pdi_force_is_symmetry_axis(const pd_grid *grid, int d)
     return grid->circumference && d == PD_DIM - 1 && grid->side[2 * d] == PD_SIDE_MIRROR;
 }
 
-/* first, last [PD_DIM] = cell range of the box lo .. hi. PD_ERR_GEOMETRY: not two cells inside of the lattice. */
+/* first, last [PD_DIM] = first and last cell inside of the box lo .. hi, rounded to cell faces; at the axis of symmetry
+ * from 0. PD_ERR_GEOMETRY: it is empty or not two cells inside of the lattice. */
 static pd_status pdi_force_find_box_cells(pd_ctx *ctx, const pd_grid *grid, const double *lo, const double *hi,
                                           int *first, int *last)
 {
@@ -560,7 +573,8 @@ static pd_status pdi_force_find_box_cells(pd_ctx *ctx, const pd_grid *grid, cons
     return PD_OK;
 }
 
-/* Adds the momentum flux out of the box through both faces across `axis`. */
+/* Adds to sum [PD_DIM] [N] the momentum flux into the box through both faces across `axis`: the force on what is
+ * inside. PD_ERR_GEOMETRY: a node within two cells of a face is not fluid. */
 static pd_status pdi_force_integrate_box_sides(pd_ctx *ctx, const pd_flow *flow, const int *first, const int *last,
                                                int axis, pdi_compensated_sum *sum)
 {

@@ -21,15 +21,15 @@
 #define PD_FORCE_BOX_SIDES (-2) /* as shape: the sides of the box alone */
 /* force [PD_DIM] [N; 1D: N/m2, 2D: N/m, axisymmetric: N along z, 0 across] that the present state of the flow exerts on
  * the surface of walls and solids between lo and hi [m]. A constant pressure gives itself times the area there.
- * friction and pressure are its parts (NULL: not wanted). Friction takes the steady balance of momentum on the
- * surface. shape is an index in the shapes of the grid, of walls or of metal that has not dissolved: pieces of a smooth
- * surface that it is nearest to count, and faces of closed cells whose centres lie in it. A cell of several shapes
- * counts for each. */
+ * friction and pressure are its parts (NULL: not wanted). Friction takes the steady balance of momentum on the surface.
+ * shape: PD_FORCE_ALL, PD_FORCE_BOX_SIDES, or an index in the shapes of the grid, of walls or of metal that has not
+ * dissolved: pieces of a smooth surface that it is nearest to count, and faces of closed cells whose centres lie in it.
+ * A cell of several shapes counts for each. Updates the derived fields. */
 PD_API void pd_force_surface(pd_ctx *ctx, pd_flow *flow, int shape, const double *lo, const double *hi, double *force,
                              double *friction, double *pressure);
-/* The force on everything inside the box of cells next to lo .. hi [m], from what passes the sides of this box in a
- * steady flow. The body force counts with the cells of fluid inside. PD_ERR_GEOMETRY: a closed or outer node lies
- * within two cells of a side. */
+/* force [PD_DIM], as above, on everything inside the box of cells next to lo .. hi [m], from the momentum flux through
+ * the sides of this box in a steady flow. The body force counts with the cells of fluid inside. Updates the derived
+ * fields. PD_ERR_GEOMETRY, force 0: a closed or outer node lies within two cells of a side. */
 PD_API pd_status pd_force_momentum_balance(pd_ctx *ctx, pd_flow *flow, const double *lo, const double *hi,
                                            double *force);
 

@@ -25,7 +25,7 @@ static int pdi_fourth_order_is_open(const pd_fourth_order *sharp, int32_t node)
 
 /* ---- second differences ---- */
 
-/* Second derivative at 0 of the Lagrange polynomial through `count` values f at the places x. */
+/* Second derivative at 0 of the Lagrange polynomial through `count` values f at the places x, in units of f and x. */
 static double pdi_fourth_order_compute_second_derivative(const double *x, const double *f, int count)
 {
     double sum = 0.0;
@@ -144,8 +144,8 @@ static double pdi_fourth_order_compute_neighbour_difference(const pd_fourth_orde
     return sum;
 }
 
-/* Half the number of open neighbours along axis d: 1, 0.5 beside a wall, 0 between two. The tensor of (4.2b) doubles a
- * component that points at a wall, which (4.6c) needs not. */
+/* Half the number of open neighbours along axis d: 1, 0.5 beside a wall, 0 between two. As a factor it makes up for the
+ * tensor of (4.2b), applied later, which doubles a component that points at a wall. */
 static double pdi_fourth_order_compute_open_half_count(const pd_fourth_order *sharp, int32_t node, int d)
 {
     int32_t stride = sharp->bonds->grid->stride[d];
@@ -335,8 +335,8 @@ static int pdi_fourth_order_is_regular_face(const pd_fourth_order *sharp, int32_
     return 1;
 }
 
-/* Fourth-order fluxes through the face between i and j, neighbours along d, from bonds of one and of two spacings
- * (4.6e). */
+/* Sets *face: fourth-order fluxes through the face between i and j, upper neighbour of i along d, from bonds of one and
+ * of two spacings (4.6e). */
 static void pdi_fourth_order_compute_face(const pd_fourth_order *sharp, int32_t i, int32_t j, int d,
                                           const pdi_fourth_order_field *w, const pdi_fourth_order_field *u,
                                           pdi_fourth_order_face_flux *face)
@@ -401,8 +401,8 @@ static int pdi_fourth_order_compute_face_excess(const pd_fourth_order *sharp, in
     return 1;
 }
 
-/* Corrections at the upper face along d of each fluid node, and the one below it, into `work`: momentum, then
- * volume. */
+/* Corrections at the upper face along d of each fluid node, and the one below it, into `work`: momentum [PD_DIM][total]
+ * [m/s2], then volume [total] [1/s]; 0 where the face gets none. */
 static void pdi_fourth_order_compute_faces(const pd_ctx *ctx, const pd_fourth_order *sharp, int d,
                                            const pdi_fourth_order_field *w, const pdi_fourth_order_field *u, double nu)
 {
@@ -529,7 +529,7 @@ static int pdi_fourth_order_find_bond(const pd_stencil *s, int d, int b, int off
     return -1;
 }
 
-/* 1: the family reaches beyond the nearest neighbours. */
+/* 1: the family reaches beyond the nearest neighbours, or has bonds with offsets along three axes. */
 static int pdi_fourth_order_has_far_bonds(const pd_stencil *s)
 {
     int far = s->reach > 1;

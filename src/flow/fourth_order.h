@@ -32,46 +32,51 @@ typedef struct pdi_fourth_order_field {
 PDI_FN int pdi_fourth_order_has_closed_sides(const pd_side *side);
 /* 1: such a closed box that holds fluid alone, no walls or metal inside. */
 PDI_FN int pdi_fourth_order_is_fluid_box(const pd_grid *grid);
-/* 1: fourth order is known to be more accurate for the same time: a closed box on nearest neighbours with slow flow
- * (eq. 4.6h). rate: U/nu [1/m], length [m]: that of the flow. */
+/* 1: fourth order is known to be more accurate for the same time: a planar closed box of fluid alone
+ * (pdi_fourth_order_is_fluid_box) on nearest neighbours with slow flow (eq. 4.6h). rate: U/nu [1/m], length [m]: that
+ * of the flow. */
 PDI_FN int pdi_fourth_order_is_efficient(const pd_bonds *bonds, double rate, double length);
-/* Prepares the corrections for these bonds. PD_ERR_ARGUMENT: the family reaches beyond the nearest neighbours, or the
- * lattice is axisymmetric. */
+/* Allocates the arrays, computes moments and face bonds, and marks the regular nodes. Bonds are borrowed.
+ * PD_ERR_ARGUMENT: the family reaches beyond the nearest neighbours or has bonds along three axes, or the lattice is
+ * axisymmetric. */
 PDI_FN pd_status pdi_fourth_order_build(pd_ctx *ctx, const pd_bonds *bonds, pd_fourth_order *sharp);
 /* Lists the arrays of a pd_fourth_order (`object`). */
 PDI_FN void pdi_fourth_order_list(pdi_array_visitor *owner, void *object);
 /* Marks the nodes that get the correction (fluid beside no smooth surface, and their ghosts) after a change of
  * geometry. */
 PDI_FN void pdi_fourth_order_mark_regular_nodes(const pd_fourth_order *sharp);
-/* second [PD_DIM axes][PD_DIM][total] = second differences of v [PD_DIM][total] along all axes (eq. 4.6b), not divided
- * by h^2. wall: velocity of the walls; NULL: at rest. */
+/* second [PD_DIM axes][PD_DIM][total] [m/s] = second differences of v [PD_DIM][total] along all axes (eq. 4.6b), not
+ * divided by h^2, at fluid nodes and ghosts. Ghosts of v are given. wall: velocity of the walls; NULL: at rest. */
 PDI_FN void pdi_fourth_order_compute_second_differences(const pd_ctx *ctx, const pd_fourth_order *sharp,
                                                         pd_velocity_fn wall, void *user, const double *v,
                                                         double *second);
 /* corrected [PD_DIM][total] [m/s] = advecting velocity of fourth order: v less the third-derivative error of the bond
- * fluxes, at fluid nodes and inlet ghosts (eq. 4.6c). Holds v on entry. The tensor of (4.2b) is applied after it. */
+ * fluxes, at regular fluid nodes and their inlet ghosts (eq. 4.6c). Holds v on entry; other entries stay. The tensor of
+ * (4.2b) is applied after it. Overwrites `work`. */
 PDI_FN void pdi_fourth_order_compute_advecting_velocity(const pd_ctx *ctx, const pd_fourth_order *sharp,
                                                         const double *v, const double *second, double *corrected);
-/* grad [PD_DIM][total] = pressure gradient of fourth order, at marked nodes alone (eq. 4.6d). */
+/* grad [PD_DIM][total] [unit of p/m] = pressure gradient of fourth order, at regular fluid nodes alone; other entries
+ * stay (eq. 4.6d). Ghosts of p are given. Overwrites `work`. */
 PDI_FN void pdi_fourth_order_compute_pressure_gradient(const pd_ctx *ctx, const pd_fourth_order *sharp, const double *p,
                                                        double *grad);
-/* ru += fourth-order correction of convection of u by w and of friction nu of u, face by face (eq. 4.6e, 4.6f). nu
- * [m2/s], 0: convection alone. */
+/* ru [PD_DIM][total] [m/s2] += fourth-order less second-order convection of u by w and friction nu of u, face by face
+ * (eq. 4.6e, 4.6f). nu [m2/s], 0: convection alone. Overwrites `work`. */
 PDI_FN void pdi_fourth_order_add_momentum(const pd_ctx *ctx, const pd_fourth_order *sharp,
                                           const pdi_fourth_order_field *w, const pdi_fourth_order_field *u, double nu,
                                           double *ru);
-/* Terms by which (3.3) and (3.4) take the wall friction that is replaced. NULL: none. */
+/* Terms by which (3.3) and (3.4) take the wall friction that is replaced. NULL: none, but `grad` is needed. */
 typedef struct pdi_fourth_order_wall_terms {
     const double *grad;        /* [PD_DIM][total] [m/s2] of the pressure */
     const double *force, *body; /* [PD_DIM], [PD_DIM][total] [m/s2] */
     const double *wall_motion;  /* [PD_DIM][total] [1/m/s] of moving walls */
 } pdi_fourth_order_wall_terms;
-/* ru += friction nu of flat walls by the cubic (4.6g), in place of that by the parabola of (3.3) and (3.4). */
+/* ru += friction nu [m2/s] of flat walls by the cubic (4.6g), in place of that by the parabola of (3.3) and (3.4).
+ * drive->grad must be given, its other terms may be NULL. */
 PDI_FN void pdi_fourth_order_add_wall_friction(const pd_ctx *ctx, const pd_fourth_order *sharp,
                                                const pdi_fourth_order_field *u,
                                                const pdi_fourth_order_wall_terms *drive, double nu, double *ru);
 /* lap [PD_DIM] [1/m/s] = wall part of the Laplacian of v at row r (eq. 4.6g). Returns 1 when the row is beside a flat
- * wall and has one. */
+ * wall and has one, else 0 with lap 0. */
 PDI_FN int pdi_fourth_order_compute_wall_laplacian(const pd_fourth_order *sharp, int32_t r, const double *v,
                                                    const double *second, double *lap);
 PDI_FN void pdi_fourth_order_free(pd_ctx *ctx, pd_fourth_order *sharp);

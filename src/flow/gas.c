@@ -67,7 +67,7 @@ static int pdi_gas_compute_primitive(double gamma, const double *u, double *q)
     return u[0] > 0.0 && u[0] < PDI_GAS_INFINITE && p > 0.0 && p < PDI_GAS_INFINITE && kinetic < PDI_GAS_INFINITE;
 }
 
-/* Primitive state of node i. 0: not admissible. */
+/* Sets the primitive state of node i from its state. 1: admissible; 0: not, the values are set all the same. */
 static int pdi_gas_update_primitive(const pd_gas *gas, int32_t i)
 {
     int64_t total = gas->grid->total;
@@ -81,7 +81,8 @@ static int pdi_gas_update_primitive(const pd_gas *gas, int32_t i)
 /* 1: the kind of node has a state of its own. */
 static int pdi_gas_has_state(uint8_t kind) { return kind == PD_FLUID || kind == PD_INLET; }
 
-/* Primitive states of all fluid nodes and inlets. Returns the first node that is not admissible, or -1. */
+/* Sets the primitive states of all fluid nodes and inlets. Returns the first node that is not admissible, or -1.
+ * Inadmissible ones get a density of -1 in `primitive`. */
 static int32_t pdi_gas_update_primitives(const pd_ctx *ctx, const pd_gas *gas)
 {
     const uint8_t *kind = gas->grid->kind;
@@ -97,7 +98,7 @@ static int32_t pdi_gas_update_primitives(const pd_ctx *ctx, const pd_gas *gas)
     return bad;
 }
 
-/* Fills the ghosts of the primitive states, or with_slopes 1 of their gradients. */
+/* Fills the ghosts of the primitive states, or with_slopes 1 of their gradients: images and outlets. Inlets stay. */
 PDI_NOINLINE static void pdi_gas_update_ghosts(const pd_gas *gas, int with_slopes)
 {
     const pd_ghosts *g = &gas->bonds->ghosts;
@@ -118,9 +119,9 @@ PDI_NOINLINE static void pdi_gas_update_ghosts(const pd_gas *gas, int with_slope
     }
 }
 
-/* Kernel: factors that limit the gradients of density and pressure, into fields of rate: half a bond must not change
- * the value by more than the distance to the nearer one of the extremes of the family (eq. 4.23). At an extremum it is
- * 0. */
+/* Kernel: factors [-] that limit the gradients of density and pressure, into their fields of time_derivative: half a
+ * bond must not change the value by more than the distance to the nearer one of the extremes of the family (eq. 4.23).
+ * At an extremum it is 0. */
 static void pdi_gas_limit_gradients_kernel(const pd_gas *gas, int32_t i, int32_t row, int count)
 {
     const pd_bonds *bonds = gas->bonds;
@@ -155,7 +156,8 @@ static void pdi_gas_limit_gradients_kernel(const pd_gas *gas, int32_t i, int32_t
     }
 }
 
-/* Fills ghosts and limited gradients of admissible primitive states. */
+/* Fills the ghosts of admissible primitive states, and of second order `gradient` with its ghosts; those of density and
+ * pressure are limited. time_derivative is work. */
 static void pdi_gas_compute_gradients(const pd_ctx *ctx, const pd_gas *gas)
 {
     const uint8_t *kind = gas->grid->kind;
@@ -218,7 +220,8 @@ static void pdi_gas_interpolate_face(const pd_gas *gas, int32_t i, int k, int co
 /* Weight eta of the velocity jump in the mean speed of sound (eq. 4.21): at least that of Roe's mean. */
 static double pdi_gas_compute_jump_weight(double gamma) { return gamma > 2.0 ? 0.5 * (gamma - 1.0) : 0.5; }
 
-/* Slowest wave of a face [m/s] (eq. 4.21, Einfeldt 1988). The fastest one is that of the mirrored face, negative. */
+/* Slowest wave of a face [m/s] (eq. 4.21, Einfeldt 1988). u_l, u_r: normal velocities. spread:
+ * pdi_gas_compute_jump_weight. The fastest one is that of the mirrored face, negative. */
 static inline double pdi_gas_compute_slowest_wave(double gamma, double spread, double rho_l, double u_l, double p_l,
                                                   double rho_r, double u_r, double p_r)
 {
@@ -249,8 +252,8 @@ static void pdi_gas_compute_wave_speeds(const pd_gas *gas, const double *n, int 
     }
 }
 
-/* Adds `weight` times the HLLC flux through faces with the normal n, less the pressure p of the nodes (eq. 4.19,
- * 4.20). */
+/* sum [PD_GAS_FIELDS][PDI_CHUNK] += `weight` times the HLLC flux through faces with the normal n, its momentum less the
+ * pressure p [count] of the nodes (eq. 4.19, 4.20). open: 1.0 or 0.0 for each node, NULL: all open. */
 PDI_NOINLINE static void pdi_gas_add_hllc_flux(const pd_gas *gas, const double *n, double weight, const double *p,
                                                int count, const double *open, const pdi_gas_face_states *f,
                                                double (*sum)[PDI_CHUNK])
@@ -303,7 +306,7 @@ static double pdi_gas_compute_slip_wall(const pd_gas *gas, int32_t i, int32_t r,
     return 2.0 * sqrt(square);
 }
 
-/* Slowest wave [m/s] between node i and its mirror image, for the velocity u towards the wall. */
+/* Slowest wave [m/s], negative, between node i and its mirror image, for the velocity u towards the wall. */
 static double pdi_gas_compute_slip_wall_wave(const pd_gas *gas, int32_t i, double u)
 {
     double gamma = gas->desc.gamma, rho = gas->primitive[i];
@@ -312,7 +315,8 @@ static double pdi_gas_compute_slip_wall_wave(const pd_gas *gas, int32_t i, doubl
 }
 
 /* ---- sums over bonds ---- */
-/* Kernel: time derivatives of the state by bonds and slip walls (eq. 4.19, 4.24). */
+/* Kernel: time derivatives of the state by bonds and slip walls (eq. 4.19, 4.24), into time_derivative. Gradients and
+ * ghosts must be set. */
 static void pdi_gas_compute_rates_kernel(const pd_gas *gas, int32_t i, int32_t row, int count)
 {
     const pd_bonds *bonds = gas->bonds;
@@ -343,7 +347,7 @@ static void pdi_gas_compute_rates_kernel(const pd_gas *gas, int32_t i, int32_t r
 }
 
 /* ---- open sides ---- */
-/* Adds twice the sum of g times the fluxes of the bonds of node i through open sides. */
+/* sum [PD_GAS_FIELDS][lane 0] += twice the sum of g times the fluxes of the bonds of node i through open sides. */
 static void pdi_gas_add_open_side_bonds(const pd_gas *gas, int32_t i, double (*sum)[PDI_CHUNK])
 {
     const double *p = gas->primitive + PDI_GAS_PRESSURE * (int64_t)gas->grid->total + i;
@@ -358,8 +362,8 @@ static void pdi_gas_add_open_side_bonds(const pd_gas *gas, int32_t i, double (*s
     }
 }
 
-/* Adds twice the flux through the faces of node i on open sides, between its state there and the one beyond (eq.
- * 4.24b). */
+/* sum [PD_GAS_FIELDS][lane 0] += twice the flux through the faces of node i on open sides, between its state there and
+ * the one beyond (eq. 4.24b). */
 static void pdi_gas_add_open_side_faces(const pd_gas *gas, int32_t i, const pdi_gas_open_boundary_faces *t,
                                         double (*sum)[PDI_CHUNK])
 {
@@ -382,8 +386,8 @@ static void pdi_gas_add_open_side_faces(const pd_gas *gas, int32_t i, const pdi_
     }
 }
 
-/* Replaces the bonds through open sides by faces in the rates. passes [4]: mass and energy [kg/s], [J/s] (1D: per m2;
- * 2D: per m) that go out, and that come in. */
+/* Replaces the bonds through open sides by faces in time_derivative. passes [4]: mass and energy [kg/s], [J/s] (1D: per
+ * m2; 2D: per m) that go out, then those that come in, all positive. */
 static void pdi_gas_update_open_side_rates(const pd_gas *gas, double *passes)
 {
     int64_t total = gas->grid->total;
@@ -403,7 +407,7 @@ static void pdi_gas_update_open_side_rates(const pd_gas *gas, double *passes)
     }
 }
 
-/* Kernel: sums of wave speeds [1/s] of the step limit (eq. 4.26), into the first field of rate. */
+/* Kernel: sums of wave speeds [1/s] of the step limit (eq. 4.26), into the first field of time_derivative. */
 static void pdi_gas_compute_limit_kernel(const pd_gas *gas, int32_t i, int32_t row, int count)
 {
     const pd_bonds *bonds = gas->bonds;
@@ -433,7 +437,7 @@ static void pdi_gas_compute_limit_kernel(const pd_gas *gas, int32_t i, int32_t r
 }
 
 /* ---- steps ---- */
-/* Fails with a message about an inadmissible state. */
+/* Fails with PD_ERR_STATE and a message about the inadmissible state of a node. */
 static pd_status pdi_gas_fail_inadmissible(pd_ctx *ctx, const pd_gas *gas, int32_t node)
 {
     int64_t total = gas->grid->total;
@@ -459,7 +463,8 @@ pd_status pd_gas_limit(pd_ctx *ctx, pd_gas *gas, double *limit)
     return PD_OK;
 }
 
-/* A Runge-Kutta stage (Shu and Osher 1988): state = old_share start + (1 - old_share) (state + dt rate). */
+/* A Runge-Kutta stage (Shu and Osher 1988): state = start_weight start_state + (1 - start_weight) (state + dt
+ * time_derivative). */
 typedef struct pdi_gas_rk_stage {
     double start_weight, dt;
 } pdi_gas_rk_stage;
@@ -475,8 +480,9 @@ static void pdi_gas_compute_stage_state(const pd_gas *gas, const pdi_gas_rk_stag
     }
 }
 
-/* Flags the nodes that the stage would leave inadmissible: 1 now, 2 in an earlier round. *last: one of them. Returns
- * their number, or -1 when a node was flagged before, so that first order has not helped. */
+/* Sets first_order_flag: 1: the stage would leave the node inadmissible, 2: flagged in an earlier round, 3: both.
+ * *last: one of the inadmissible ones. Returns their number, or -1 when a node was flagged before, so that first order
+ * has not helped. */
 static int64_t pdi_gas_mark_inadmissible(const pd_ctx *ctx, pd_gas *gas, const pdi_gas_rk_stage *g, int32_t *last)
 {
     const uint8_t *kind = gas->grid->kind;
@@ -501,8 +507,8 @@ static int64_t pdi_gas_mark_inadmissible(const pd_ctx *ctx, pd_gas *gas, const p
     return again ? -1 : found;
 }
 
-/* First order at flagged nodes: zero gradients there and at the far ends of their bonds; images count for their
- * sources. */
+/* First order at nodes of flag 1, which are counted: zero gradients there and at the far ends of their bonds; images
+ * count for their sources. Ghosts of the gradients are filled. */
 static void pdi_gas_set_first_order(pd_gas *gas)
 {
     const pd_bonds *bonds = gas->bonds;
@@ -583,7 +589,7 @@ pd_status pd_gas_step(pd_ctx *ctx, pd_gas *gas, double dt)
 /* ---- the process ---- */
 
 PDI_COLD_BEGIN
-/* Process callback: the step is cfl times the step limit. */
+/* Process callback: s->dt is cfl times the step limit. */
 static pd_status pdi_gas_limit_step(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_gas *gas = (pd_gas *)self;
@@ -627,7 +633,8 @@ static pd_status pdi_gas_fail_step_underflow(pd_ctx *ctx, void *self, const pd_s
                    s->time, s->latest_end);
 }
 
-/* Process callback: writes or reads the checkpoint. */
+/* Process callback: writes or reads the checkpoint; primitive states follow. PD_ERR_STATE: a state read is not
+ * admissible. */
 static pd_status pdi_gas_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_gas *gas = (pd_gas *)self;
@@ -684,7 +691,7 @@ PDI_FN void pdi_gas_integrate_state(pd_ctx *ctx, const pd_gas *gas, double *stoc
 }
 
 /* ---- build ---- */
-/* Lists the fluid nodes with bonds through open sides. */
+/* Allocates and fills the list of fluid nodes with bonds to ghosts of open sides. */
 static pd_status pdi_gas_find_open_side_nodes(pd_ctx *ctx, pd_gas *gas)
 {
     const pd_bonds *bonds = gas->bonds;
@@ -705,7 +712,8 @@ static pd_status pdi_gas_find_open_side_nodes(pd_ctx *ctx, pd_gas *gas)
     return PD_OK;
 }
 
-/* Sets the initial state of a node by the callback, mirrored for an inlet behind a mirror side. */
+/* Sets the initial state of a node by the callback, mirrored for an inlet behind a mirror side, and its primitive
+ * state. PD_ERR_ARGUMENT: it is not admissible. */
 static pd_status pdi_gas_init_node(pd_ctx *ctx, const pd_gas *gas, int32_t node)
 {
     const pd_grid *grid = gas->grid;

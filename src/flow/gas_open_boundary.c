@@ -49,7 +49,7 @@ PDI_FN void pdi_gas_open_boundary_extrapolate_ghosts(const pd_bonds *bonds, int 
     }
 }
 
-/* First inlet ghost in front of node i through `side`; `other` where there is none. */
+/* First ghost in front of node i through `side` (2 axis + 0 or 1); `other` where that is no inlet. */
 static int32_t pdi_gas_open_boundary_find_facing_ghost(const pd_grid *grid, int32_t i, int side, int32_t other)
 {
     int index[PD_DIM], d = side / 2;

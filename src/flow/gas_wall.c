@@ -77,8 +77,8 @@ static int pdi_gas_wall_find_corner(const pdi_gas_wall_hits *w, int *wall)
     return alike ? 0 : found;
 }
 
-/* Splits the area vector `face` among the walls of a corner, into face [walls][PD_DIM]; the remainder goes with them.
- * 0: one of them would have a negative area. */
+/* Splits the area vector `face` [PD_DIM] among the walls of a corner, in place, into face [walls][PD_DIM]; the
+ * remainder goes with them. 0: one of them would have a negative area, `face` is unchanged. */
 static int pdi_gas_wall_split_area(const pdi_gas_wall_hits *w, const int *wall, int walls, double *face)
 {
     double gram[PD_DIM * PD_DIM], inverse[PD_DIM * PD_DIM], part[3] = {0.0}, rest[PD_DIM];
@@ -108,7 +108,8 @@ static int pdi_gas_wall_split_area(const pdi_gas_wall_hits *w, const int *wall, 
     return 1;
 }
 
-/* Point x where closed bond k of row r meets a wall, and its normal n. 0: on an edge, which has none. */
+/* Point x [m] where closed bond k of row r meets a wall, and the wall's normal n towards the gas. Returns 1, or 0 on an
+ * edge, which has none, and without a wall. */
 static int pdi_gas_wall_find_plane(const pd_bonds *bonds, int32_t r, int k, double *x, double *n)
 {
     double distance, slope[PD_DIM], most = 0.0;
@@ -121,7 +122,7 @@ static int pdi_gas_wall_find_plane(const pd_bonds *bonds, int32_t r, int k, doub
 }
 
 /* Distance [m] of wall `at` with the area vector `face`: weighted mean over the bonds that meet it, rather than another
- * wall of the corner. Opposite bonds that are both closed take no part. */
+ * wall of the corner. walls 0: over all. Opposite bonds that are both closed take no part. 0: no such bond. */
 static double pdi_gas_wall_compute_distance(const pd_bonds *bonds, int32_t r, const pdi_gas_wall_hits *w,
                                             const int *wall, int walls, int at, const double *face)
 {
@@ -145,7 +146,8 @@ static double pdi_gas_wall_compute_distance(const pd_bonds *bonds, int32_t r, co
 }
 
 /* Adds a wall at point x with normal n, unless it faces away from the gas. Of parallel walls the nearest counts, at the
- * mean of its points, since a single point at an edge does not tell on which side the other wall is. */
+ * mean of its points within `slack` [m], since a single point at an edge does not tell on which side the other wall
+ * is. */
 static void pdi_gas_wall_add_wall(pdi_gas_wall_hits *w, const double *face, const double *x, const double *n,
                                   double slack)
 {
@@ -164,7 +166,8 @@ static void pdi_gas_wall_add_wall(pdi_gas_wall_hits *w, const double *face, cons
     if (at == w->count) w->count++;
 }
 
-/* Slip walls of row r: one, or those of a concave edge or corner. Opposite bonds that are both closed cancel. */
+/* face [PD_DIM][PD_DIM], gap [PD_DIM] of row r: one slip wall, or those of a concave edge or corner; others are 0. w:
+ * work. Opposite bonds that are both closed cancel. */
 static void pdi_gas_wall_build_row(const pd_bonds *bonds, int32_t r, pdi_gas_wall_hits *w, double *face, double *gap)
 {
     const pd_stencil *s = bonds->stencil;

@@ -6,7 +6,7 @@
 #ifdef PDI_INTERNAL
 #include "core/vec.h"
 
-/* Weight 2 |g| [1/m] of bond k as a face, and its unit normal n. */
+/* Returns the weight 2 |g| [1/m] of bond k as a face. n [PD_DIM] [-] gets its unit normal, along g. */
 static inline double pdi_gas_wall_get_bond_face(const pd_stencil *s, int k, double *n)
 {
     double size = pdi_vec_norm(s->gradient_weight + k * PD_DIM);

@@ -32,7 +32,7 @@ PDI_FN void pdi_implicit_list(pdi_array_visitor *owner, void *object)
     PDI_SCALAR_STATE(owner, implicit, evaluations, "1");
 }
 
-/* Lists the scratch arrays of a step, beside those of the steady solver. */
+/* Lists the scratch arrays of a step, which an arena lends, beside those of the steady solver. */
 static void pdi_implicit_list_work(pdi_array_visitor *owner, void *object)
 {
     pd_implicit *implicit = (pd_implicit *)object;
@@ -81,7 +81,7 @@ pd_status pd_implicit_build(pd_ctx *ctx, pd_flow *flow, pd_steady *steady, const
 }
 PDI_COLD_END
 
-/* Copies velocity, pressure and pressure impulse of the flow to `start`. */
+/* Copies velocity, pressure and pressure impulse of the flow to start_state. */
 static void pdi_implicit_copy_to_start(const pd_ctx *ctx, pd_implicit *im)
 {
     int64_t total = im->flow->grid->total, split = PD_DIM * total;
@@ -90,7 +90,8 @@ static void pdi_implicit_copy_to_start(const pd_ctx *ctx, pd_implicit *im)
     pdi_par_copy(ctx, total, im->pressure_impulse, im->start_state + split + total);
 }
 
-/* Copies velocity, pressure and pressure impulse from `start` back to the flow. */
+/* Copies velocity, pressure and pressure impulse from start_state back to the flow, and updates the pressure flux of
+ * the impulse; no stage is solved then (stage_weight 0). */
 static void pdi_implicit_copy_from_start(const pd_ctx *ctx, pd_implicit *im)
 {
     int64_t total = im->flow->grid->total, split = PD_DIM * total;
@@ -100,8 +101,9 @@ static void pdi_implicit_copy_from_start(const pd_ctx *ctx, pd_implicit *im)
     pdi_pressure_impulse_update_flux(ctx, im->flow, 1.0, 0.0);
 }
 
-/* Solves a stage R(u) + rate (u - target) = 0. share [-], weight [s]: the pressure impulse at its end is share times
- * the present one plus weight times the pressure. */
+/* Solves a stage R(u) + rate (u - target) = 0, rate [1/s]. impulse_factor [-], pressure_weight [s]: the pressure
+ * impulse at its end is impulse_factor times the present one plus pressure_weight times the pressure. It is updated
+ * only when the stage has converged. */
 static pd_status pdi_implicit_solve_stage_equation(pd_ctx *ctx, pd_implicit *im, double rate, const double *target,
                                                    double impulse_factor, double pressure_weight)
 {
@@ -130,7 +132,9 @@ static pd_status pdi_implicit_solve_sdirk_stage(pd_ctx *ctx, pd_implicit *im, do
 }
 
 /* Projects a start that violates continuity or the inlets onto the nearest velocity that does not: u + G q = u0, by a
- * stage so short that friction and convection are below its tolerance (eq. 4.15b). q is the pressure impulse. */
+ * stage so short that friction and convection are below its tolerance (eq. 4.15b). q is the pressure impulse; the
+ * pressure stays. Nothing but before the first step and with new fluid. Overwrites start_state; after a failure the
+ * state is restored. */
 static pd_status pdi_implicit_project_start(pd_ctx *ctx, pd_implicit *im)
 {
     pd_flow *flow = im->flow;
@@ -150,8 +154,8 @@ static pd_status pdi_implicit_project_start(pd_ctx *ctx, pd_implicit *im)
     return status;
 }
 
-/* Embedded error estimate [-]: gamma dt max |f1 - f2|/U, the distance to the first-order step with f1 alone; `slope` =
- * gamma dt f1, u - u* = gamma dt f2. */
+/* Embedded error estimate [-]: gamma dt max |f1 - f2|/U, the distance to the first-order step with f1 alone;
+ * stage_increment = gamma dt f1, u - stage_target = gamma dt f2. */
 static double pdi_implicit_estimate_error(pd_implicit *im)
 {
     const pd_flow *flow = im->flow;
@@ -177,7 +181,8 @@ static void pdi_implicit_extrapolate_velocity(const pd_ctx *ctx, pd_implicit *im
     im->last_step = 0.0;
 }
 
-/* Both SDIRK stages from the state in `start`, and the error estimate. */
+/* Both SDIRK stages from start_state, and the error estimate into im->error. stage_increment and stage_target are those
+ * of this step then. After a failure the flow holds no solution. */
 static pd_status pdi_implicit_solve_stages(pd_ctx *ctx, pd_implicit *im, double dt)
 {
     pd_flow *flow = im->flow;
@@ -232,7 +237,7 @@ pd_status pd_implicit_step(pd_ctx *ctx, pd_implicit *im, double dt)
 }
 
 PDI_COLD_BEGIN
-/* Undoes the last accepted step. */
+/* Undoes the last accepted step of dt [s]: state, time and count of steps; counts it as rejected. */
 static void pdi_implicit_undo_step(const pd_ctx *ctx, pd_implicit *im, double dt)
 {
     pdi_implicit_copy_from_start(ctx, im);
@@ -276,7 +281,7 @@ static pd_status pdi_implicit_begin(pd_ctx *ctx, void *self, double t)
     return PD_OK;
 }
 
-/* Step [s] that is tried next. */
+/* Step [s] that is tried next: dt, or first_step where that is not known yet. */
 static double pdi_implicit_get_next_step(const pd_implicit *im) { return im->dt > 0.0 ? im->dt : im->desc.first_step; }
 
 /* Process callback: longest outer step [s]. Other processes see the flow at the ends of steps as long as its own. */
@@ -332,8 +337,8 @@ static pd_status pdi_implicit_end(pd_ctx *ctx, void *self, double t)
     return pdi_steady_update_divergence_potential(ctx, ((pd_implicit *)self)->steady);
 }
 
-/* Projects the velocity after a change of geometry, and solves for its pressure by a stage as short as the first
- * step. */
+/* Projects the velocity after a change of geometry, and solves for its pressure by a stage as short as the first step.
+ * If that stage fails the projected state is restored. */
 static pd_status pdi_implicit_project_new_fluid(pd_ctx *ctx, pd_implicit *im)
 {
     pd_status status = pdi_implicit_project_start(ctx, im);

@@ -42,10 +42,11 @@ typedef struct pd_implicit {
 #define pd_implicit_process PD_NAME(pd_implicit_process)
 #define pd_implicit_free PD_NAME(pd_implicit_free)
 
-/* Starts from the state in flow; flow and steady are borrowed. PD_ERR_ARGUMENT: a knob is negative or not finite. */
+/* Starts from the state in flow; flow and steady are borrowed. Raises the scale U of the flow to its velocities, lends
+ * it the pressure impulse, and prepares steady for stages. PD_ERR_ARGUMENT: a knob is negative or not finite. */
 PD_API pd_status pd_implicit_build(pd_ctx *ctx, pd_flow *flow, pd_steady *steady, const pd_implicit_desc *desc,
                                    pd_implicit *implicit);
-/* One step of dt [s], whatever its error. PD_RETRY, state unchanged: a stage did not converge. */
+/* One step of dt [s], whatever its error, which is in `error`. PD_RETRY, state unchanged: a stage did not converge. */
 PD_API pd_status pd_implicit_step(pd_ctx *ctx, pd_implicit *implicit, double dt);
 /* The flow as a process; it prepares the flow. Steps of controlled error. PD_ERR_STATE: steps of 1e-12 of the first one
  * do not converge, or their error does not fall. */

@@ -40,8 +40,8 @@ PDI_FN double pdi_inflow_compute_flux_weight(const pd_bonds *bonds, int32_t i, i
     return sum * s->volume * pd_grid_circumference(grid, i);
 }
 
-/* Mean normal speed of ghost g and its source over that on the side: the nodes in front of a face together carry what
- * passes the face. */
+/* Mean normal speed of ghost g and its source over that on the side [-]: the nodes in front of a face together carry
+ * what passes the face. 0: the cell at the side is not fluid, or no bond passes. */
 static double pdi_inflow_compute_speed_ratio(const pd_bonds *bonds, int32_t g)
 {
     const pd_ghosts *ghosts = &bonds->ghosts;
@@ -110,7 +110,8 @@ PDI_FN void pdi_inflow_set_doubled_velocity(const pd_bonds *bonds, double *v)
             v[d * (int64_t)ghosts->grid->total + ghosts->node[g]] += pdi_inflow_get_source_value(ghosts, g, d, v);
 }
 
-/* Flux [m^d/s over the cell volume] of the inlet faces at the end `up` of the radius. v: doubled at ghosts. */
+/* Flux [m^d/s over the cell volume], positive into the box, of the inlet faces at the end `up` (0 or 1) of the radius.
+ * v [PD_DIM][total] [m/s]: doubled at ghosts. */
 static double pdi_inflow_integrate_radial_faces(const pd_bonds *bonds, int up, const double *v)
 {
     const pd_grid *grid = bonds->grid;
@@ -126,8 +127,8 @@ static double pdi_inflow_integrate_radial_faces(const pd_bonds *bonds, int up, c
     return (up ? -1.0 : 1.0) * sum / grid->h[axis];
 }
 
-/* Flux that bonds carry through the inlet at the end `up` of the radius; *weight: its derivative by the speed of all
- * ghosts. */
+/* Flux, positive into the box, that bonds carry through the inlet at the end `up` of the radius, in the unit of
+ * pdi_inflow_integrate_radial_faces; *weight: its derivative by the radial speed of all ghosts. */
 static double pdi_inflow_integrate_radial_bonds(const pd_bonds *bonds, int up, const double *v, double *weight)
 {
     const pd_stencil *s = bonds->stencil;
@@ -163,8 +164,9 @@ static int pdi_inflow_is_radial_ghost(const pd_bonds *bonds, int32_t g, int up)
     return up ? at >= bonds->grid->n[PD_DIM - 1] : at < 0;
 }
 
-/* Shifts the radial speed of all ghosts at the end `up` of the radius so that bonds carry `pushed`. Bonds between rings
- * have unequal weights in both directions, so the ghosts cannot balance one by one. */
+/* Shifts the radial speed of all ghosts at the end `up` of the radius so that bonds carry the flux `pushed`; nothing if
+ * no bond does. Bonds between rings have unequal weights in both directions, so the ghosts cannot balance one by
+ * one. */
 static void pdi_inflow_update_radial_ghosts(const pd_bonds *bonds, int up, double pushed, double *v)
 {
     const pd_ghosts *ghosts = &bonds->ghosts;

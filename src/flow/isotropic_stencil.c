@@ -9,8 +9,8 @@
  * oscillate. */
 #define PDI_ISOTROPIC_STENCIL_HALF_CELL_REYNOLDS 2.0
 
-/* Mixed second difference of component f over a square with a missing bond, to be taken off (eq. 4.1d); 0: it is
- * complete. */
+/* Mixed second difference [1/m2 times f] of component f over the open bonds of a square with a missing one, to be taken
+ * off (eq. 4.1d); 0: it is complete. */
 static double pdi_isotropic_stencil_compute_incomplete_square(const pd_bonds *bonds, const pd_isotropic_square *square,
                                                               int32_t r, const double *f)
 {
@@ -130,7 +130,8 @@ static int pdi_isotropic_stencil_find_bond(const pd_stencil *s, const int *n)
     return -1;
 }
 
-/* Adds the four squares around a node in the plane of axes a and b. 0: the family has no diagonal bonds. */
+/* Adds the four squares around a node in the plane of axes a and b, and their weights to weight_excess. 1: done; 0: the
+ * family has no diagonal bonds. */
 static int pdi_isotropic_stencil_build_plane(const pd_stencil *s, int a, int b, pd_isotropic_stencil *isotropic)
 {
     double wanted = (1.0 / (s->h[a] * s->h[a]) + 1.0 / (s->h[b] * s->h[b])) / 12.0;
@@ -152,7 +153,7 @@ static int pdi_isotropic_stencil_build_plane(const pd_stencil *s, int a, int b, 
     return 1;
 }
 
-/* Third moments of the gradient: M_dd/6 less the mean of M_bd/2 over the other axes (eq. 4.2d). */
+/* Third moment [-] of the gradient along axis d: M_dd/6 less the mean of M_bd/2 over the other axes (eq. 4.2d). */
 static double pdi_isotropic_stencil_compute_third_moment(const pd_stencil *s, int d)
 {
     double bend = 0.0;

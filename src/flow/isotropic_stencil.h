@@ -35,18 +35,19 @@ typedef struct pdi_isotropic_stencil_place {
  * isotropic->bonds stays NULL. */
 PDI_FN void pdi_isotropic_stencil_build(const pd_bonds *bonds, pd_isotropic_stencil *isotropic);
 /* Blending factor of the isotropic weights, 1 to 0 (eq. 4.1f): 1/(1 + (U h/(2 nu))^2) with the longest spacing h, since
- * convection errs by more than friction in fast flow. rate: U/nu [1/m]. */
+ * convection errs by more than friction in fast flow. rate: U/nu [1/m]. 0: there are no isotropic weights. */
 PDI_FN double pdi_isotropic_stencil_compute_blending(const pd_isotropic_stencil *isotropic, double rate);
-/* Correction of the Laplacian [1/m2 times f] of component f [total] at row r, for squares that cut bonds leave
- * incomplete (eq. 4.1d). */
+/* Sum of the mixed differences [1/m2 times f] of component f [total] at row r over squares that cut bonds leave
+ * incomplete: to be subtracted from its isotropic Laplacian (eq. 4.1d). */
 PDI_FN double pdi_isotropic_stencil_compute_row_correction(const pd_isotropic_stencil *isotropic, int32_t r,
                                                            const double *f);
-/* ru += nu [m2/s] times the correction of the Laplacian of u [PD_DIM][total] for squares that cut bonds leave
- * incomplete (eq. 4.1d), at all rows. */
+/* ru += nu times the incomplete squares of u [PD_DIM][total] (eq. 4.1d) at all rows: takes them out of the friction -
+ * nu lap u. nu [m2/s]: times the blending factor. Nothing without isotropic weights. */
 PDI_FN void pdi_isotropic_stencil_add_row_corrections(const pd_ctx *ctx, const pd_isotropic_stencil *isotropic,
                                                       double nu, const double *u, double *ru);
 /* advecting -= third-moment correction (4.2d): a factor times the second difference of v [PD_DIM][total] along its own
- * axis, at fluid nodes between two open ones. */
+ * axis, at fluid nodes between two open ones; rows with a closed neighbour along that axis get v. Ghosts of v are
+ * given. Nothing without isotropic weights. */
 PDI_FN void pdi_isotropic_stencil_add_velocity_correction(const pd_ctx *ctx, const pd_isotropic_stencil *isotropic,
                                                           const double *v, double *advecting);
 /* Derivative [1/s] of component d of u along axis d: parabola through both neighbours, or through the surface where it

@@ -30,13 +30,16 @@ typedef struct pdi_jacobian_increment {
 PDI_FN void pdi_jacobian_list(pdi_array_visitor *owner, void *object);
 /* Lists the single-precision arrays of a pd_jacobian that are lent for a solve. */
 PDI_FN void pdi_jacobian_list_work(pdi_array_visitor *owner, void *object);
-/* Packs the bond weights in single precision, scaled by powers of two near the reference speed and the spacing. */
+/* Allocates and packs the bond weights in single precision. Units speed and length: powers of two above the velocity
+ * scale and the longest spacing. The flow is borrowed; arrays of pdi_jacobian_list_work are not allocated here. */
 PDI_FN pd_status pdi_jacobian_build(pd_ctx *ctx, const pd_flow *flow, pd_jacobian *jacobian);
 PDI_FN void pdi_jacobian_free(pd_ctx *ctx, pd_jacobian *jacobian);
-/* Sets the state to linearise about: the one that pdi_flow_update_derived_fields has seen last. */
+/* Sets the state to linearise about: the one that pdi_flow_update_derived_fields has seen last. Packs its velocities,
+ * and updates `divergence` and the friction weights. The work arrays must be lent. */
 PDI_FN void pdi_jacobian_set_state(const pd_ctx *ctx, pd_jacobian *jacobian);
-/* yu [PD_DIM][total] [m/s2], yc [total] [1/s] = Jacobian of the bond sums of momentum and continuity times the
- * increment, in single precision: to seven digits of the largest terms. */
+/* yu [PD_DIM][total] [m/s2], yc [total] [1/s] at fluid nodes = Jacobian of the bond sums of momentum and continuity
+ * (pdi_flow_assemble_bond_sums) times the increment, in single precision: to seven digits of the largest terms. Row
+ * corrections of the isotropic weights are not in it. Overwrites packed_increment. */
 PDI_FN void pdi_jacobian_apply(const pd_ctx *ctx, const pd_jacobian *jacobian, const pdi_jacobian_increment *step,
                                double *yu, double *yc);
 #endif

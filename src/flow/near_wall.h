@@ -9,12 +9,14 @@
  * NULL: without that slope. Ghosts must be filled. */
 PDI_FN double pdi_near_wall_interpolate_pressure(const pd_bonds *bonds, const pd_flow *flow, const double *p,
                                                  int32_t node, const double *x);
-/* *curvature [1/m] = sum of the principal curvatures (Laplacian of the distance) of the smooth surface of cell
- * wall_cell at x. Where an inlet or outlet mirrors the surface, that of the part inside. Returns 0 near an edge. */
+/* *curvature [1/m] = sum of the principal curvatures (Laplacian of the distance, positive for a convex body) of the
+ * smooth surface of cell wall_cell at x. Where an inlet or outlet mirrors the surface, that of the part inside. Returns
+ * 1, or 0 near an edge. */
 PDI_FN int pdi_near_wall_compute_curvature(const pd_bonds *bonds, int32_t wall_cell, const double *x,
                                            double *curvature);
-/* slope [PD_DIM] [1/s] = wall-normal derivative of the tangential velocity on the smooth surface beside x, as seen from
- * fluid node `node`, by least squares (eq. 4.27c). Returns 0 when it cannot be determined. */
+/* slope [PD_DIM] [1/s] = derivative of the tangential velocity along the normal into the fluid, on the smooth surface
+ * beside x, as seen from fluid node `node`, by least squares (eq. 4.27c). Returns 1, or 0 when it cannot be
+ * determined. */
 PDI_FN int pdi_near_wall_compute_shear(const pd_flow *flow, int32_t node, const double *x, double *slope);
 #endif
 

@@ -2,8 +2,8 @@
 #include "flow/pressure_impulse.h"
 #include "core/par.h"
 
-/* Sweep callback: pressure flux of the impulse at `count` consecutive nodes from i, which are the rows from `row` (-1:
- * full families). */
+/* Sweep callback: pressure_impulse_flux [1/s] = divergence of the pressure flux of the whole impulse at `count`
+ * consecutive nodes from i, which are the rows from `row` (-1: full families). Bonds to inlets carry none. */
 static void pdi_pressure_impulse_compute_flux_range(const void *user, int32_t i, int32_t row, int32_t count)
 {
     const pd_flow *flow = (const pd_flow *)user;

@@ -14,8 +14,9 @@
 #define PDI_QUASI_STEADY_CLOSED_INFLOW 1e-6 /* net over gross inflow below which inlets are taken to feed each other \
                                              */
 
-/* Checks the solved flow: fails where the inflow differs from that of the inlets, or sections of the flow from each
- * other. Where a horizon spans the gap between metal and walls, a solution on the lattice may be no flow. */
+/* Checks the solved flow: PD_ERR_GEOMETRY where the inflow differs from that of the inlets, PD_ERR_DIVERGED where
+ * sections of the flow differ from each other. Where a horizon spans the gap between metal and walls, a solution on the
+ * lattice may be no flow. Nothing is checked without inflow. */
 static pd_status pdi_quasi_steady_check_inflow(pd_ctx *ctx, const pd_quasi_steady *q)
 {
     char place[PDI_GRID_POSITION_LENGTH];
@@ -37,8 +38,8 @@ static pd_status pdi_quasi_steady_check_inflow(pd_ctx *ctx, const pd_quasi_stead
     return PD_OK;
 }
 
-/* After a failed solve: fails with a message where no open path leads from an inlet to an outlet, else returns
- * `status`. */
+/* After a failed solve: fails with PD_ERR_GEOMETRY where no open path leads from an inlet to an outlet, else returns
+ * `status`. Inlets that feed each other count as open. */
 static pd_status pdi_quasi_steady_check_open_path(pd_ctx *ctx, const pd_quasi_steady *q, pd_status status)
 {
     double pushed, gross;
@@ -54,7 +55,7 @@ static pd_status pdi_quasi_steady_check_open_path(pd_ctx *ctx, const pd_quasi_st
                    q->time, pdi_grid_format_position(q->flow->grid, node, place));
 }
 
-/* Fails with a message for a solve that stalled: what it has reached, and what helps. */
+/* Fails with PD_ERR_DIVERGED and a message for a solve that stalled: what it has reached, and what helps. */
 static pd_status pdi_quasi_steady_fail_unsteady(pd_ctx *ctx, const pd_quasi_steady *q)
 {
     const pd_steady_result *r = &q->result;
@@ -78,7 +79,8 @@ static pd_status pdi_quasi_steady_fail_unsteady(pd_ctx *ctx, const pd_quasi_stea
         pdi_grid_format_position(q->flow->grid, q->steady->worst_node, place), why, accept);
 }
 
-/* Solves for the steady flow if it is out of date, and checks it. */
+/* Solves for the steady flow if it is out of date, counts the work, and checks it. It stays out of date after a
+ * failure. A solve that does not converge is an error. */
 static pd_status pdi_quasi_steady_update_flow(pd_ctx *ctx, pd_quasi_steady *q)
 {
     if (!q->is_out_of_date) return PD_OK;

@@ -9,7 +9,7 @@
 #define PDI_SCHUR_PRECOND_EVEN 1.0   /* ratio of a scalar on both sides of a closed face */
 #define PDI_SCHUR_PRECOND_ODD (-1.0) /* ratio of a vector on both sides of a closed face */
 
-/* Arguments of a sweep: reads `from`, writes `to`. */
+/* Arguments of a sweep: reads `input`, writes `output`. */
 typedef struct pdi_schur_precond_sweep_args {
     const pd_flow *flow;
     const double *input;
@@ -94,7 +94,8 @@ static double pdi_schur_precond_compute_difference(const pd_grid *grid, const do
            pdi_schur_precond_get_neighbour(grid, f, i, d, 0, closed);
 }
 
-/* Sweep callback: to [PD_DIM] = gradient of the scalar `from` by central differences. */
+/* Sweep callback: output [PD_DIM][total] = gradient of the scalar `input` by central differences. Ghosts of input are
+ * given. */
 static void pdi_schur_precond_compute_gradient(const void *user, int32_t i, int32_t row, int32_t count)
 {
     const pdi_schur_precond_sweep_args *s = (const pdi_schur_precond_sweep_args *)user;
@@ -108,7 +109,8 @@ static void pdi_schur_precond_compute_gradient(const void *user, int32_t i, int3
     }
 }
 
-/* Sweep callback: to [PD_DIM] = u.grad of the vector `from`. */
+/* Sweep callback: output [PD_DIM][total] = u.grad of the vector `input`, by central differences with the velocity of
+ * the flow. Ghosts of input are given. */
 static void pdi_schur_precond_apply_convection(const void *user, int32_t i, int32_t row, int32_t count)
 {
     const pdi_schur_precond_sweep_args *s = (const pdi_schur_precond_sweep_args *)user;
@@ -129,7 +131,7 @@ static void pdi_schur_precond_apply_convection(const void *user, int32_t i, int3
     }
 }
 
-/* Sweep callback: to = -div of the vector `from`. */
+/* Sweep callback: output [total] = -div of the vector `input`, by central differences. Ghosts of input are given. */
 static void pdi_schur_precond_apply_divergence(const void *user, int32_t i, int32_t row, int32_t count)
 {
     const pdi_schur_precond_sweep_args *s = (const pdi_schur_precond_sweep_args *)user;
@@ -159,7 +161,8 @@ static void pdi_schur_precond_apply_sweep(const pd_ctx *ctx, const pd_flow *flow
 
 /* ---- short waves ---- */
 
-/* Sweep callback: to = B from, a checkerboard filter: 0 of a uniform field, 1 of one that alternates along all axes. */
+/* Sweep callback: output = B input, a checkerboard filter: 0 of a uniform field, 1 of one that alternates along all
+ * axes. Ghosts of input are given. */
 static void pdi_schur_precond_apply_checkerboard_filter(const void *user, int32_t i, int32_t row, int32_t count)
 {
     const pdi_schur_precond_sweep_args *s = (const pdi_schur_precond_sweep_args *)user;
@@ -199,7 +202,8 @@ static double pdi_schur_precond_compute_smooth_viscosity(const pd_flow *flow, do
     return flow->nu + PDI_SCHUR_PRECOND_CONVECTIVE_FACTOR * pd_max(rate, 0.0) / flow->bonds->stencil->lap_sum;
 }
 
-/* dp += q + viscosity r: the smooth part of r by the friction, the checkerboard part by the pressure flux (eq. 4.9). */
+/* dp += q + viscosity r: the smooth part of r by the friction, the checkerboard part by the pressure flux (eq. 4.9).
+ * Overwrites grad and convective of precond. */
 static void pdi_schur_precond_add_viscous_part(const pd_ctx *ctx, const pd_flow *flow, const pdi_schur_precond *precond,
                                                const double *r, const double *q, double *dp)
 {

@@ -110,7 +110,8 @@ static void pdi_stability_get_wave_vector(const pd_stability *sp, int wave, doub
     }
 }
 
-/* Lowers *dt by a search for the worst wave around k, along one axis after the other. */
+/* Lowers *dt by a search for the worst wave around k [PD_DIM] [rad per node], along one axis after the other. k moves
+ * to it. */
 static void pdi_stability_limit_by_refined_waves(const pd_stability *sp, const pdi_stability_state *q, double *k,
                                                  double *dt)
 {
@@ -182,7 +183,8 @@ typedef struct pdi_stability_lanczos_fields {
     double *grad, *advecting;     /* [PD_DIM][total] */
 } pdi_stability_lanczos_fields;
 
-/* after = -div (1 - wall curvature weight) grad now: the self-adjoint acoustic operator with walls. */
+/* after = -div (1 - wall curvature weight) grad now [1/m2 of now]: the self-adjoint acoustic operator with walls, 0
+ * outside of fluid nodes. Fills the ghosts of now; grad and advecting are work. */
 static void pdi_stability_apply_acoustic_operator(const pd_ctx *ctx, pdi_stability_lanczos_fields *w)
 {
     const pd_bonds *bonds = w->flow->bonds;
@@ -208,8 +210,8 @@ static double pdi_stability_compute_dot(const pd_grid *grid, const double *a, co
     return sum;
 }
 
-/* Largest eigenvalue of a symmetric tridiagonal matrix by Sturm bisection. off: squares of the elements beside the
- * diagonal. */
+/* Largest eigenvalue, at least 0, of a symmetric tridiagonal matrix by Sturm bisection. off [n - 1]: squares of the
+ * elements beside the diagonal. */
 static double pdi_stability_compute_max_tridiagonal(int n, const double *diagonal, const double *off)
 {
     double high = 0.0, low = 0.0;

@@ -29,10 +29,11 @@ typedef struct pdi_stability_state {
     double max_velocity[PD_DIM]; /* [m/s] largest components */
 } pdi_stability_state;
 
-/* Symbols of gradient, Laplacian and density diffusion for all sampled waves, and with cut families the operator norms.
- * Bonds and grid of the flow must not change afterwards. */
+/* Allocates and computes the symbols of gradient, Laplacian and density diffusion for all sampled waves, and with cut
+ * families the operator norms. Bonds and grid of the flow must not change afterwards. */
 PDI_FN pd_status pdi_stability_build(pd_ctx *ctx, const pd_flow *flow, pd_stability *spectrum);
-/* Longest stable step [s] of the three-stage Runge-Kutta method for a state (eq. 4.14, 4.14b). */
+/* Longest stable step [s] of the three-stage Runge-Kutta method for a state (eq. 4.14, 4.14b), with a margin of 2 % for
+ * waves between the sampled ones. */
 PDI_FN double pdi_stability_compute_limit(const pd_stability *spectrum, const pdi_stability_state *state);
 PDI_FN void pdi_stability_free(pd_ctx *ctx, pd_stability *spectrum);
 #endif

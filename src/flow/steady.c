@@ -18,7 +18,7 @@ typedef struct pdi_steady_solver_data {
     pd_steady *steady;
 } pdi_steady_solver_data;
 
-/* Number of unknowns. */
+/* Length of the vectors of the solver: PD_DIM + 1 values for every node of the lattice, ghosts included. */
 static int64_t pdi_steady_count_unknowns(const pd_flow *flow) { return (int64_t)(PD_DIM + 1) * flow->grid->total; }
 
 PDI_FN double pdi_steady_get_momentum_scale(const pd_steady *s)
@@ -56,7 +56,8 @@ static int pdi_steady_is_fully_factorised(const pd_grid *grid)
     return 1;
 }
 
-/* rc -= div du. Fills the ghosts of du; div [total]: work. */
+/* rc -= div du, with the pointwise divergence beside smooth surfaces. Fills the ghosts of du; div [total] and
+ * s->advecting: work. */
 static void pdi_steady_add_divergence(pd_ctx *ctx, pd_steady *s, double *du, double *div, double *rc)
 {
     pd_flow *flow = s->flow;
@@ -69,8 +70,8 @@ static void pdi_steady_add_divergence(pd_ctx *ctx, pd_steady *s, double *du, dou
     pdi_par_axpy(ctx, total, -1.0, div, rc);
 }
 
-/* y = M^-1 y by the block factorisation (eq. 4.9a; in closed boxes 4.9d), flow->grad = its pressure gradient. r:
- * work. */
+/* y = M^-1 y, in place, by the block factorisation (eq. 4.9a; in closed boxes 4.9d): a scaled residual [-] becomes a
+ * step [m/s], [m2/s2]. flow->pressure_grad = the gradient of its pressure. r: work, as s->advecting. */
 static void pdi_steady_apply_precond(pd_ctx *ctx, pd_steady *s, double *y, double *r)
 {
     pd_flow *flow = s->flow;
@@ -106,8 +107,9 @@ static void pdi_steady_apply_precond(pd_ctx *ctx, pd_steady *s, double *y, doubl
     pdi_steady_apply_velocity_inverse(ctx, s, r, y);
 }
 
-/* y = J (du, dp), scaled, for du with dp behind it, whose pressure gradient is in flow->grad: (conv(du, u) + conv(u,
- * du) + G dp - nu lap du + shift du, div du - pressure flux). Fills the ghosts of du. */
+/* y = J (du, dp), scaled [-], for du with dp behind it, whose pressure gradient is in flow->pressure_grad: (conv(du, u)
+ * + conv(u, du) + G dp - nu lap du + shift du, div du - pressure flux). Fills the ghosts of du; s->advecting becomes
+ * that of du. Counts one evaluation. */
 static void pdi_steady_apply_jacobian(pd_ctx *ctx, pd_steady *s, double *du, double *y)
 {
     pd_flow *flow = s->flow;
@@ -144,7 +146,8 @@ static void pdi_steady_apply_preconditioned_jacobian(void *user, const double *x
     pdi_steady_apply_jacobian(u->ctx, u->steady, step, y);
 }
 
-/* Sets up multigrid mg for a pressure Laplacian with the coefficients media; NULL: 1. */
+/* Sets up multigrid mg for a pressure Laplacian with the coefficients media; NULL: 1. The arrays of s->compact must be
+ * lent, and are overwritten. */
 static pd_status pdi_steady_build_pressure_multigrid(pd_ctx *ctx, pd_steady *s, const pd_bond_diffusivity *media,
                                                      pd_multigrid *mg)
 {
@@ -165,7 +168,8 @@ static pd_status pdi_steady_update_poisson_multigrid(pd_ctx *ctx, pd_steady *s)
     return PD_OK;
 }
 
-/* Sets up all multigrids one after the other: mobility, velocity block, Laplacian. */
+/* Sets up all multigrids one after the other: mobility, velocity block, Laplacian. Overwrites s->compact and
+ * s->advecting. */
 static pd_status pdi_steady_build_multigrids(pd_ctx *ctx, pd_steady *s)
 {
     const pdi_compact_operator_bc velocity = {1, 1, 0, s->flow->bonds}; /* outlets alone let it free */
@@ -185,7 +189,7 @@ static pd_status pdi_steady_build_multigrids(pd_ctx *ctx, pd_steady *s)
     return pdi_steady_update_poisson_multigrid(ctx, s);
 }
 
-/* Sets up all multigrids; an overflow of single precision gets a message. */
+/* Sets up all multigrids; an overflow of single precision becomes PD_ERR_DIVERGED with a message. */
 static pd_status pdi_steady_try_build_multigrids(pd_ctx *ctx, pd_steady *s)
 {
     pd_status status = pdi_steady_build_multigrids(ctx, s);
@@ -219,7 +223,8 @@ PDI_FN pd_status pdi_steady_update_precond(pd_ctx *ctx, pd_steady *s, double shi
     return PD_OK;
 }
 
-/* Largest scaled residuals in s->residual: over the tolerance, and with the reference scales for reports. */
+/* Sets momentum, continuity and residual_over_tolerance of *result: largest scaled residuals in s->residual, over the
+ * tolerance, and with the reference scales for reports. */
 static void pdi_steady_compute_residual_norms(const pd_ctx *ctx, const pd_steady *s, pd_steady_result *result)
 {
     const pd_flow *flow = s->flow;
@@ -251,7 +256,7 @@ PDI_FN double pdi_steady_assemble_residual(pd_ctx *ctx, pd_steady *s, pd_steady_
     return sqrt(s->momentum_weight * s->momentum_weight * pdi_par_dot(ctx, split, r, r) + continuity);
 }
 
-/* Largest velocity component of fluid and inlets [m/s]; other ghosts may be out of date. s->step is work. */
+/* Largest velocity component of fluid and inlets [m/s]; other ghosts may be out of date. Overwrites s->newton_step. */
 static double pdi_steady_compute_max_speed(const pd_ctx *ctx, const pd_steady *s)
 {
     const pd_flow *flow = s->flow;
@@ -390,7 +395,8 @@ PDI_FN size_t pdi_steady_count_work_bytes(pd_steady *s)
     return pdi_arena_count_bytes(pdi_steady_list_work, s) + (setup > linear ? setup : linear);
 }
 
-/* Decides on the order of a flow that leaves it open (eq. 4.6h). It stays, whatever the flow becomes. */
+/* Decides on the order of a flow of PD_FLOW_ORDER_AUTO, 4 or 2 (eq. 4.6h); 4 takes its isotropic weights away. It
+ * stays, whatever the flow becomes. */
 static void pdi_steady_set_order(pd_flow *flow)
 {
     if (flow->order != PD_FLOW_ORDER_AUTO) return;
@@ -490,7 +496,8 @@ PDI_FN pd_status pdi_steady_end_solves(pd_ctx *ctx, pd_steady *s, pd_status stat
     return pdi_arena_release(ctx, pdi_steady_get_arena(s), pdi_steady_list_work, s, status);
 }
 
-/* Solves a linear system with the right-hand side s->residual into s->step, both from component `first` on. */
+/* Solves a linear system with the right-hand side s->residual into s->newton_step, both from component `first` on.
+ * precond NULL: none, or it is part of `apply`. A positive status: not converged. */
 static pd_status pdi_steady_solve_linear(pd_ctx *ctx, pd_steady *s, pd_krylov *krylov, int first, pd_apply_fn apply,
                                          pd_apply_fn precond, pd_krylov_result *linear)
 {
@@ -537,7 +544,7 @@ static void pdi_steady_apply_poisson_cycle(void *user, const double *x, double *
     pdi_multigrid_cycle(u->ctx, &u->steady->mg_p, x, y);
 }
 
-/* Largest cell volume [m^d]. */
+/* Largest cell volume [m^d; axisymmetric: m3]. */
 static double pdi_steady_compute_max_volume(const pd_flow *flow)
 {
     const pd_grid *grid = flow->grid;

@@ -62,8 +62,8 @@ typedef struct pd_steady_result {
     int converged;
 } pd_steady_result;
 
-/* Prepares the solver for a flow, which is borrowed. Inlets of the flow hold their velocity on the side from here on.
- * PD_ERR_ARGUMENT: a tolerance or limit is negative. */
+/* Prepares the solver for a flow, which is borrowed. From here on its inlets hold their velocity on the side, and an
+ * automatic order is decided. PD_ERR_ARGUMENT: a tolerance or limit is negative, or the tolerance is not below 1. */
 #define pd_steady_build PD_NAME(pd_steady_build)
 #define pd_steady_free PD_NAME(pd_steady_free)
 
@@ -74,7 +74,8 @@ PD_API void pd_steady_free(pd_ctx *ctx, pd_steady *steady);
 /* Default restart of GMRES: it keeps one basis vector more. */
 #define PDI_STEADY_RESTART 20
 /* After implicit stages: solves for the potential that takes the remaining divergence off the bond fluxes (eq. 4.10b),
- * where bond fluxes alone are not free of it (eq. 4.2c); elsewhere clears it. */
+ * where bond fluxes alone are not free of it (uses_axis_divergence; eq. 4.2c). Elsewhere clears it: the potential of
+ * the flow becomes NULL. */
 PDI_FN pd_status pdi_steady_update_divergence_potential(pd_ctx *ctx, pd_steady *steady);
 /* Lists the arrays of a pd_steady that last between solves, beside those of its solvers. */
 PDI_FN void pdi_steady_list(pdi_array_visitor *owner, void *object);
@@ -87,32 +88,39 @@ PDI_FN pd_arena *pdi_steady_get_arena(pd_steady *steady);
 /* Takes the scratch memory of a solve until pdi_steady_end_solves; calls may nest. Stages within share a
  * preconditioner. */
 PDI_FN pd_status pdi_steady_begin_solves(pd_ctx *ctx, pd_steady *steady);
-/* Gives it back. Returns `status`, or the error of a corrupted arena. */
+/* Gives it back, at the outermost of nested calls: sets worst_node, and after an error (status < 0) updates the derived
+ * fields of the flow, which were work. Returns `status`, or the error of a corrupted arena. */
 PDI_FN pd_status pdi_steady_end_solves(pd_ctx *ctx, pd_steady *steady, pd_status status);
-/* Writes or reads what solves carry on beside the flow: the potential and the reference norm. */
+/* Writes or reads what solves carry on beside the flow: the potential and the reference norm. After reading the flow
+ * takes the potential, and its surface patches and derived fields are updated. */
 PDI_FN pd_status pdi_steady_store(pd_ctx *ctx, pd_steady *steady, pd_archive *archive);
-/* Prepares for stages in time, once: fits the arena to a solve and `more` [byte] for the time integrator. */
+/* Prepares for stages in time, once: GMRES of Newton steps gets a basis of single precision, and the arena room for a
+ * solve and `more` [byte] of the time integrator. */
 PDI_FN pd_status pdi_steady_build_stages(pd_ctx *ctx, pd_steady *steady, size_t more);
 /* Scale of the momentum residual [m/s2]: U^2/L + nu U/L^2 (eq. 4.7), in a stage in time at least U rate. Then an error
  * of the velocity counts as its size over U in both residuals. */
 PDI_FN double pdi_steady_get_momentum_scale(const pd_steady *s);
 /* Scale of the continuity residual, U/L [1/s] (eq. 4.8). */
 PDI_FN double pdi_steady_get_continuity_scale(const pd_flow *flow);
-/* Sets up the preconditioner for the pseudo time rate shift [1/s]. */
+/* Sets up the preconditioner for the pseudo time rate shift [1/s], which becomes pseudo_rate. Overwrites s->advecting.
+ * PD_ERR_DIVERGED: coefficients exceed single precision. */
 PDI_FN pd_status pdi_steady_update_precond(pd_ctx *ctx, pd_steady *s, double shift);
-/* Assembles the scaled residual of the present state into s->residual; returns its weighted norm. */
+/* Assembles the scaled residual [-] of the present state, with the term of a stage, into s->residual; returns its norm
+ * with momentum_weight. Sets momentum, continuity and residual_over_tolerance of result. */
 PDI_FN double pdi_steady_assemble_residual(pd_ctx *ctx, pd_steady *s, pd_steady_result *result);
-/* Weight of the momentum residual in norms that keeps both off-diagonal blocks of the preconditioned matrix of one size
- * (eq. 4.9c). */
+/* Sets momentum_weight, the weight of the momentum residual in norms that keeps both off-diagonal blocks of the
+ * preconditioned matrix of one size (eq. 4.9c). Overwrites newton_step and advecting. */
 PDI_FN void pdi_steady_compute_momentum_weight(pd_ctx *ctx, pd_steady *s);
-/* Adds factor times the Newton step to velocity and pressure. */
+/* Adds factor times the Newton step to velocity and pressure of the flow. Its derived fields are not updated. */
 PDI_FN void pdi_steady_update_state(const pd_ctx *ctx, pd_steady *s, double factor);
-/* Solves for a Newton step about the frozen state with the preconditioner that is set up. forcing: linear tolerance.
- * *effort: Krylov iterations, above the limit when the tolerance was missed. */
+/* Solves for a Newton step about the frozen state, into s->newton_step, with the preconditioner that is set up. The
+ * residual is in s->residual, which is overwritten. forcing: relative linear tolerance. *effort: Krylov iterations,
+ * above the limit when the tolerance was missed. Counts in result->krylov and result->newton. */
 PDI_FN pd_status pdi_steady_solve_newton_step(pd_ctx *ctx, pd_steady *s, double forcing, pd_steady_result *result,
                                               int *effort);
 /* Solves lap q = Rc for the divergence that the tolerance has left, so that the fluxes given to transport are free of
- * divergence to rounding (eq. 4.10b). s->residual is that of the present state. */
+ * divergence to rounding (eq. 4.10b); the flow takes q as divergence_potential. s->residual is that of the present
+ * state, and is overwritten. Sets section_difference; a missed tolerance is no error. Updates the derived fields. */
 PDI_FN pd_status pdi_steady_solve_divergence_potential(pd_ctx *ctx, pd_steady *s);
 #endif
 

@@ -40,7 +40,8 @@ typedef struct pdi_steady_newton {
     double full_step_norm;   /* [-] norm of the residual after a full step, or of what the linearisation has missed */
 } pdi_steady_newton;
 
-/* Part of the residual after a step that the linearisation does not give, |r + sigma du| (eq. 4.10a). */
+/* Weighted norm of the part of the residual after a step that the linearisation does not give, |r + sigma du| (eq.
+ * 4.10a). */
 static double pdi_steady_newton_compute_nonlinearity(const pd_ctx *ctx, const pd_steady *s)
 {
     int64_t size = (int64_t)(PD_DIM + 1) * s->flow->grid->total, split = size - s->flow->grid->total;
@@ -52,7 +53,8 @@ static double pdi_steady_newton_compute_nonlinearity(const pd_ctx *ctx, const pd
     return sqrt(s->momentum_weight * s->momentum_weight * pd_max(momentum, 0.0) + continuity);
 }
 
-/* Newton callback: the scaled residual. */
+/* Newton callback: assembles the scaled residual; *norm: weighted, *excess: largest residual over the tolerance. For a
+ * steady state also raises reference_norm at the start, and sets full_step_norm after a full step. */
 static pd_status pdi_steady_newton_compute_residual(pd_ctx *ctx, void *self, double *norm, double *excess)
 {
     pdi_steady_newton *n = (pdi_steady_newton *)self;
@@ -65,7 +67,7 @@ static pd_status pdi_steady_newton_compute_residual(pd_ctx *ctx, void *self, dou
     return PD_OK;
 }
 
-/* Newton callback: moves velocity and pressure along the step. */
+/* Newton callback: sets velocity and pressure to those before the step plus `length` times the step. */
 static void pdi_steady_newton_move(pd_ctx *ctx, void *self, double length)
 {
     pdi_steady_newton *n = (pdi_steady_newton *)self;
@@ -86,7 +88,7 @@ static void pdi_steady_newton_adapt_pseudo_time(pdi_steady_newton *n, const pd_n
 }
 
 /* Newton callback: a step of pseudo time continuation by switched evolution relaxation: the pseudo time step grows as
- * the residual falls (eq. 4.10). */
+ * the residual falls (eq. 4.10). PD_NOT_CONVERGED: it has become too short to lead on. */
 static pd_status pdi_steady_newton_solve_pseudo_time_step(pd_ctx *ctx, void *self, const pd_newton_progress *p)
 {
     pdi_steady_newton *n = (pdi_steady_newton *)self;
@@ -101,7 +103,7 @@ static pd_status pdi_steady_newton_solve_pseudo_time_step(pd_ctx *ctx, void *sel
     return pdi_steady_solve_newton_step(ctx, s, p->forcing, n->result, &n->effort);
 }
 
-/* 1: the preconditioner is set up for the rate of the stage. */
+/* 1: the preconditioner is set up for the rate of the present stage. */
 static int pdi_steady_newton_is_prepared(const pd_steady *s)
 {
     return s->prepared && !(s->pseudo_rate < s->stage_rate) && !(s->pseudo_rate > s->stage_rate);
@@ -118,7 +120,8 @@ static pd_status pdi_steady_newton_solve_stage_step(pd_ctx *ctx, void *self, con
     return pdi_steady_solve_newton_step(ctx, s, p->forcing, n->result, &n->effort);
 }
 
-/* Newton's method for the state in flow, with callbacks `solve_step` and options. */
+/* Newton's method for the state in flow, with the callback `solve_step` and options. Sets momentum_weight, and
+ * evaluations and converged of n->result. */
 static pd_status pdi_steady_newton_iterate(pd_ctx *ctx, pdi_steady_newton *n, const pd_newton_desc *desc,
                                            pd_status (*solve_step)(pd_ctx *, void *, const pd_newton_progress *),
                                            pd_newton_progress *progress)
@@ -138,7 +141,8 @@ static pd_status pdi_steady_newton_iterate(pd_ctx *ctx, pdi_steady_newton *n, co
     return status;
 }
 
-/* Iterates to the steady state. PD_NOT_CONVERGED: no progress, or the limit of steps. */
+/* Iterates to the steady state, then solves for the divergence potential. PD_NOT_CONVERGED: no progress, or the limit
+ * of steps. PD_ERR_DIVERGED: the residual is not finite. */
 static pd_status pdi_steady_newton_solve_steady_state(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
 {
     pdi_steady_newton newton;
@@ -183,7 +187,8 @@ pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
     return status;
 }
 
-/* Newton's method for a stage, with rate and target in s. */
+/* Newton's method for a stage, with stage_rate and stage_target in s. PD_RETRY: it did not converge, or an error that
+ * is not fatal. */
 static pd_status pdi_steady_newton_solve_stage_newton(pd_ctx *ctx, pd_steady *s, double tolerance,
                                                       pd_steady_result *result)
 {

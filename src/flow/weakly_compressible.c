@@ -107,8 +107,8 @@ static void pdi_weakly_compressible_update_derived_fields(const pd_ctx *ctx, pd_
     pdi_flow_compute_pressure_gradient(ctx, flow, flow->p, flow->pressure_grad);
 }
 
-/* Time derivatives of velocity [m/s2] and density [1/s] (eq. 4.12, 4.13). The bond sums give half of div(rho v v); half
- * of v div(rho v) is taken off to make it rho v.grad v. */
+/* Sets time_derivative: of velocity [m/s2] and density [1/s] (eq. 4.12, 4.13), after an update of the derived fields.
+ * The bond sums give half of div(rho v v); half of v div(rho v) is taken off to make it rho v.grad v. */
 static void pdi_weakly_compressible_compute_rates(const pd_ctx *ctx, pd_weakly_compressible *un)
 {
     pd_flow *flow = un->flow;
@@ -140,8 +140,8 @@ static void pdi_weakly_compressible_compute_rates(const pd_ctx *ctx, pd_weakly_c
     }
 }
 
-/* One Runge-Kutta stage (Shu and Osher 1988): state = start_weight start + (1 - start_weight) (state + dt rate). 0: a
- * value left the admissible range. */
+/* One Runge-Kutta stage (Shu and Osher 1988): state = start_weight start + (1 - start_weight) (state + dt rate). 1:
+ * done; 0: a value left the admissible range, the state is that after the stage all the same. */
 static int pdi_weakly_compressible_step_stage(const pd_ctx *ctx, pd_weakly_compressible *un, double start_weight,
                                               double dt)
 {
@@ -247,7 +247,7 @@ static pd_status pdi_weakly_compressible_begin(pd_ctx *ctx, void *self, double t
     return PD_OK;
 }
 
-/* Process callback: the step is cfl times the stability limit. */
+/* Process callback: s->dt is cfl times the stability limit. */
 static pd_status pdi_weakly_compressible_limit_step(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_weakly_compressible *un = (pd_weakly_compressible *)self;
@@ -303,7 +303,7 @@ static pd_status pdi_weakly_compressible_update_geometry(pd_ctx *ctx, void *self
     return pdi_stability_build(ctx, un->flow, &un->stability);
 }
 
-/* Process callback: writes or reads the checkpoint. */
+/* Process callback: writes or reads the checkpoint of flow and density; after reading derived fields are updated. */
 static pd_status pdi_weakly_compressible_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_weakly_compressible *un = (pd_weakly_compressible *)self;

@@ -42,8 +42,9 @@ typedef struct pd_weakly_compressible {
 #define pd_weakly_compressible_process PD_NAME(pd_weakly_compressible_process)
 #define pd_weakly_compressible_free PD_NAME(pd_weakly_compressible_free)
 
-/* Starts from the velocity and pressure in flow (borrowed). PD_ERR_ARGUMENT: sound not positive, gamma below 1,
- * negative diffusion or cfl. */
+/* Starts from the velocity and pressure in flow (borrowed), whose tau becomes that of the density diffusion, and whose
+ * friction loses its isotropic weights. PD_ERR_ARGUMENT: sound not positive, gamma below 1, negative diffusion or cfl,
+ * flow of order 4, a pressure without density. */
 PD_API pd_status pd_weakly_compressible_build(pd_ctx *ctx, pd_flow *flow, const pd_weakly_compressible_desc *desc,
                                               pd_weakly_compressible *unsteady);
 /* Stability limit [s] of the present state (cfl not applied): sound, stream, viscosity and density diffusion of one
