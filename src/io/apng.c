@@ -15,7 +15,8 @@ PDI_FN pd_status pdi_apng_create(pd_ctx *ctx, const char *path, int count, int d
     return pdi_file_create(ctx, path, &film->file);
 }
 
-/* Write the PNG header and the animation control chunk (acTL) before the first frame. */
+/* Set size and channels of the film from its first image. Write the PNG header and the animation control chunk (acTL):
+ * number of frames, endless repetition. */
 static pd_status pdi_apng_write_header(pd_ctx *ctx, pdi_apng *film, const pd_image *image)
 {
     uint8_t control[8];
@@ -28,7 +29,8 @@ static pd_status pdi_apng_write_header(pd_ctx *ctx, pdi_apng *film, const pd_ima
     return pdi_png_write_chunk(ctx, &film->file, "acTL", control, sizeof control);
 }
 
-/* Write the frame control chunk (fcTL): size and display time of the next frame. */
+/* Write the frame control chunk (fcTL) of the next frame: size, and display time, ten times the delay for the last one.
+ * Increments the sequence number. */
 static pd_status pdi_apng_write_frame_control(pd_ctx *ctx, pdi_apng *film)
 {
     uint8_t control[26] = {0};

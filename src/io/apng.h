@@ -18,13 +18,15 @@ typedef struct pdi_apng {
     uint32_t sequence_number; /* sequence number of the next fcTL or fdAT chunk */
 } pdi_apng;
 
-/* Begin an animation of `count` frames of `delay` [ms] in a temporary file. The last frame stays ten times as long;
- * then the animation repeats. PD_ERR_ARGUMENT, PD_ERR_FILE. */
+/* Zero `film` and open the temporary file of an animation of `count` frames (at least 1) of `delay` [ms] (1 to 6000).
+ * The first frame writes the header. The last frame stays ten times as long; then the animation repeats.
+ * PD_ERR_ARGUMENT, PD_ERR_FILE. */
 PDI_FN pd_status pdi_apng_create(pd_ctx *ctx, const char *path, int count, int delay, pdi_apng *film);
-/* Append a frame. Errors as of a single PNG; PD_ERR_ARGUMENT also: another size than the first frame, or one frame too
- * many. */
+/* Append a frame of 1 or 3 channels. Errors as of a single PNG; PD_ERR_ARGUMENT also: another size or number of
+ * channels than the first frame, or one frame too many. The file stays open on failure. */
 PDI_FN pd_status pdi_apng_add_frame(pd_ctx *ctx, pdi_apng *film, const pd_image *image);
-/* End the file and give it its final name; it is closed on failure, too. PD_ERR_ARGUMENT: frames are missing. */
+/* End the file and give it its final name. On failure it is closed and the temporary file deleted. PD_ERR_ARGUMENT:
+ * frames are missing. */
 PDI_FN pd_status pdi_apng_commit(pd_ctx *ctx, pdi_apng *film);
 /* Close and delete the temporary file. A closed or zeroed animation is allowed. */
 PDI_FN void pdi_apng_abandon(pdi_apng *film);

@@ -45,7 +45,7 @@ static void pdi_archive_file_set_checksum(uint8_t *head, size_t size)
     pdi_archive_file_put_u32(head + size - 4, pdi_zlib_crc32(0, head, size - 4));
 }
 
-/* Returns 1 when the CRC-32 of a header is right. */
+/* Returns 1 when the CRC-32 in the last four bytes of a header of `size` bytes is right, else 0. */
 static int pdi_archive_file_is_checksum_valid(const uint8_t *head, size_t size)
 {
     return pdi_archive_file_get_u32(head + size - 4) == pdi_zlib_crc32(0, head, size - 4);
@@ -63,7 +63,8 @@ static void pdi_archive_file_init_header(uint8_t head[PDI_ARCHIVE_FILE_HEADER_SI
     pdi_archive_file_set_checksum(head, PDI_ARCHIVE_FILE_HEADER_SIZE);
 }
 
-/* Report that format or dimension of the file differ from the expected one, as PD_ERR_ARGUMENT. */
+/* Report as PD_ERR_ARGUMENT that a number of the file header differs from the expected one. what: "format" or
+ * "dimension". */
 static pd_status pdi_archive_file_fail_mismatch(pd_ctx *ctx, const pd_archive_file *s, const char *what, unsigned found,
                                                 unsigned expected)
 {
@@ -77,14 +78,15 @@ static pd_status pdi_archive_file_fail_damaged(pd_ctx *ctx, const pd_archive_fil
     return pd_fail(ctx, PD_ERR_FILE, "store", "'%s' %s", s->file.path, what);
 }
 
-/* Report a damaged item `name` as PD_ERR_FILE. */
+/* Report as PD_ERR_FILE that the file is `what` ("cut off", "damaged") in the item `name`. */
 static pd_status pdi_archive_file_fail_damaged_item(pd_ctx *ctx, const pd_archive_file *s, const char *what,
                                                     const char *name)
 {
     return pd_fail(ctx, PD_ERR_FILE, "store", "'%s' is %s in the item '%s'", s->file.path, what, name);
 }
 
-/* Read the file header and check format, dimension, byte order and version. */
+/* Read the file header at the start of the file. PD_ERR_FILE: no checkpoint, cut off or damaged. PD_ERR_ARGUMENT:
+ * another format, dimension, byte order or version of pdcorr. */
 static pd_status pdi_archive_file_read_header(pd_ctx *ctx, pd_archive_file *s)
 {
     uint8_t head[PDI_ARCHIVE_FILE_HEADER_SIZE], wanted[PDI_ARCHIVE_FILE_HEADER_SIZE];
@@ -111,7 +113,8 @@ static pd_status pdi_archive_file_read_header(pd_ctx *ctx, pd_archive_file *s)
     return PD_OK;
 }
 
-/* Read and check an item header. after: name of the item before it, for the message. */
+/* Read the next item header into *item and verify its CRC-32. after: name in the message: of the item before it, or of
+ * the item that is expected. PD_ERR_FILE: cut off or damaged. */
 static pd_status pdi_archive_file_read_item_header(pd_ctx *ctx, pd_archive_file *s, const char *after,
                                                    pdi_archive_file_item *item)
 {
@@ -130,7 +133,7 @@ static pd_status pdi_archive_file_read_item_header(pd_ctx *ctx, pd_archive_file 
 
 /* ---- check of a whole file ---- */
 
-/* Read the elements of an item without keeping them, and verify their CRC-32. */
+/* Read the elements of an item without keeping them, and verify their CRC-32. PD_ERR_FILE: cut off or damaged. */
 static pd_status pdi_archive_file_check_elements(pd_ctx *ctx, pd_archive_file *s, const pdi_archive_file_item *item)
 {
     uint8_t bytes[4096];
@@ -148,7 +151,8 @@ static pd_status pdi_archive_file_check_elements(pd_ctx *ctx, pd_archive_file *s
                                                   : pdi_archive_file_fail_damaged_item(ctx, s, "damaged", item->name);
 }
 
-/* Read a whole file and verify all checksums and the number of items. */
+/* Read a whole file from its start; verify all checksums, the number of items, and that nothing follows the last one.
+ * PD_ERR_FILE, PD_ERR_ARGUMENT. */
 static pd_status pdi_archive_file_check_file(pd_ctx *ctx, pd_archive_file *s)
 {
     pdi_archive_file_item item;
@@ -172,7 +176,7 @@ static pd_status pdi_archive_file_check_file(pd_ctx *ctx, pd_archive_file *s)
 
 /* ---- in memory ---- */
 
-/* Append bytes to the file or to its copy in memory. */
+/* Append bytes to the file; where in_memory is 1, to the checkpoint in memory, whose buffer grows when it is full. */
 static pd_status pdi_archive_file_write_bytes(pd_ctx *ctx, pd_archive_file *s, const void *data, size_t size)
 {
     if (!s->in_memory) return pdi_file_write(ctx, &s->file, data, size);
@@ -189,7 +193,7 @@ static pd_status pdi_archive_file_write_bytes(pd_ctx *ctx, pd_archive_file *s, c
 /* ---- callbacks of the archive ---- */
 
 /* Write an item: header, `count` elements of `size` bytes, and their CRC-32 (in memory: 0, computed when it goes to
- * disk). */
+ * disk). name: shorter than PD_ARCHIVE_FILE_NAME_SIZE. */
 static pd_status pdi_archive_file_write_item(pd_ctx *ctx, pd_archive_file *s, const char *name, const void *data,
                                              size_t size, int64_t count)
 {
@@ -208,7 +212,8 @@ static pd_status pdi_archive_file_write_item(pd_ctx *ctx, pd_archive_file *s, co
     return pdi_archive_file_write_bytes(ctx, s, tail, sizeof tail);
 }
 
-/* Read the next item into data. PD_ERR_ARGUMENT: another name, count or element size than expected. */
+/* Read the next item into data, `count` elements of `size` bytes. PD_ERR_ARGUMENT: another name, count or element size
+ * than expected. PD_ERR_FILE: cut off or damaged. */
 static pd_status pdi_archive_file_read_item(pd_ctx *ctx, pd_archive_file *s, const char *name, void *data, size_t size,
                                             int64_t count)
 {
@@ -230,7 +235,7 @@ static pd_status pdi_archive_file_read_item(pd_ctx *ctx, pd_archive_file *s, con
     return PD_OK;
 }
 
-/* Callback of the archive: write or read an item, whichever the store is open for. */
+/* Callback of the archive: write or read an item, whichever the store (`user`) is open for, and count it. */
 static pd_status pdi_archive_file_item_callback(pd_ctx *ctx, void *user, const char *name, void *data, size_t size,
                                                 int64_t count)
 {
@@ -240,7 +245,8 @@ static pd_status pdi_archive_file_item_callback(pd_ctx *ctx, void *user, const c
                                  : pdi_archive_file_write_item(ctx, s, name, data, size, count);
 }
 
-/* Callback of the archive: write a number, or check that the file holds the same one. PD_ERR_ARGUMENT: it differs. */
+/* Callback of the archive: write a number as an item; or read it and compare its bits with those of `value`, so that
+ * NaN equals itself. PD_ERR_ARGUMENT: they differ. */
 static pd_status pdi_archive_file_check_callback(pd_ctx *ctx, void *user, const char *name, double value)
 {
     pd_archive_file *s = (pd_archive_file *)user;
@@ -257,7 +263,7 @@ static pd_status pdi_archive_file_check_callback(pd_ctx *ctx, void *user, const 
                    was, is);
 }
 
-/* Set the callbacks of the archive. reading 1: they read. */
+/* Set the callbacks of the archive and its name, the path of the file. reading 1: they read, 0: they write. */
 static void pdi_archive_file_set_callbacks(pd_archive_file *s, int reading)
 {
     s->archive.transfer = pdi_archive_file_item_callback;
@@ -280,7 +286,8 @@ PDI_FN pd_status pdi_archive_file_begin_in_memory(pd_ctx *ctx, pd_archive_file *
     return pdi_archive_file_write_bytes(ctx, s, head, sizeof head);
 }
 
-/* Compute the checksums of all items held in memory. */
+/* Set the CRC-32 behind the elements of all items held in memory, which are written with 0. The checkpoint has its end
+ * item. */
 static void pdi_archive_file_compute_checksums(pd_archive_file *s)
 {
     uint64_t count;
@@ -339,7 +346,8 @@ pd_status pd_archive_file_open(pd_ctx *ctx, const char *path, pd_archive_file *s
 
 PDI_FN void pdi_archive_file_abandon(pd_archive_file *s) { pdi_file_abandon(&s->file); }
 
-/* Reading: check that the end was reached. Writing: write the end item and commit the file. */
+/* Reading: check that the end item comes next, else PD_ERR_ARGUMENT. Writing: write the end item and, except in memory,
+ * commit the file. */
 static pd_status pdi_archive_file_end(pd_ctx *ctx, pd_archive_file *s)
 {
     pdi_archive_file_item item;

@@ -36,19 +36,21 @@ PD_API pd_status pd_archive_file_create(pd_ctx *ctx, const char *path, pd_archiv
  * PD_ERR_ARGUMENT: another format, version, dimension or byte order. Reading an item later fails with PD_ERR_ARGUMENT
  * when the next item of the file has another name or length. */
 PD_API pd_status pd_archive_file_open(pd_ctx *ctx, const char *path, pd_archive_file *store);
-/* After writing: end the file and give it its final name. After reading: check that everything was read. It is closed
- * on failure, too. */
+/* After writing: end the file and give it its final name. After reading: check that everything was read, else
+ * PD_ERR_ARGUMENT. It is closed on failure, too. */
 PD_API pd_status pd_archive_file_close(pd_ctx *ctx, pd_archive_file *store);
 
 #ifdef PDI_APP_INTERNAL
-/* Close, and delete the temporary file. A closed or zeroed store is allowed. */
+/* Close the file, and delete the temporary one; a checkpoint in memory stays. A closed or zeroed store is allowed. */
 PDI_FN void pdi_archive_file_abandon(pd_archive_file *store);
 
-/* Begin to write a checkpoint in memory, over the one held there; closing ends it and keeps it. */
+/* Begin to write a checkpoint in memory, over the one held there, whose buffer is used again; closing ends it and keeps
+ * it. The store is zeroed before the first time. */
 PDI_FN pd_status pdi_archive_file_begin_in_memory(pd_ctx *ctx, pd_archive_file *store);
-/* Write the checkpoint held in memory to the file `path`. PD_ERR_FILE. */
+/* Write the checkpoint held in memory, which has been closed, to the file `path`. Sets the checksums of its items in
+ * memory first; it stays in memory. PD_ERR_FILE. */
 PDI_FN pd_status pdi_archive_file_write_memory(pd_ctx *ctx, pd_archive_file *store, const char *path);
-/* Free the checkpoint held in memory. */
+/* Free the checkpoint held in memory and zero the store. A zeroed store is allowed. */
 PDI_FN void pdi_archive_file_free_memory(pd_ctx *ctx, pd_archive_file *store);
 #endif
 

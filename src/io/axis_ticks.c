@@ -7,7 +7,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Append a tick at a value; an empty label makes a minor tick. */
+/* Append a tick at a value, where there is room for one; an empty label makes a minor tick. */
 static void pdi_axis_ticks_add_tick(pdi_axis_ticks *axis, double value, const char *label)
 {
     if (axis->count >= PDI_AXIS_TICKS_MAX_COUNT) return;
@@ -23,7 +23,7 @@ PDI_FN void pdi_axis_ticks_format_power(int exponent, char *text)
     for (const char *d = digits; *d; d++) strcat(text, pdi_unit_label_get_superscript(*d));
 }
 
-/* Smallest of 1, 2, 5 times a power of ten that is at least x. */
+/* Smallest of 1, 2, 5 times a power of ten that is at least x, with a tolerance of 1e-9; x > 0. */
 static double pdi_axis_ticks_round_step(double x)
 {
     double power = pow(10.0, floor(log10(x)));
@@ -31,7 +31,8 @@ static double pdi_axis_ticks_round_step(double x)
     return power * (mantissa <= 1 ? 1 : mantissa <= 2 ? 2 : mantissa <= 5 ? 5 : 10);
 }
 
-/* Ticks of a linear axis, or of a logarithmic one within a decade. */
+/* Append the ticks of a linear axis, or of a logarithmic one within a decade. Sets the exponent: a multiple of 3 where
+ * numbers have six digits or many zeros, else 0. */
 static void pdi_axis_ticks_compute_linear(int max_labels, pdi_axis_ticks *axis)
 {
     char label[64];
@@ -54,7 +55,8 @@ static void pdi_axis_ticks_compute_linear(int max_labels, pdi_axis_ticks *axis)
     }
 }
 
-/* Ticks of a logarithmic axis: decades with labels, and minor ticks at 2..9 times a power of ten. */
+/* Append the ticks of a logarithmic axis: decades with labels, and up to eight decades minor ticks at 2..9 times a
+ * power of ten, of which up to two decades 2 and 5 have labels. Linear ticks where fewer than two labels result. */
 static void pdi_axis_ticks_compute_logarithmic(int max_labels, pdi_axis_ticks *axis)
 {
     int first = (int)floor(log10(axis->lo) + 1e-9), last = (int)ceil(log10(axis->hi) - 1e-9);

@@ -16,15 +16,19 @@ typedef struct pdi_axis_ticks {
     char label[PDI_AXIS_TICKS_MAX_COUNT][32]; /* UTF-8; empty: a minor tick */
 } pdi_axis_ticks;
 
-/* Compute ticks inside lo..hi with about `max_labels` labels at most: multiples of 1, 2 or 5 times a power of ten, or
- * decades. */
+/* Set count, values, labels and exponent of an axis from its lo, hi and log: ticks inside lo..hi with about
+ * `max_labels` labels at most, at multiples of 1, 2 or 5 times a power of ten, or at decades. A logarithmic axis has
+ * minor ticks, too, and linear ticks within a decade. There are none where lo == hi. */
 PDI_FN void pdi_axis_ticks_compute(int max_labels, pdi_axis_ticks *axis);
-/* Format 10^exponent as "10" with superscript digits, into text[32]. */
+/* Format 10^exponent as UTF-8, "10" with superscript digits and sign (of the last three digits of the exponent), into
+ * text, which has room for 15 bytes. */
 PDI_FN void pdi_axis_ticks_format_power(int exponent, char *text);
-/* Position of a value along the axis: 0 at lo, 1 at hi, linear or logarithmic. */
+/* Position of a value along the axis: 0 at lo, 1 at hi, linear or logarithmic; values beyond lie outside 0..1. A
+ * logarithmic axis needs a positive value. */
 PDI_FN double pdi_axis_ticks_value_to_fraction(const pdi_axis_ticks *axis, double value);
-/* Widen a range that is practically empty (hi - lo below 1e-9 of its size; zero alone: 0 .. 1), then extend it on both
- * sides by `margin_fraction` times its length; a linear range is not extended across zero. */
+/* Change lo and hi. A range that is practically empty is widened first: linear, of less than 1e-9 of its larger
+ * magnitude, by 5 % of that on both sides (zero alone: 0..1); logarithmic: to lo/2 .. 2 hi. Then it is extended on both
+ * sides by `margin_fraction` times its length (logarithmic: that of its logarithm), a linear one not across zero. */
 PDI_FN void pdi_axis_ticks_widen_range(double margin_fraction, pdi_axis_ticks *axis);
 #endif
 

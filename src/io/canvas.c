@@ -38,7 +38,7 @@ enum {
 
 PDI_FN double pdi_canvas_hypot(double x, double y) { return sqrt(x * x + y * y); }
 
-/* Check the size of a canvas against the limit of pixels. */
+/* PD_ERR_SIZE: a canvas without pixels, or with more than PD_PNG_MAX_PIXELS. */
 static pd_status pdi_canvas_check_size(pd_ctx *ctx, int width, int height)
 {
     if (width >= 1 && height >= 1 && width <= PD_PNG_MAX_PIXELS / height) return PD_OK;
@@ -64,7 +64,7 @@ PDI_FN void pdi_canvas_draw_image(pdi_canvas *canvas, int left, int top, const p
     pdi_svg_add_image(canvas->svg, left, top, image);
 }
 
-/* Returns 1 when a path ends in ".svg". */
+/* Returns 1 when a path ends in ".svg" (lower case), else 0. */
 static int pdi_canvas_is_svg_path(const char *path)
 {
     size_t length = strlen(path);
@@ -129,7 +129,7 @@ PDI_FN void pdi_canvas_reset_clip(pdi_canvas *canvas)
     pdi_canvas_set_clip(canvas, 0, 0, canvas->image.width, canvas->image.height);
 }
 
-/* Blend a colour into a pixel inside the clip rectangle, with an opacity 0..1. */
+/* Blend a colour into a pixel of the image with an opacity 0..1; outside the clip rectangle nothing changes. */
 static void pdi_canvas_blend_pixel(pdi_canvas *canvas, int x, int y, uint32_t colour, double opacity)
 {
     if (x < canvas->clip_left || x >= canvas->clip_right || y < canvas->clip_top || y >= canvas->clip_bottom) return;
@@ -178,7 +178,8 @@ static double pdi_canvas_segment_distance(double x, double y, double xa, double 
     return pdi_canvas_hypot(x - xa - s * dx, y - ya - s * dy);
 }
 
-/* Clip the segment (pa, qa)-(pb, qb) to lo <= p <= hi. Returns 0 when nothing is left. */
+/* Clip the segment (pa, qa)-(pb, qb) in place to lo <= p <= hi. Returns 1; 0: nothing is left, and nothing has
+ * changed. */
 static int pdi_canvas_clip_segment(double *pa, double *qa, double *pb, double *qb, double lo, double hi)
 {
     if ((*pa < lo && *pb < lo) || (*pa > hi && *pb > hi)) return 0;
@@ -193,7 +194,8 @@ static int pdi_canvas_clip_segment(double *pa, double *qa, double *pb, double *q
     return 1;
 }
 
-/* Record that a stroke covers this fraction 0..1 of a pixel; the largest fraction of all strokes counts. */
+/* Record that a stroke covers this fraction 0..1 of a pixel; the largest fraction of all strokes counts. Outside the
+ * clip rectangle nothing changes. */
 static void pdi_canvas_set_coverage(pdi_canvas *canvas, int x, int y, double fraction)
 {
     if (x < canvas->clip_left || x >= canvas->clip_right || y < canvas->clip_top || y >= canvas->clip_bottom) return;
@@ -289,8 +291,8 @@ static int pdi_canvas_get_bitmap_dot(uint8_t dots[PDI_CANVAS_BITMAP_SIZE][PDI_CA
     return x < 0 || x >= width || y < 0 || y >= height ? 0 : dots[y][x];
 }
 
-/* Enlarge a bitmap of width x height dots in place to 2 width x 2 height by the Scale2x rule. square 1: keep its
- * corners square. */
+/* Enlarge a bitmap of width x height dots in place to 2 width x 2 height by the Scale2x rule. square 1: each dot
+ * becomes 2 x 2 equal ones, so that corners stay square. */
 static void pdi_canvas_scale2x(uint8_t dots[PDI_CANVAS_BITMAP_SIZE][PDI_CANVAS_BITMAP_SIZE], int width, int height,
                                int square)
 {
@@ -311,7 +313,8 @@ static void pdi_canvas_scale2x(uint8_t dots[PDI_CANVAS_BITMAP_SIZE][PDI_CANVAS_B
         }
 }
 
-/* First column with ink of a character, and number of columns; digits keep one width so that numbers line up. */
+/* First column with ink of a character (as of pdi_canvas_find_character), and number of columns from there to the last
+ * one; digits take all columns so that numbers line up, a space takes two. */
 static void pdi_canvas_glyph_extent(int letter, int *first, int *columns)
 {
     uint64_t glyph = pdi_canvas_glyphs[letter % PDI_CANVAS_SUPERSCRIPT - 32];
@@ -327,13 +330,14 @@ static void pdi_canvas_glyph_extent(int letter, int *first, int *columns)
     *columns = fixed ? PDI_CANVAS_GLYPH_COLUMNS : hi < 0 ? 2 : hi - lo + 1;
 }
 
-/* Pixels from this character to the next one. */
+/* Pixels from the start of this character to that of the next one. columns: those of its glyph. */
 static int pdi_canvas_character_width(int letter, int columns)
 {
     return letter < PDI_CANVAS_SUPERSCRIPT ? 2 * columns + 2 : (4 * columns + 2) / 3 + 1;
 }
 
-/* Character of a Unicode code point, '?' where the font has none. */
+/* Character of a Unicode code point: ASCII, or one of the values above, PDI_CANVAS_SUPERSCRIPT added to superscripts;
+ * '?' where the font has none. */
 static int pdi_canvas_find_character(uint32_t code)
 {
     switch (code) {
@@ -354,7 +358,8 @@ static int pdi_canvas_find_character(uint32_t code)
     return code >= 32 && code < 127 ? (int)code : '?';
 }
 
-/* Read the next character of a UTF-8 text; 0 at its end. */
+/* Read the next character of a UTF-8 text and move *text behind it. Returns it as pdi_canvas_find_character does; 0 at
+ * the end of the text. */
 static int pdi_canvas_read_character(const char **text)
 {
     const unsigned char *p = (const unsigned char *)*text;
@@ -377,7 +382,8 @@ PDI_FN int pdi_canvas_compute_text_width(const char *text)
     return width ? width - 2 : 0;
 }
 
-/* Enlarged bitmap of a character, four times the size of its glyph. */
+/* Fill dots[y][x] with the enlarged bitmap of a character, four times the size of its glyph, 0 beyond; a superscript is
+ * not smaller here. */
 static void pdi_canvas_build_glyph_bitmap(int letter, uint8_t dots[PDI_CANVAS_BITMAP_SIZE][PDI_CANVAS_BITMAP_SIZE])
 {
     memset(dots, 0, sizeof(uint8_t) * PDI_CANVAS_BITMAP_SIZE * PDI_CANVAS_BITMAP_SIZE);
@@ -390,7 +396,8 @@ static void pdi_canvas_build_glyph_bitmap(int letter, uint8_t dots[PDI_CANVAS_BI
     pdi_canvas_scale2x(dots, 2 * PDI_CANVAS_GLYPH_COLUMNS, 2 * PDI_CANVAS_GLYPH_ROWS, square);
 }
 
-/* Draw a text with the bitmap font. (x, y): its corner; it runs along +x, or along -y where upward is 1. */
+/* Draw a text with the bitmap font into an image. (x, y): where it starts, at the top of its capitals; it runs along
+ * +x, or along -y where upward is 1. */
 static void pdi_canvas_draw_bitmap_text(pdi_canvas *canvas, int x, int y, int upward, uint32_t colour, const char *text)
 {
     uint8_t dots[PDI_CANVAS_BITMAP_SIZE][PDI_CANVAS_BITMAP_SIZE];
@@ -415,7 +422,8 @@ static void pdi_canvas_draw_bitmap_text(pdi_canvas *canvas, int x, int y, int up
     }
 }
 
-/* Draw the text in SVG, which aligns it itself. Returns 0 when the canvas is an image. */
+/* Draw the text in SVG, which aligns it itself; (x, y) as of pdi_canvas_draw_text. Returns 1; 0: the canvas is an
+ * image, and nothing is drawn. */
 static int pdi_canvas_try_svg_text(pdi_canvas *canvas, int x, int y, pdi_align align, int upward, int bold,
                                    uint32_t colour, const char *text)
 {
@@ -426,7 +434,7 @@ static int pdi_canvas_try_svg_text(pdi_canvas *canvas, int x, int y, pdi_align a
     return 1;
 }
 
-/* Pixels from the start of a text to its anchor. */
+/* Pixels from the start of a text to its anchor, in the bitmap font. */
 static int pdi_canvas_alignment_shift(pdi_align align, const char *text)
 {
     int width = align == PDI_ALIGN_START ? 0 : pdi_canvas_compute_text_width(text);

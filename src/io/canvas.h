@@ -35,42 +35,48 @@ typedef pd_status (*pdi_canvas_draw_fn)(pd_ctx *ctx, const void *what, pdi_svg *
 
 /* Euclidean length sqrt(x^2 + y^2). Not hypot: C libraries differ in its last bit, and pictures would differ. */
 PDI_FN double pdi_canvas_hypot(double x, double y);
-/* Make a white image of width x height pixels; free canvas->image with its own function. */
+/* Zero the canvas and make a white RGB image of width x height pixels, without clipping; free canvas->image with its
+ * own function. PD_ERR_SIZE: no pixel, or more than PD_PNG_MAX_PIXELS. */
 PDI_FN pd_status pdi_canvas_build_image(pd_ctx *ctx, int width, int height, pdi_canvas *canvas);
-/* Make an empty SVG drawing of that size; free svg with its own function. */
+/* Zero canvas and svg and begin an empty SVG drawing of that size, without clipping. canvas->svg is svg; canvas->image
+ * has a size, but no pixels. Free svg with its own function. PD_ERR_SIZE as above. */
 PDI_FN pd_status pdi_canvas_build_svg(pd_ctx *ctx, int width, int height, pdi_svg *svg, pdi_canvas *canvas);
-/* Embed an image in an SVG drawing, its upper left corner at (left, top). */
+/* Embed an image in an SVG drawing, its upper left corner at (left, top). The canvas has to be of SVG. */
 PDI_FN void pdi_canvas_draw_image(pdi_canvas *canvas, int left, int top, const pd_image *image);
-/* Draw `what` with the callback `draw` into a new image. */
+/* Draw `what` with the callback `draw` into a new image, which the caller frees; on failure it is zeroed. */
 PDI_FN pd_status pdi_canvas_draw_to_image(pd_ctx *ctx, pdi_canvas_draw_fn draw, const void *what, pd_image *image);
 /* Draw `what` with the callback `draw` into a file: SVG where its name ends in .svg, else PNG. */
 PDI_FN pd_status pdi_canvas_draw_to_file(pd_ctx *ctx, const char *path, pdi_canvas_draw_fn draw, const void *what);
-/* Set the clip rectangle [left, right) x [top, bottom). */
+/* Set the clip rectangle [left, right) x [top, bottom), cut to the canvas. */
 PDI_FN void pdi_canvas_set_clip(pdi_canvas *canvas, int left, int top, int right, int bottom);
 /* Set the clip rectangle to the whole canvas. */
 PDI_FN void pdi_canvas_reset_clip(pdi_canvas *canvas);
-/* Fill the rectangle [left, right) x [top, bottom). */
+/* Fill the rectangle [left, right) x [top, bottom); an empty one is allowed. */
 PDI_FN void pdi_canvas_fill_rectangle(pdi_canvas *canvas, int left, int top, int right, int bottom, uint32_t colour);
-/* Draw a frame of one pixel just outside the same rectangle. */
+/* Draw a frame of one pixel just outside the rectangle [left, right) x [top, bottom). */
 PDI_FN void pdi_canvas_draw_frame(pdi_canvas *canvas, int left, int top, int right, int bottom, uint32_t colour);
-/* Draw a straight antialiased line from (xa, ya) to (xb, yb) with round ends; pixel centres lie at half-integers. */
+/* Draw a straight antialiased line of this width [pixel] from (xa, ya) to (xb, yb) with round ends; pixel centres lie
+ * at half-integers. Ends at one point give a disc. Where a set of strokes is open, the line is added to it. */
 PDI_FN void pdi_canvas_draw_line(pdi_canvas *canvas, double xa, double ya, double xb, double yb, double width,
                                  uint32_t colour);
-/* Begin a set of strokes of one width and colour; pixels where they overlap are blended once. Add strokes, then end the
- * set, also after a failure in between. */
+/* Begin a set of strokes of one width [pixel] and colour; pixels where they overlap are blended once. Allocates the
+ * coverage of an image. Add strokes, then end the set, also after a failure in between. */
 PDI_FN pd_status pdi_canvas_begin_strokes(pd_ctx *ctx, pdi_canvas *canvas, double width, uint32_t colour);
-/* Add a straight stroke to the set. */
+/* Add a straight stroke from (xa, ya) to (xb, yb), clipped, to the open set. */
 PDI_FN void pdi_canvas_add_stroke(pdi_canvas *canvas, double xa, double ya, double xb, double yb);
-/* Blend the set of strokes into the image, or close its path. */
+/* Blend the set of strokes into the image and free its coverage; of SVG: close its path. Nothing happens without an
+ * open set. */
 PDI_FN void pdi_canvas_end_strokes(pd_ctx *ctx, pdi_canvas *canvas);
-/* Draw a UTF-8 text (ASCII, µ, ·, °, × and superscript digits); (x, y): anchor, at the top of the capitals. */
+/* Draw a UTF-8 text (ASCII, µ, ·, °, × and superscript digits; in an image others become '?'); (x, y): anchor, at the
+ * top of the capitals. */
 PDI_FN void pdi_canvas_draw_text(pdi_canvas *canvas, int x, int y, pdi_align align, uint32_t colour, const char *text);
-/* Draw a text rotated to read upward; x: top of the capitals (their left side), y: anchor. */
+/* Draw a text rotated to read upward; x: top of the capitals (their left side), y: anchor; the text starts at its lower
+ * end. */
 PDI_FN void pdi_canvas_draw_text_upward(pdi_canvas *canvas, int x, int y, pdi_align align, uint32_t colour,
                                         const char *text);
 /* Draw a bold text from x on to the right; y: top of the capitals. */
 PDI_FN void pdi_canvas_draw_bold_text(pdi_canvas *canvas, int x, int y, uint32_t colour, const char *text);
-/* Width [pixel] of a text. */
+/* Width [pixel] of a text in the bitmap font. */
 PDI_FN int pdi_canvas_compute_text_width(const char *text);
 #endif
 

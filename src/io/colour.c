@@ -10,7 +10,8 @@ typedef struct pdi_colour_oklab {
     double l, a, b;
 } pdi_colour_oklab;
 
-/* Convert an OKLab colour to linear RGB, rgb[3] (Ottosson 2020). Returns 1 when it lies in the sRGB gamut. */
+/* Convert an OKLab colour to linear RGB, rgb[3] (Ottosson 2020), not clamped. Returns 1 when it lies in the sRGB gamut,
+ * each component in 0..1, else 0. */
 static int pdi_colour_oklab_to_linear_rgb(pdi_colour_oklab c, double *rgb)
 {
     double l = c.l + 0.3963377774 * c.a + 0.2158037573 * c.b, m = c.l - 0.1055613458 * c.a - 0.0638541728 * c.b;
@@ -76,7 +77,7 @@ static pdi_colour_oklab pdi_colour_lch_to_oklab(double lightness, double chroma,
     }
 }
 
-/* Catmull-Rom spline through five equidistant values, at t = 0..1. */
+/* Catmull-Rom spline through five values v[5] at t = 0, 1/4, .. 1, evaluated at t = 0..1. */
 static double pdi_colour_interpolate_spline(const double *v, double t)
 {
     int k = t >= 1 ? 3 : (int)(4 * t);

@@ -14,11 +14,14 @@ typedef enum pd_colour_map {
 
 #ifdef PDI_APP_INTERNAL
 #define PDI_COLOUR_TABLE_SIZE 256 /* colours of a table */
-/* Fill table[PDI_COLOUR_TABLE_SIZE] with the colours 0xRRGGBB of a map from low to high, for all maps but labels. */
+/* Fill table[PDI_COLOUR_TABLE_SIZE] with the colours 0xRRGGBB of a map from low to high, at equal distances in OKLab.
+ * Not for PD_COLOUR_MAP_LABELS. */
 PDI_FN void pdi_colour_fill_table(pd_colour_map map, uint32_t *table);
-/* Colour 0xRRGGBB of a whole number, for PD_COLOUR_MAP_LABELS. */
+/* Colour 0xRRGGBB of a whole number of either sign, for PD_COLOUR_MAP_LABELS; neighbours differ in hue and
+ * lightness. */
 PDI_FN uint32_t pdi_colour_get_label_colour(int64_t number);
-/* Colour 0xRRGGBB of curve k of a plot (Okabe and Ito 2008: distinguishable for colour-blind readers). */
+/* Colour 0xRRGGBB of curve k >= 0 of a plot (Okabe and Ito 2008: distinguishable for colour-blind readers); the six
+ * colours repeat. */
 PDI_FN uint32_t pdi_colour_get_series_colour(int k);
 #endif
 

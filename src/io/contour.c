@@ -9,8 +9,8 @@ static double pdi_contour_get_value(const pdi_contour *c, int i, int j)
     return c->value[(size_t)j * (size_t)c->nx + (size_t)i];
 }
 
-/* Value in the middle of the face of a cell towards its neighbour (di, dj), interpolated, or extrapolated when that has
- * none. */
+/* Value in the middle of the face of a cell with a value towards its neighbour (di, dj), one of them 1 or -1, the other
+ * 0: interpolated, or extrapolated when the neighbour has none. */
 static double pdi_contour_interpolate_face(const pdi_contour *c, int i, int j, int di, int dj)
 {
     double own = pdi_contour_get_value(c, i, j), next = pdi_contour_get_value(c, i + di, j + dj);
@@ -19,7 +19,8 @@ static double pdi_contour_interpolate_face(const pdi_contour *c, int i, int j, i
     return isnan(back) ? own : own + 0.5 * (own - back);
 }
 
-/* Value in the corner of a cell towards (di, dj). All cells with a value that share a face get the same one. */
+/* Value in the corner of a cell with a value towards (di, dj), each 1 or -1. All cells with a value that share a face
+ * get the same one. */
 static double pdi_contour_interpolate_corner(const pdi_contour *c, int i, int j, int di, int dj)
 {
     double own = pdi_contour_get_value(c, i, j), x = pdi_contour_get_value(c, i + di, j),
@@ -39,7 +40,7 @@ typedef struct pdi_contour_square {
     double x[4], y[4], value[4];
 } pdi_contour_square;
 
-/* Point where the contour crosses the side from corner k to the next one, by linear interpolation. */
+/* Point[2] [cells] where the contour crosses the side from corner k to the next one, by linear interpolation. */
 static void pdi_contour_interpolate_crossing(const pdi_contour_square *s, double level, int k, double *point)
 {
     int next = (k + 1) % 4;
@@ -48,7 +49,8 @@ static void pdi_contour_interpolate_crossing(const pdi_contour_square *s, double
     point[1] = s->y[k] + fraction * (s->y[next] - s->y[k]);
 }
 
-/* Segments of a contour in one square (marching squares); a saddle is decided by the mean of its corners. */
+/* Call add_segment for the segments of a contour in one square, none to two (marching squares); a saddle is decided by
+ * the mean of its corners. */
 static void pdi_contour_march_square(const pdi_contour_square *s, double level, pdi_contour_segment_fn add_segment,
                                      void *user)
 {
@@ -69,7 +71,7 @@ static void pdi_contour_march_square(const pdi_contour_square *s, double level, 
     add_segment(user, at[(shift + 2) % 4], at[(shift + 3) % 4]);
 }
 
-/* Segments in the quarter of the cell (i, j) towards (di, dj). */
+/* Call add_segment for the segments in the quarter of the cell (i, j) with a value towards (di, dj), each 1 or -1. */
 static void pdi_contour_march_quarter_cell(const pdi_contour *c, int i, int j, int di, int dj, double level,
                                            pdi_contour_segment_fn add_segment, void *user)
 {

@@ -18,7 +18,8 @@ typedef struct pdi_contour {
  * grid. */
 typedef void (*pdi_contour_segment_fn)(void *user, const double *a, const double *b);
 
-/* Call add_segment for all segments of the contour lines of this level, cell by cell. */
+/* Call add_segment(user, a, b) for all segments of the contour lines of this level, in the unit of the values; cell by
+ * cell, not in order along a line. A level of NaN has none. */
 PDI_FN void pdi_contour_find_segments(const pdi_contour *contour, double level, pdi_contour_segment_fn add_segment,
                                       void *user);
 #endif

@@ -4,7 +4,8 @@
 
 /* Writing. */
 
-/* Check the number of columns and their names. */
+/* Check the number of columns and names[columns]. PD_ERR_ARGUMENT: a name is NULL, empty, there twice, or has a control
+ * character. */
 static pd_status pdi_csv_check_names(pd_ctx *ctx, const char *path, const char *const *names, int columns)
 {
     if (columns < 1 || columns > PD_CSV_MAX_COLUMNS)
@@ -44,7 +45,7 @@ static pd_status pdi_csv_write_header(pd_ctx *ctx, pd_file *file, const char *co
     return pdi_file_write_text(ctx, file, "\n");
 }
 
-/* Write one row of numbers. */
+/* Write values[columns] as one row. */
 static pd_status pdi_csv_write_values(pd_ctx *ctx, pd_file *file, const double *values, int columns)
 {
     char row[PD_CSV_MAX_COLUMNS * PDI_FILE_NUMBER_SIZE];
@@ -117,7 +118,7 @@ static pd_status pdi_csv_fail_at_line(pd_ctx *ctx, const pdi_csv_reader *r, cons
     return pd_fail(ctx, PD_ERR_PARSE, "csv", "%s:%d: %s", r->table->path, r->line, text);
 }
 
-/* Append the offset of a field to the table. */
+/* Append the offset of a field to the table, whose capacity grows, and count the field. */
 static pd_status pdi_csv_add_field(pd_ctx *ctx, pdi_csv_reader *r, size_t offset)
 {
     pd_table *t = r->table;
@@ -155,7 +156,8 @@ static pd_status pdi_csv_read_quoted_field(pd_ctx *ctx, pdi_csv_reader *r, size_
     return PD_OK;
 }
 
-/* Read an unquoted field in the same way; white space around it is dropped. */
+/* Read an unquoted field; the position moves to the separator behind it. *stop: where its terminating 0 belongs, before
+ * the white space at its end. */
 static pd_status pdi_csv_read_plain_field(pd_ctx *ctx, pdi_csv_reader *r, size_t *stop)
 {
     char *text = r->table->text;
@@ -167,7 +169,8 @@ static pd_status pdi_csv_read_plain_field(pd_ctx *ctx, pdi_csv_reader *r, size_t
     return PD_OK;
 }
 
-/* Read all fields of a line; the position moves to the next line. *fields: their number. */
+/* Read all fields of a line, each terminated by 0 in place; the position moves to the next line. *fields: their number.
+ * PD_ERR_PARSE. */
 static pd_status pdi_csv_read_line(pd_ctx *ctx, pdi_csv_reader *r, int *fields)
 {
     char *text = r->table->text;
@@ -184,7 +187,7 @@ static pd_status pdi_csv_read_line(pd_ctx *ctx, pdi_csv_reader *r, int *fields)
     }
 }
 
-/* Take the first line as the column names, and check that none is empty or occurs twice. */
+/* Take the fields read so far, `fields` of them, as the column names. PD_ERR_PARSE: one is empty or occurs twice. */
 static pd_status pdi_csv_set_column_names(pd_ctx *ctx, pdi_csv_reader *r, int fields)
 {
     pd_table *t = r->table;
@@ -198,7 +201,8 @@ static pd_status pdi_csv_set_column_names(pd_ctx *ctx, pdi_csv_reader *r, int fi
     return PD_OK;
 }
 
-/* Append a row to the table, and check its number of fields. */
+/* Append a row, whose `fields` fields have been read, to the table. PD_ERR_PARSE: their number is not that of the
+ * columns. */
 static pd_status pdi_csv_add_row(pd_ctx *ctx, pdi_csv_reader *r, int fields)
 {
     pd_table *t = r->table;
@@ -214,7 +218,8 @@ static pd_status pdi_csv_add_row(pd_ctx *ctx, pdi_csv_reader *r, int fields)
     return PD_OK;
 }
 
-/* Parse table->text: header line and rows. */
+/* Parse table->text in place: header line and rows; lines that are blank or begin with '#' are skipped. PD_ERR_PARSE: a
+ * byte 0, no header line, or a fault in a line. */
 static pd_status pdi_csv_parse(pd_ctx *ctx, pd_table *table)
 {
     pdi_csv_reader r = {table, 0, 0, 0};

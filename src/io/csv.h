@@ -61,12 +61,14 @@ PD_API void pd_table_free(pd_ctx *ctx, pd_table *table);
 
 #ifdef PDI_APP_INTERNAL
 
-/* Write a whole table values[rows][columns] through a temporary file. Errors as above. */
+/* Write a whole table values[rows][columns] through a temporary file; values may be NULL where rows is 0. Errors as of
+ * pd_csv_create; PD_ERR_FILE. */
 PDI_FN pd_status pdi_csv_write_table(pd_ctx *ctx, const char *path, const char *const *names, int columns,
                                      const double *values, int64_t rows);
 
-/* Checkpoint of an open CSV file: write its length; or, when reading, truncate the file `path` to that length and open
- * it to append. PD_ERR_FILE: it is shorter, or no row ends there. */
+/* Checkpoint of an open CSV file: flush it and write its length [byte]. Or, when reading, overwrite *csv: truncate the
+ * file `path` to that length and open it to append; path and columns are used only there. PD_ERR_FILE: it is shorter,
+ * or no row ends there. */
 PDI_FN pd_status pdi_csv_store(pd_ctx *ctx, pd_archive *archive, const char *path, int columns, pd_csv *csv);
 #endif
 

@@ -42,7 +42,7 @@ static void pdi_deformed_plot_displace_corner(const pdi_deformed_plot *w, int i,
     position[1] = p->lo[1] + (j + t) * (p->hi[1] - p->lo[1]) / p->ny + sum[1] / count;
 }
 
-/* Displaced corners at[4][2] [m] of a cell, in turn. */
+/* Displaced corners at[4][2] [m] of a cell, counterclockwise from the lower left one. */
 static void pdi_deformed_plot_displace_cell(const pdi_deformed_plot *w, int cell, double (*at)[2])
 {
     for (int k = 0; k < 4; k++)
@@ -75,7 +75,7 @@ PDI_FN pd_status pdi_deformed_plot_extend_range(pd_ctx *ctx, const pdi_deformed_
     return PD_OK;
 }
 
-/* Size of the raster for the extent lo[2] .. hi[2] [m]. */
+/* Set corner, pixel width and size of the raster for the extent lo[2] .. hi[2] [m]; its arrays are not allocated. */
 static void pdi_deformed_plot_init_raster(const pdi_deformed_plot *w, const double *lo, const double *hi,
                                           pdi_deformed_plot_raster *raster)
 {
@@ -88,7 +88,8 @@ static void pdi_deformed_plot_init_raster(const pdi_deformed_plot *w, const doub
     for (int d = 0; d < 2; d++) raster->n[d] = (int)pd_max(1.0, ceil(wide[d] / raster->size - 1e-6));
 }
 
-/* Draw the cells without displacement; background where cells have moved away and outside of the picture. */
+/* Set the paint of all pixels: background outside of the picture and where cells have displacements; the others are
+ * drawn in place, with their values. */
 static void pdi_deformed_plot_draw_undisplaced(const pdi_deformed_plot *w, pdi_deformed_plot_raster *raster)
 {
     const pd_field_plot *p = w->undeformed;
@@ -106,7 +107,8 @@ static void pdi_deformed_plot_draw_undisplaced(const pdi_deformed_plot *w, pdi_d
         }
 }
 
-/* Returns 1 when the triangle a, b, c contains the point x; the triangle may have either orientation. */
+/* Returns 1 when the triangle a, b, c [pixel] contains the point x, with a tolerance at its sides; the triangle may
+ * have either orientation. */
 static int pdi_deformed_plot_is_in_triangle(const double *a, const double *b, const double *c, const double *x)
 {
     const double *corner[4] = {a, b, c, a};
@@ -121,7 +123,7 @@ static int pdi_deformed_plot_is_in_triangle(const double *a, const double *b, co
     return left || right;
 }
 
-/* Draw a displaced cell: all pixels whose centres lie in it. */
+/* Draw a displaced cell over those before it: all pixels whose centres lie in it. */
 static void pdi_deformed_plot_draw_cell(const pdi_deformed_plot *w, int cell, pdi_deformed_plot_raster *raster)
 {
     double at[4][2], lo[2] = {HUGE_VAL, HUGE_VAL}, hi[2] = {-HUGE_VAL, -HUGE_VAL};
@@ -149,7 +151,8 @@ static void pdi_deformed_plot_draw_cell(const pdi_deformed_plot *w, int cell, pd
         }
 }
 
-/* Draw all cells, then the picture of the raster into the image, or into the file `path` where image is NULL. */
+/* Draw all cells, then the picture of the raster into the image, or into the file `path` where image is NULL. Allocates
+ * the arrays of the raster, which the caller frees. */
 static pd_status pdi_deformed_plot_draw_raster(pd_ctx *ctx, const pdi_deformed_plot *w,
                                                pdi_deformed_plot_raster *raster, const char *path, pd_image *image)
 {

@@ -22,7 +22,8 @@
 #define PDI_FIELD_PLOT_CONTOUR_WIDTH 1.5      /* [pixel] width of contour lines */
 #define PDI_FIELD_PLOT_OUTLINE_WIDTH 3.5      /* [pixel] width of the light outline below them */
 
-/* Scale of one axis: `each` pixels a cell, or `merged` cells a pixel. */
+/* Scale of one axis of `cells` cells: pixels_per_cell pixels a cell, or cells_per_pixel cells a pixel. pixels: length
+ * of the axis. */
 typedef struct pdi_field_plot_scale {
     int cells, pixels_per_cell, cells_per_pixel, pixels;
     int smooth; /* 1: interpolated, with any number of pixels a cell */
@@ -112,8 +113,9 @@ PDI_FN void pdi_field_plot_adjust_range(pd_colour_map map, int log_scale, double
     }
 }
 
-/* Range of values of the field, set as range of the bar and the legend; also notes whether solid, walls and blank
- * values occur. */
+/* Set the range of the colour bar and the legend: the given one, or that of the finite values that are shown, adjusted.
+ * Also sets the names, colours and shown labels of the legend, and whether there is a bar, solid, walls and values <= 0
+ * of a log scale. */
 static void pdi_field_plot_compute_range(const pd_field_plot *p, pdi_field_plot_layout *l)
 {
     double lo = INFINITY, hi = -INFINITY;
@@ -144,7 +146,9 @@ static void pdi_field_plot_compute_range(const pd_field_plot *p, pdi_field_plot_
     l->has_bar = p->map != PD_COLOUR_MAP_LABELS;
 }
 
-/* Scale of an axis of `cells` cells that are wanted on `wanted` pixels, with at most `max_pixels` pixels. */
+/* Scale of an axis of `cells` cells that are wanted on `wanted` pixels: enlarged where it would have less than
+ * PDI_FIELD_PLOT_MIN_PIXELS, merged where there are more than `max_pixels` cells. smooth 1: any number of pixels a
+ * cell, where there is at least one. */
 static pdi_field_plot_scale pdi_field_plot_fit_axis(int cells, double wanted, int max_pixels, int smooth)
 {
     pdi_field_plot_scale s = {cells, 1, 1, 0, 0};
@@ -162,7 +166,9 @@ static pdi_field_plot_scale pdi_field_plot_fit_axis(int cells, double wanted, in
     return s;
 }
 
-/* Merge cells along an axis of which the other one has merged cells, so that the scales of both stay equal. */
+/* Merge cells along an axis of which the other one has merged cells, so that the scales of both stay equal. wanted
+ * [pixel]: length for that. No change where the axis is enlarged, merged or interpolated, or would have less than
+ * PDI_FIELD_PLOT_MIN_PIXELS. */
 static void pdi_field_plot_equalise_scale(double wanted, pdi_field_plot_scale *s)
 {
     int merged = (int)pd_max(1.0, floor(s->cells / pd_max(wanted, 1.0) + 0.5));
@@ -174,7 +180,8 @@ static void pdi_field_plot_equalise_scale(double wanted, pdi_field_plot_scale *s
     s->pixels = pixels;
 }
 
-/* Set the ends of an axis [m] in nm, µm, mm or m by its size [m]. Returns the unit. */
+/* Set the ends of an axis to lo and hi [m], converted to nm, µm, mm or m by the largest magnitude `size` [m]. Returns
+ * the name of the unit. */
 static const char *pdi_field_plot_set_axis_unit(double size, double lo, double hi, pdi_axis_ticks *axis)
 {
     double unit = size < 2e-6 ? 1e-9 : size < 2e-3 ? 1e-6 : size < 2 ? 1e-3 : 1;
@@ -183,7 +190,8 @@ static const char *pdi_field_plot_set_axis_unit(double size, double lo, double h
     return size < 2e-6 ? "nm" : size < 2e-3 ? "\xC2\xB5m" : size < 2 ? "mm" : "m";
 }
 
-/* Scales, units and ticks of the axes and of the colour bar. */
+/* Scales, aspect, units and ticks of the axes, and ticks of the colour bar. The labels of y have no sign in a mirrored
+ * picture. */
 static void pdi_field_plot_compute_scales(const pd_field_plot *p, pdi_field_plot_layout *l)
 {
     double lx = p->hi[0] - p->lo[0], ly = p->hi[1] - p->lo[1]; /* [m] */
@@ -209,20 +217,21 @@ static void pdi_field_plot_compute_scales(const pd_field_plot *p, pdi_field_plot
             memmove(l->axis_y.label[k], l->axis_y.label[k] + 1, strlen(l->axis_y.label[k]));
 }
 
-/* Name of an axis. */
+/* Name of axis 0 or 1: the given one, or x and y. */
 static const char *pdi_field_plot_get_axis_name(const pd_field_plot *p, int axis)
 {
     return p->axes[axis] ? p->axes[axis] : axis ? "y" : "x";
 }
 
-/* Convert a position along an axis from cells to pixels. */
+/* Convert a distance from the low end of an axis from cells to pixels. */
 static double pdi_field_plot_cells_to_pixels(const pdi_field_plot_scale *scale, double cells)
 {
     return scale->smooth ? cells * scale->pixels / scale->cells
                          : cells * scale->pixels_per_cell / scale->cells_per_pixel;
 }
 
-/* The velocity field of the picture, with lengths in the picture in pixels. */
+/* The velocity field of the picture (its array is not copied), with lengths in the picture in pixels. spacing 0: there
+ * are no streamlines. */
 static pdi_streamline_field pdi_field_plot_velocity_field(const pd_field_plot *p, const pdi_field_plot_layout *l)
 {
     pdi_streamline_field f;
@@ -240,7 +249,8 @@ static pdi_streamline_field pdi_field_plot_velocity_field(const pd_field_plot *p
     return f;
 }
 
-/* Length of the longest arrow and of the reference arrow. */
+/* Speed and length of the longest arrow, and length and label of the reference arrow, whose length stays 0 without
+ * arrows or flow. */
 static void pdi_field_plot_compute_arrow_scale(const pd_field_plot *p, pdi_field_plot_layout *l)
 {
     if (!p->arrows) return;
@@ -253,7 +263,7 @@ static void pdi_field_plot_compute_arrow_scale(const pd_field_plot *p, pdi_field
         pdi_velocity_plot_reference_speed(l->max_speed, l->reference_label) / l->max_speed * l->max_arrow;
 }
 
-/* Width [pixel] of the reference arrow with its label. */
+/* Width [pixel] of the reference arrow with its label and the gap between them. */
 static int pdi_field_plot_reference_width(const pdi_field_plot_layout *l)
 {
     return (int)ceil(l->reference_length) + 10 + pdi_canvas_compute_text_width(l->reference_label);
@@ -315,7 +325,8 @@ static int pdi_field_plot_has_bar_colour(const pd_field_plot *p, const pdi_field
            (!l->axis_bar.log || p->values[cell] > 0);
 }
 
-/* Colour of pixel (px, py), interpolated bilinearly between cell centres; cells without a value keep their edges. */
+/* Colour of pixel (px, py), py upward from the bottom of the field, interpolated bilinearly between cell centres; cells
+ * without a value keep their edges. */
 static uint32_t pdi_field_plot_interpolate_colour(const pd_field_plot *p, const pdi_field_plot_layout *l,
                                                   const uint32_t *table, int px, int py)
 {
@@ -346,7 +357,8 @@ static uint32_t pdi_field_plot_interpolate_colour(const pd_field_plot *p, const 
     return pdi_colour_bar_get_colour(table, sum / weights);
 }
 
-/* Colour of pixel (px, py): that of its cell, or of several cells the most frequent paint and the mean of the field. */
+/* Colour of pixel (px, py), py upward from the bottom of the field: that of its cell, or of several cells the most
+ * frequent paint and the mean of the field (of labels: the first one). */
 static uint32_t pdi_field_plot_get_pixel_colour(const pd_field_plot *p, const pdi_field_plot_layout *l,
                                                 const uint32_t *table, int px, int py)
 {
@@ -392,7 +404,8 @@ static void pdi_field_plot_draw_cells(const pd_ctx *ctx, const pd_field_plot *p,
 
 /* ---- contour lines ---- */
 
-/* Position 0..1 of contour k on the colour bar; outside 0..1 the colours do not show its value. */
+/* Position 0..1 of contour k on the colour bar; outside 0..1 the colours do not show its value. NaN: a value <= 0 of a
+ * log scale. */
 static double pdi_field_plot_contour_position(const pd_field_plot *p, const pdi_field_plot_layout *l, int k)
 {
     if (!p->contours) return (k + 1.0) / (p->contour_count + 1.0);
@@ -418,7 +431,8 @@ static void pdi_field_plot_draw_segment(void *user, const double *a, const doubl
                           bottom - pdi_field_plot_cells_to_pixels(&l->y, b[1]));
 }
 
-/* Position 0..1 of each cell on the colour bar, position[nx * ny]; NaN: the cell has no value. */
+/* Position of each cell on the colour bar, position[nx * ny], 0..1 within the range of colours; NaN: the cell has no
+ * value, or an infinite one. */
 static void pdi_field_plot_compute_bar_positions(const pd_field_plot *p, const pdi_field_plot_layout *l,
                                                  double *position)
 {
@@ -428,7 +442,7 @@ static void pdi_field_plot_compute_bar_positions(const pd_field_plot *p, const p
     }
 }
 
-/* Draw the contour lines. */
+/* Draw the contour lines, clipped to the field, over a light outline of them. */
 static pd_status pdi_field_plot_draw_contours(pd_ctx *ctx, const pd_field_plot *p, const pdi_field_plot_layout *l,
                                               pdi_canvas *canvas)
 {
@@ -477,7 +491,7 @@ static pd_status pdi_field_plot_draw_velocity(pd_ctx *ctx, const pd_field_plot *
     return status;
 }
 
-/* Mark the values of the contours on the colour bar. */
+/* Mark the values of the contours on the colour bar; those outside its range are left out. */
 static void pdi_field_plot_draw_contour_marks(const pd_field_plot *p, const pdi_field_plot_layout *l,
                                               pdi_canvas *canvas)
 {
@@ -492,7 +506,7 @@ static void pdi_field_plot_draw_contour_marks(const pd_field_plot *p, const pdi_
     }
 }
 
-/* Draw the cells (in SVG an embedded image), contours and velocity. */
+/* Draw the cells (in SVG an embedded image), the frame around them, contours and velocity. */
 static pd_status pdi_field_plot_draw_field(pd_ctx *ctx, const pd_field_plot *p, const pdi_field_plot_layout *l,
                                            const uint32_t *table, pdi_canvas *canvas)
 {

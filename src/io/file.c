@@ -57,7 +57,7 @@ static pd_status pdi_file_fail(pd_ctx *ctx, const char *what, const char *path, 
     return pd_fail(ctx, PD_ERR_FILE, "file", "cannot %s '%s': %s", what, path, pdi_file_error_text(error));
 }
 
-/* Check that a path is not empty and fits PD_PATH_SIZE. */
+/* Check a path. PD_ERR_ARGUMENT: it is NULL or empty; PD_ERR_SIZE: it does not fit PD_PATH_SIZE. */
 static pd_status pdi_file_check_path(pd_ctx *ctx, const char *path)
 {
     if (!path || !path[0]) return pd_fail(ctx, PD_ERR_ARGUMENT, "file", "the path is empty");
@@ -134,8 +134,7 @@ static FILE *pdi_file_create_stream(const char *path, int *error)
     return stream;
 }
 
-/* Open a regular file to append, but none that is reached through a symbolic or a hard link. NULL with *error set on
- * failure. */
+/* Open a file to append; a missing one is created, and links are not checked. NULL with *error set on failure. */
 static FILE *pdi_file_open_append_stream(const char *path, int *error)
 {
     wchar_t wide[PDI_FILE_UTF16_SIZE];
@@ -183,7 +182,8 @@ static int pdi_file_open_descriptor(const char *path, int flags, double *size, i
     return *error ? -1 : descriptor;
 }
 
-/* Wrap a descriptor in a stream of the C library, which closes it. NULL with *error set on failure. */
+/* Wrap a descriptor in a stream of the C library, which closes it. NULL with *error set on failure, when the descriptor
+ * is closed; a descriptor of -1 gives NULL, and *error stays. */
 static FILE *pdi_file_wrap_descriptor(int descriptor, const char *mode, int *error)
 {
     FILE *stream = descriptor < 0 ? NULL : fdopen(descriptor, mode);
@@ -228,7 +228,7 @@ static FILE *pdi_file_open_append_stream(const char *path, int *error)
 }
 #endif
 
-/* Delete one file, whose absence is no error. */
+/* Delete one file, outside of Windows also an empty directory; failures are ignored. */
 static void pdi_file_remove_path(const char *path)
 {
 #if defined(_WIN32)
@@ -296,7 +296,7 @@ pd_status pd_file_make_directory(pd_ctx *ctx, const char *path)
     return PD_OK;
 }
 
-/* Returns 1 when files cannot be created in a directory; errno says why. */
+/* Returns 1 when files cannot be created in a directory, with the reason in errno; else 0. */
 static int pdi_file_is_unwritable(const char *path)
 {
     errno = 0;
@@ -385,7 +385,8 @@ static pd_status pdi_file_fail_too_large(pd_ctx *ctx, const char *path, size_t l
                    (double)limit);
 }
 
-/* Read a stream to its end into a growing buffer: data[capacity], *size bytes used, at most `limit`. */
+/* Read a stream to its end into (*data)[*capacity], which is doubled when it is full; *size: bytes used. PD_ERR_FILE:
+ * more than `limit` bytes, or a read error. */
 static pd_status pdi_file_read_stream(pd_ctx *ctx, const char *path, FILE *stream, size_t limit, char **data,
                                       size_t *size, size_t *capacity)
 {
@@ -450,7 +451,7 @@ PDI_FN pd_status pdi_file_create(pd_ctx *ctx, const char *path, pd_file *file)
     return status;
 }
 
-/* Open the file itself, without a temporary one, to append or to read. verb: for the message. */
+/* Open the file itself, without a temporary one, to append (append 1) or to read (0). verb: for the message. */
 static pd_status pdi_file_open_in_place(pd_ctx *ctx, const char *path, int append, const char *verb, pd_file *file)
 {
     double size;
@@ -569,7 +570,7 @@ PDI_FN pd_status pdi_file_get_length(pd_ctx *ctx, pd_file *file, int64_t *length
     return PD_OK;
 }
 
-/* Copy the first `length` bytes of a file, which must end a line. PD_ERR_FILE: it is shorter, or no line ends there. */
+/* Copy the next `length` bytes of a file, which must end a line. PD_ERR_FILE: it is shorter, or no line ends there. */
 static pd_status pdi_file_copy_bytes(pd_ctx *ctx, pd_file *from, int64_t length, pd_file *to)
 {
     char bytes[4096], last = '\n';

@@ -38,7 +38,7 @@ PDI_FN int pdi_file_exists(const char *path);
 PDI_FN int pdi_file_is_link(const char *path);
 /* Returns 1 for a character that separates the parts of a path. */
 PDI_FN int pdi_file_is_separator(char c);
-/* Returns 1 for an absolute path. */
+/* Returns 1 for an absolute path; on Windows also for one with a drive letter. */
 PDI_FN int pdi_file_is_absolute(const char *path);
 #if defined(_WIN32)
 #define PDI_FILE_UTF16_SIZE (PD_PATH_SIZE + 8)
@@ -46,45 +46,47 @@ PDI_FN int pdi_file_is_absolute(const char *path);
  * when the path is no UTF-8. */
 PDI_FN const wchar_t *pdi_file_to_utf16(const char *path, wchar_t *wide);
 #endif
-/* Name of output frame `frame` (0..999999) at time [s] >= 0, into name[PD_PATH_SIZE]: prefix "corr", frame 12, time
- * 6.1 and extension "vti" give "corr_000012_t6.1s.vti", the time with one to six decimals. PD_ERR_ARGUMENT,
- * PD_ERR_SIZE. */
+/* Name of output frame `frame` (0..999999) at time [s] >= 0, into name[PD_PATH_SIZE]: prefix "corr", frame 12, time 6.1
+ * and extension "vti" give "corr_000012_t6.1s.vti", the time with one to six decimals. PD_ERR_ARGUMENT: frame or time
+ * out of range; PD_ERR_SIZE: the name is too long. */
 PDI_FN pd_status pdi_file_format_frame_name(pd_ctx *ctx, const char *prefix, int frame, double time,
                                             const char *extension, char *name);
 
-/* Returns 1 for a relative path that stays inside its folder: not absolute, no drive letter, no '..'. */
+/* Returns 1 for a relative path that stays inside its folder: not absolute, no ':', no part '..'. '\\' separates
+ * everywhere. */
 PDI_FN int pdi_file_is_subpath(const char *path);
 /* Check, without writing, whether a directory and files in it could be created. PD_OK, or PD_ERR_FILE with the
  * reason. */
 PDI_FN pd_status pdi_file_check_writable(pd_ctx *ctx, const char *path);
-/* Read a whole regular file of at most `limit` bytes into new memory. data gets size + 1 bytes, the last one 0, so
- * that text can be parsed in place; free with PD_DELETE(ctx, size + 1, data). PD_ERR_FILE: missing, unreadable, a
- * folder, pipe or device, larger than the limit. */
+/* Read a whole regular file of at most `limit` bytes into new memory. data gets size + 1 bytes, the last one 0, so that
+ * text can be parsed in place; free with PD_DELETE(ctx, size + 1, data); NULL on failure. PD_ERR_FILE: missing,
+ * unreadable, a folder, pipe or device, larger than the limit. */
 PDI_FN pd_status pdi_file_read_all(pd_ctx *ctx, const char *path, size_t limit, char **data, size_t *size);
 
-/* Open a new temporary file `<path>.part` for writing. The final name stays unchanged until the file is committed. */
+/* Open a new temporary file `<path>.part` for writing; an old one is replaced. The final name stays unchanged until the
+ * file is committed. PD_ERR_FILE; on failure there is nothing to close. */
 PDI_FN pd_status pdi_file_create(pd_ctx *ctx, const char *path, pd_file *file);
 /* Open an existing regular file to append to it. PD_ERR_FILE: it is no regular file, or is reached through a link. */
 PDI_FN pd_status pdi_file_open_append(pd_ctx *ctx, const char *path, pd_file *file);
-/* Truncate an existing file to its first `length` bytes, which must end a line, and open it to append. PD_ERR_FILE: it
- * is shorter, or no line ends there. */
+/* Truncate an existing file to its first `length` bytes, which must end a line (0 is allowed), by a copy that replaces
+ * it, and open it to append. PD_ERR_FILE: it is shorter, or no line ends there; it stays as it is then. */
 PDI_FN pd_status pdi_file_resume(pd_ctx *ctx, const char *path, int64_t length, pd_file *file);
-/* Current length [byte] of a file that is open to append. */
+/* Flush a file that is open to append; *length: its current length [byte]. */
 PDI_FN pd_status pdi_file_get_length(pd_ctx *ctx, pd_file *file, int64_t *length);
 /* Open a regular file to read it in parts; abandoning it closes it. */
 PDI_FN pd_status pdi_file_open_read(pd_ctx *ctx, const char *path, pd_file *file);
-/* Read up to `size` bytes; *got is the number read, less than `size` at the end of the file only. */
+/* Read up to `size` bytes and advance; *got is the number read, less than `size` at the end of the file only. */
 PDI_FN pd_status pdi_file_read_bytes(pd_ctx *ctx, pd_file *file, void *data, size_t size, size_t *got);
 /* Delete a file and its temporary file `<path>.part`; either may be missing. */
 PDI_FN void pdi_file_remove(const char *path);
-/* Write `size` bytes; a short write is PD_ERR_FILE. */
+/* Write `size` bytes; a short write is PD_ERR_FILE. PD_ERR_ARGUMENT: the file is not open. */
 PDI_FN pd_status pdi_file_write(pd_ctx *ctx, pd_file *file, const void *data, size_t size);
 /* Write a string without its terminating 0. */
 PDI_FN pd_status pdi_file_write_text(pd_ctx *ctx, pd_file *file, const char *text);
 /* Flush the buffer of the C library. */
 PDI_FN pd_status pdi_file_flush(pd_ctx *ctx, pd_file *file);
-/* Close a written file and rename a temporary one to its final name. On failure the temporary file is removed and the
- * old file stays. */
+/* Close a written file and rename a temporary one to its final name. PD_ERR_FILE, also where an earlier write failed:
+ * the temporary file is removed and the old file stays. PD_ERR_ARGUMENT: it is not open. */
 PDI_FN pd_status pdi_file_commit(pd_ctx *ctx, pd_file *file);
 /* Close a file and delete its temporary file. A closed or zeroed file is allowed. */
 PDI_FN void pdi_file_abandon(pd_file *file);
@@ -93,7 +95,8 @@ PDI_FN void pdi_file_abandon(pd_file *file);
 /* Format a number as the shortest decimal text, text[PDI_FILE_NUMBER_SIZE], that reads back as the same bits ("0.1",
  * "1e-09", "nan"), in any locale. */
 PDI_FN void pdi_file_format_number(double value, char *text);
-/* Parse text[0..length) as one number, in any locale. Returns 1 when the whole text is one number, else 0. */
+/* Parse text[0..length) as one number, in any locale; inf and nan are numbers, hexadecimal ones are not. Returns 1 when
+ * the whole text, of at most 63 bytes, is one number; else 0, and *value may have changed. */
 PDI_FN int pdi_file_parse_number(const char *text, size_t length, double *value);
 #endif
 

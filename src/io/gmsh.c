@@ -39,14 +39,14 @@ typedef struct pdi_gmsh_reader {
     pdi_gmsh_cell_key *slot;                   /* [slots] hash table of cells by their nodes, at most half full */
 } pdi_gmsh_reader;
 
-/* Order of nodes by id, for qsort and bsearch. */
+/* Order of nodes by ascending id, for qsort and bsearch. */
 static int pdi_gmsh_compare_nodes(const void *a, const void *b)
 {
     const pdi_gmsh_node *p = (const pdi_gmsh_node *)a, *q = (const pdi_gmsh_node *)b;
     return (p->id > q->id) - (p->id < q->id);
 }
 
-/* Order of entities by id, for qsort and bsearch. */
+/* Order of entities by ascending id, for qsort and bsearch. */
 static int pdi_gmsh_compare_entities(const void *a, const void *b)
 {
     const pdi_gmsh_entity *p = (const pdi_gmsh_entity *)a, *q = (const pdi_gmsh_entity *)b;
@@ -63,7 +63,8 @@ static pd_status pdi_gmsh_skip_numbers(pdi_gmsh_reader *m, const char *what, int
 
 /* ---- $MeshFormat, $Entities, $Nodes ---- */
 
-/* Read the section $MeshFormat: version and file type. */
+/* Read the section $MeshFormat and set the version. PD_ERR_PARSE: another version than 2.2 and 4.1, or a binary
+ * file. */
 static pd_status pdi_gmsh_read_format(pdi_gmsh_reader *m)
 {
     const char *at = m->tokenizer->position;
@@ -79,7 +80,7 @@ static pd_status pdi_gmsh_read_format(pdi_gmsh_reader *m)
     return pdi_tokenizer_expect_word(m->tokenizer, "$EndMeshFormat");
 }
 
-/* Read the list of physical groups of an entity; *tag: the first one, 0 without any. */
+/* Read the list of physical groups of an entity; *tag: the first one without its sign, 0 without any. */
 static pd_status pdi_gmsh_read_groups(pdi_gmsh_reader *m, int64_t *tag)
 {
     int64_t count, group;
@@ -92,7 +93,8 @@ static pd_status pdi_gmsh_read_groups(pdi_gmsh_reader *m, int64_t *tag)
     return PD_OK;
 }
 
-/* Read the section $Entities of format 4.1, and keep the groups of entities of PD_DIM dimensions. */
+/* Read the section $Entities of format 4.1, and keep the groups of entities of PD_DIM dimensions, sorted by id, in new
+ * memory. */
 static pd_status pdi_gmsh_read_entities(pdi_gmsh_reader *m)
 {
     int64_t count[4], id, tag, bounds;
@@ -117,7 +119,7 @@ static pd_status pdi_gmsh_read_entities(pdi_gmsh_reader *m)
     return pdi_tokenizer_expect_word(s, "$EndEntities");
 }
 
-/* Read the three coordinates of a node. */
+/* Read the three coordinates of a node, in units of the file. PD_ERR_PARSE: one is not below 1e100. */
 static pd_status pdi_gmsh_read_coordinates(pdi_gmsh_reader *m, pdi_gmsh_node *node)
 {
     for (int d = 0; d < 3; d++) {
@@ -129,7 +131,8 @@ static pd_status pdi_gmsh_read_coordinates(pdi_gmsh_reader *m, pdi_gmsh_node *no
     return PD_OK;
 }
 
-/* Read the blocks of nodes of format 4.1: ids, then coordinates, which parameters may follow on their line. */
+/* Read the blocks of nodes of format 4.1, node_count in all, in the order of the file: ids, then coordinates, which
+ * parameters may follow on their line. */
 static pd_status pdi_gmsh_read_node_blocks(pdi_gmsh_reader *m, int64_t blocks)
 {
     int64_t value, count, done = 0;
@@ -156,7 +159,8 @@ static pd_status pdi_gmsh_read_node_blocks(pdi_gmsh_reader *m, int64_t blocks)
                               (double)m->node_count);
 }
 
-/* Read the section $Nodes, sort the nodes by id, and measure their extent. PD_ERR_PARSE: a number twice. */
+/* Read the section $Nodes into new memory, sort the nodes by id, and set the extent of the cells: the largest distance
+ * from the first node along an axis. PD_ERR_PARSE: a number twice. */
 static pd_status pdi_gmsh_read_nodes(pdi_gmsh_reader *m)
 {
     int64_t blocks = 0, bound;
@@ -194,7 +198,8 @@ static pd_points_cell_type pdi_gmsh_find_cell_type(int64_t type, int *dimension)
     return type >= 1 && type <= 7 ? (pd_points_cell_type)type : PD_POINTS_CELL_NONE;
 }
 
-/* *is_used 1: elements of this type become points. PD_ERR_PARSE: unknown, of higher dimension or of higher order. */
+/* *is_used 1: elements of this type become points; 0: they have a lower dimension and are skipped. position: for the
+ * message. PD_ERR_PARSE: unknown, of higher dimension or of higher order. */
 static pd_status pdi_gmsh_check_element_type(pdi_gmsh_reader *m, const char *position, int64_t type, int *is_used)
 {
     int dimension;
@@ -237,8 +242,8 @@ static pd_status pdi_gmsh_grow_hash_table(pdi_gmsh_reader *m)
     return PD_OK;
 }
 
-/* Enter a cell into the hash table. *is_repeated 1: a cell of these nodes has been read before (Gmsh repeats a cell for
- * each of its groups). */
+/* Enter a cell into the hash table. node_index: indices of its corners in the list of nodes, plus 1. *is_repeated 1: a
+ * cell of these nodes has been read before (Gmsh repeats a cell for each of its groups). */
 static pd_status pdi_gmsh_add_cell_key(pdi_gmsh_reader *m, pd_points_cell_type form, const int32_t *node_index,
                                        int *is_repeated)
 {
@@ -257,8 +262,8 @@ static pd_status pdi_gmsh_add_cell_key(pdi_gmsh_reader *m, pd_points_cell_type f
     return PD_OK;
 }
 
-/* Read the nodes of a cell from the rest of its line, and add its point and faces. surface: its entity; within one
- * entity all cells have one orientation. */
+/* Read the nodes of a cell from the rest of its line, and add its point and faces; a repeated cell is only checked.
+ * surface: its entity; within one entity all cells have one orientation. PD_ERR_PARSE. */
 static pd_status pdi_gmsh_read_cell(pdi_gmsh_reader *m, pd_points_cell_type form, int64_t surface, int32_t tag)
 {
     const double *corner[8];
@@ -291,7 +296,8 @@ static pd_status pdi_gmsh_read_cell(pdi_gmsh_reader *m, pd_points_cell_type form
                               pd_points_count_corners(form));
 }
 
-/* Read an element of format 2.2: number, type, tags (physical group first), nodes. */
+/* Read an element of format 2.2: number, type, tags (physical group, then entity), nodes. It becomes a point where it
+ * has PD_DIM dimensions. */
 static pd_status pdi_gmsh_read_element(pdi_gmsh_reader *m)
 {
     int64_t id, type, count, tag[2] = {0, 0}, value;
@@ -312,7 +318,8 @@ static pd_status pdi_gmsh_read_element(pdi_gmsh_reader *m)
     return PD_OK;
 }
 
-/* Read a block of elements of format 4.1; *remaining: number of elements that remain in the section. */
+/* Read a block of elements of format 4.1; those of PD_DIM dimensions become points with the group of their entity.
+ * *remaining: number of elements that remain in the section, reduced by those of the block. */
 static pd_status pdi_gmsh_read_element_block(pdi_gmsh_reader *m, int64_t *remaining)
 {
     int64_t dimension, type, count, id;
@@ -362,7 +369,7 @@ static pd_status pdi_gmsh_read_elements(pdi_gmsh_reader *m)
 
 /* ---- sections ---- */
 
-/* Skip an unused section to its end. */
+/* Skip an unused section name[size], with its '$', up to its end mark. PD_ERR_PARSE: it has none. */
 static pd_status pdi_gmsh_skip_section(pdi_gmsh_reader *m, const char *name, size_t size)
 {
     const char *word;
@@ -372,7 +379,8 @@ static pd_status pdi_gmsh_skip_section(pdi_gmsh_reader *m, const char *name, siz
     return pdi_tokenizer_fail(m->tokenizer, name, "the section %.*s has no end", size < 40 ? (int)size : 40, name);
 }
 
-/* Read all sections of the file. */
+/* Read all sections of the file, $MeshFormat first. PD_ERR_PARSE: none of elements, a partitioned or parametric
+ * mesh. */
 static pd_status pdi_gmsh_read_sections(pdi_gmsh_reader *m)
 {
     const char *word;

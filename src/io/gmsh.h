@@ -11,8 +11,9 @@
 #include "lattice/boundary_faces.h"
 
 #ifdef PDI_APP_INTERNAL
-/* Add the cells of the text as points; lengths times scale are in metres. PD_ERR_PARSE with path:line: a format error,
- * cells of higher order, folded or inverted cells. */
+/* Add the cells of the text as points, and set the boundary faces of `points`; lengths times scale are in metres. On
+ * failure some points may have been added. PD_ERR_PARSE with path:line: a format error, cells of higher order, folded
+ * or inverted cells. */
 PDI_FN pd_status pdi_gmsh_read(pdi_tokenizer *scan, double scale, pd_points *points);
 #endif
 

@@ -32,8 +32,8 @@ typedef enum pdi_output_folder_lock_state {
 /* ---- the lock ---- */
 
 #if defined(_WIN32)
-/* Try to lock the lock file at `path`. create 1: create it when it is missing. *lock: its descriptor, when the lock is
- * ours. */
+/* Try to lock the folder by creating the lock file at `path`. create 0: only look whether it is there (busy) or
+ * missing. *lock: its descriptor, when the lock is ours. */
 static pdi_output_folder_lock_state pdi_output_folder_try_lock(const char *path, int create, int *lock)
 {
     wchar_t wide[PDI_FILE_UTF16_SIZE];
@@ -81,7 +81,8 @@ static int pdi_output_folder_is_busy(int lock)
 #endif
 }
 
-/* Returns 1 when a file is a lock file: regular, without other links, nothing in it but a process id. */
+/* Returns 1 when an open file is a lock file: regular, without other links, nothing in it but a process id; else 0.
+ * lock: its descriptor, rewound; ours: its attributes. */
 static int pdi_output_folder_is_lock(const char *path, int lock, const struct stat *ours)
 {
     char text[PDI_OUTPUT_FOLDER_LOCK_SIZE + 1];
@@ -93,8 +94,8 @@ static int pdi_output_folder_is_lock(const char *path, int lock, const struct st
     return 1;
 }
 
-/* Try to lock the lock file at `path`. create 1: create it when it is missing. *lock: its descriptor, when the lock is
- * ours. */
+/* Try to lock the lock file at `path`. create 1: create it when it is missing; 0: one that cannot be opened counts as
+ * missing. *lock: its descriptor, open only when the lock is ours. */
 static pdi_output_folder_lock_state pdi_output_folder_try_lock(const char *path, int create, int *lock)
 {
     struct stat ours, there;
@@ -142,7 +143,7 @@ static void pdi_output_folder_release_lock(const char *path, int lock)
 }
 #endif
 
-/* Report that another run holds the lock, with its process id, as PD_ERR_STATE. */
+/* Report that another run holds the lock, with the process id from the lock file `lock` (0: none), as PD_ERR_STATE. */
 static pd_status pdi_output_folder_fail_in_use(pd_ctx *ctx, const char *folder, const char *lock)
 {
     char number[24] = "";
@@ -162,7 +163,7 @@ static pd_status pdi_output_folder_fail_not_lock(pd_ctx *ctx, const char *lock)
                    "'%.300s' is a link or holds something else, expected the lock of a run or none: remove it", lock);
 }
 
-/* Lock the folder and write the process id into the lock file. */
+/* Lock the folder, note that in it, and write the process id into the lock file. PD_ERR_STATE, PD_ERR_FILE. */
 static pd_status pdi_output_folder_acquire_lock(pd_ctx *ctx, pd_output_folder *f)
 {
     char path[PD_PATH_SIZE], number[32];
@@ -206,7 +207,8 @@ static int pdi_output_folder_read_line(pd_file *file, char *line)
     return 1;
 }
 
-/* Open the list of files and read the name of its run, run_name[PD_PATH_SIZE]. *found 0: there is no list. */
+/* Open the list of files and read the name of its run, run_name[PD_PATH_SIZE]; the file stays open behind that line.
+ * *found 0: there is no list, and no open file. PD_ERR_FILE: it is not a list of a run. */
 static pd_status pdi_output_folder_open_list(pd_ctx *ctx, const char *folder, pd_file *file, char *run_name, int *found)
 {
     char path[PD_PATH_SIZE], line[PD_PATH_SIZE];
@@ -225,7 +227,8 @@ static pd_status pdi_output_folder_open_list(pd_ctx *ctx, const char *folder, pd
     return pd_fail(ctx, PD_ERR_FILE, "folder", "'%.300s' is not the list of files that a run keeps: remove it", path);
 }
 
-/* Delete the files that the rest of the list names, and count them. */
+/* Delete the files that the rest of the list names, with their temporary files, and count them in removed_count. Names
+ * that a run may not write are skipped. */
 static void pdi_output_folder_remove_listed(pd_ctx *ctx, pd_output_folder *f, pd_file *file)
 {
     char name[PD_PATH_SIZE], path[PD_PATH_SIZE];
@@ -246,7 +249,8 @@ static pd_status pdi_output_folder_check_run_name(pd_ctx *ctx, const char *folde
                    "folder, or remove '%.200s'", folder, found_name, run_name, folder);
 }
 
-/* Delete the files of the previous run and begin a new list. */
+/* Delete the files of the previous run, write a new list and leave it open to append. PD_ERR_ARGUMENT: a run of another
+ * name. */
 static pd_status pdi_output_folder_begin_list(pd_ctx *ctx, pd_output_folder *f)
 {
     char path[PD_PATH_SIZE], found[PD_PATH_SIZE];
@@ -269,7 +273,7 @@ static pd_status pdi_output_folder_begin_list(pd_ctx *ctx, pd_output_folder *f)
 
 /* ---- open, add, close ---- */
 
-/* Set path and name of a zeroed folder; newlines in the name become underscores. */
+/* Zero the folder and set path and name; newlines in the name become underscores. PD_ERR_SIZE. */
 static pd_status pdi_output_folder_init(pd_ctx *ctx, const char *path, const char *run_name, pd_output_folder *f)
 {
     memset(f, 0, sizeof *f);

@@ -57,7 +57,8 @@ static pd_status pdi_plot_check(pd_ctx *ctx, const pd_plot *plot)
     return PD_OK;
 }
 
-/* Set the range of an axis: lo..hi as given, or, where lo == hi, that of the data with a margin. */
+/* Set type and range of an axis: lo..hi as given, or, where lo == hi, that of the data with a margin. PD_ERR_ARGUMENT:
+ * the given range is reversed, infinite, or not positive on a logarithmic axis. name: for the message. */
 static pd_status pdi_plot_set_axis_range(pd_ctx *ctx, const char *name, int log_axis, double lo, double hi,
                                          double data_lo, double data_hi, pdi_axis_ticks *axis)
 {
@@ -73,7 +74,8 @@ static pd_status pdi_plot_set_axis_range(pd_ctx *ctx, const char *name, int log_
     return PD_OK;
 }
 
-/* Range lo..hi of all x of the series, also of points whose y cannot be shown; 0..1 without any. */
+/* Range lo..hi of all x of the series, also of points whose y cannot be shown; 0..1 (logarithmic: 1..10) without any.
+ * Start with lo above hi. */
 static void pdi_plot_compute_x_range(const pd_plot *plot, double *lo, double *hi)
 {
     for (int k = 0; k < plot->count; k++)
@@ -88,7 +90,8 @@ static void pdi_plot_compute_x_range(const pd_plot *plot, double *lo, double *hi
     *hi = plot->x_log ? 10.0 : 1.0;
 }
 
-/* Ranges of both axes, error bars included. */
+/* Set the ranges of both axes, error bars included; where no point can be shown, x as above and y 0..1 (logarithmic:
+ * 1..10). PD_ERR_ARGUMENT: a given range is bad. */
 static pd_status pdi_plot_compute_ranges(pd_ctx *ctx, const pd_plot *plot, pdi_plot_layout *l)
 {
     double x_lo = INFINITY, x_hi = -INFINITY, y_lo = INFINITY, y_hi = -INFINITY;
@@ -110,7 +113,7 @@ static pd_status pdi_plot_compute_ranges(pd_ctx *ctx, const pd_plot *plot, pdi_p
     return pdi_plot_set_axis_range(ctx, "y", plot->y_log, plot->y_lo, plot->y_hi, y_lo, y_hi, &l->y);
 }
 
-/* Position of the axes for the width of their labels, and the ticks. */
+/* Set the position of the axes on a canvas of width x height pixels, for the width of their labels, and their ticks. */
 static void pdi_plot_compute_layout(const pd_plot *plot, int width, int height, pdi_plot_layout *l)
 {
     int widest = 0;
@@ -139,7 +142,7 @@ static double pdi_plot_y_to_pixel(const pdi_plot_layout *l, double y)
     return l->bottom - pdi_axis_ticks_value_to_fraction(&l->y, y) * (l->bottom - l->top);
 }
 
-/* Draw the common power of ten of the tick labels of an axis. */
+/* Draw the common power of ten of the tick labels of an axis, if they have one; (x, y): anchor of the text. */
 static void pdi_plot_draw_axis_factor(pdi_canvas *canvas, const pdi_axis_ticks *axis, int x, int y, pdi_align align)
 {
     char text[40], power[32];
@@ -207,7 +210,8 @@ static void pdi_plot_draw_marker(pdi_canvas *canvas, int k, double x, double y, 
         }
 }
 
-/* Draw a dashed segment; *arc_length: length of the curve so far, which keeps the dashes regular across its points. */
+/* Draw a dashed segment, in pixels; one far longer than the canvas is left out. *arc_length [pixel]: length of the
+ * curve so far, to which the segment is added; it keeps the dashes regular across the points. */
 static void pdi_plot_draw_dashes(pdi_canvas *canvas, double xa, double ya, double xb, double yb, double *arc_length,
                                  uint32_t colour)
 {
@@ -228,7 +232,8 @@ static void pdi_plot_draw_dashes(pdi_canvas *canvas, double xa, double ya, doubl
     }
 }
 
-/* Draw the line of series k, solid or dashed, with gaps at points that cannot be shown. */
+/* Draw the line of series k, solid or dashed, with gaps at points that cannot be shown; a series of markers has
+ * none. */
 static void pdi_plot_draw_series(const pd_plot *plot, const pdi_plot_layout *l, int k, pdi_canvas *canvas)
 {
     const pd_series *s = &plot->series[k];
@@ -270,7 +275,7 @@ static void pdi_plot_draw_error_bars(const pd_plot *plot, const pdi_plot_layout 
     }
 }
 
-/* Draw the markers of series k inside the axes; those on the frame are not clipped. */
+/* Draw the markers of series k, if it has some, inside the axes; those on the frame are not clipped. */
 static void pdi_plot_draw_markers(const pd_plot *plot, const pdi_plot_layout *l, int k, pdi_canvas *canvas)
 {
     const pd_series *s = &plot->series[k];
@@ -283,8 +288,8 @@ static void pdi_plot_draw_markers(const pd_plot *plot, const pdi_plot_layout *l,
     }
 }
 
-/* How much of the curves a rectangle would hide: number of points inside, and of points along the lines between
- * them. */
+/* How much of the curves a rectangle [pixel] would hide: number of points inside, and of 15 points along each line
+ * between them. */
 static int pdi_plot_count_hidden_points(const pd_plot *plot, const pdi_plot_layout *l, int left, int top, int right,
                                         int bottom)
 {
@@ -315,7 +320,7 @@ static int pdi_plot_is_in_legend(const pd_plot *plot, const pd_series *s)
     return 0;
 }
 
-/* Draw the legend in the corner where it hides least of the curves. */
+/* Draw the legend of the series that are listed, if any, in the corner where it hides least of the curves. */
 static void pdi_plot_draw_legend(const pd_plot *plot, const pdi_plot_layout *l, pdi_canvas *canvas)
 {
     int rows = 0, widest = 0, best = -1, left = 0, top = 0;

@@ -66,8 +66,8 @@ PDI_FN void pdi_png_put_u32(uint8_t *bytes, uint32_t value)
     for (int i = 0; i < 4; i++) bytes[i] = (uint8_t)(value >> (24 - 8 * i));
 }
 
-/* Row minus its prediction; above: zeros for the first row. Inlined for one constant filter, so that the loops are
- * vectorised. */
+/* out[stride]: row minus its prediction, modulo 256; step: bytes of a pixel; above: zeros for the first row. Inlined
+ * for one constant filter, so that the loops are vectorised. */
 static inline void pdi_png_compute_residuals(int filter, const uint8_t *PD_RESTRICT row,
                                              const uint8_t *PD_RESTRICT above, size_t stride, size_t step,
                                              uint8_t *PD_RESTRICT out)
@@ -78,7 +78,7 @@ static inline void pdi_png_compute_residuals(int filter, const uint8_t *PD_RESTR
         out[i] = (uint8_t)(row[i] - pdi_png_predict_from_neighbours(filter, row[i - step], above[i], above[i - step]));
 }
 
-/* Row minus its prediction for any filter, with one copy of each loop. */
+/* out[stride]: row minus its prediction for any filter, with one copy of each loop. */
 static void pdi_png_apply_filter(int filter, const uint8_t *PD_RESTRICT row, const uint8_t *PD_RESTRICT above,
                                  size_t stride, size_t step, uint8_t *PD_RESTRICT out)
 {
@@ -91,7 +91,7 @@ static void pdi_png_apply_filter(int filter, const uint8_t *PD_RESTRICT row, con
     }
 }
 
-/* Sum of the magnitudes of the residuals of a filter. */
+/* Sum of the magnitudes of the residuals of a filter, as signed bytes; 0 for a row of one pixel. */
 static uint64_t pdi_png_sum_magnitudes(int filter, const uint8_t *row, const uint8_t *above, size_t stride, size_t step)
 {
     uint8_t residual[PDI_PNG_BLOCK_SIZE];
@@ -108,8 +108,8 @@ static uint64_t pdi_png_sum_magnitudes(int filter, const uint8_t *row, const uin
     return sum;
 }
 
-/* Filter a row with the filter of the smallest sum of magnitudes (heuristic of PNG 12.8). out[0]: the filter, then the
- * residuals. */
+/* Filter a row with the filter of the smallest sum of magnitudes (heuristic of PNG 12.8), or with "up" where it equals
+ * the row above. out[stride + 1]: the filter, then the residuals. */
 static void pdi_png_filter_row(const uint8_t *row, const uint8_t *above, size_t stride, size_t step, uint8_t *out)
 {
     uint64_t sum[PDI_PNG_FILTERS];
@@ -126,7 +126,7 @@ static void pdi_png_filter_row(const uint8_t *row, const uint8_t *above, size_t 
     pdi_png_apply_filter(out[0], row, above, stride, step, out + 1);
 }
 
-/* Length and type before the data of a chunk, and CRC behind them. */
+/* Set length and type before the data of a chunk, and the CRC of type and data behind them. */
 static void pdi_png_init_chunk_ends(const char *type, const uint8_t *data, size_t size, uint8_t head[8],
                                     uint8_t tail[4])
 {
@@ -145,7 +145,7 @@ PDI_FN pd_status pdi_png_write_chunk(pd_ctx *ctx, pd_file *file, const char *typ
     return pdi_file_write(ctx, file, tail, sizeof tail);
 }
 
-/* Content of the IHDR chunk of an image. */
+/* Content of the IHDR chunk of an image: 8 bits a channel, RGB for 3 channels, else grey, not interlaced. */
 static void pdi_png_init_header(const pd_image *image, uint8_t header[13])
 {
     memset(header, 0, 13);
@@ -163,7 +163,7 @@ PDI_FN pd_status pdi_png_write_header(pd_ctx *ctx, pd_file *file, const pd_image
     return pdi_png_write_chunk(ctx, file, "IHDR", header, sizeof header);
 }
 
-/* Write a PNG file of compressed pixels. */
+/* Write a PNG file of compressed pixels; the image gives size and channels alone. */
 static pd_status pdi_png_write_file(pd_ctx *ctx, const char *path, const pd_image *image, const pdi_bytes *packed)
 {
     pd_file file;
@@ -270,7 +270,8 @@ static pd_status pdi_png_fail(pd_ctx *ctx, const pdi_png_reader *png, const char
     return pd_fail(ctx, PD_ERR_PARSE, "png", "%s: %s", png->path, text);
 }
 
-/* Read and check the IHDR chunk. */
+/* Take size, depth and colour type from the IHDR chunk. PD_ERR_PARSE: it is wrong, or what it asks for is not
+ * supported. */
 static pd_status pdi_png_parse_header(pd_ctx *ctx, pdi_png_reader *png, const uint8_t *data, size_t size)
 {
     if (png->width) return pdi_png_fail(ctx, png, "a second IHDR chunk");
@@ -300,7 +301,8 @@ static pd_status pdi_png_parse_header(pd_ctx *ctx, pdi_png_reader *png, const ui
     return PD_OK;
 }
 
-/* Read one chunk: IHDR, PLTE, tRNS, IDAT or IEND; unknown optional ones are ignored. */
+/* Take one chunk into the reader: IHDR, PLTE, tRNS, IDAT (its data are appended) or IEND; unknown optional ones are
+ * ignored. PD_ERR_PARSE. */
 static pd_status pdi_png_parse_chunk(pd_ctx *ctx, pdi_png_reader *png, const uint8_t *type, const uint8_t *data,
                                      size_t size)
 {
@@ -335,7 +337,8 @@ static pd_status pdi_png_parse_chunk(pd_ctx *ctx, pdi_png_reader *png, const uin
     return PD_OK;
 }
 
-/* Read all chunks of a file and verify their CRC. */
+/* Take all chunks of a file data[size] into the reader and verify their CRC. PD_ERR_PARSE: no PNG file, cut off,
+ * damaged, or without pixels or palette. */
 static pd_status pdi_png_parse_chunks(pd_ctx *ctx, pdi_png_reader *png, const uint8_t *data, size_t size)
 {
     size_t at = sizeof pdi_png_signature;
@@ -355,7 +358,8 @@ static pd_status pdi_png_parse_chunks(pd_ctx *ctx, pdi_png_reader *png, const ui
     return PD_OK;
 }
 
-/* Undo the filters of all rows in place; step: bytes per pixel. */
+/* Undo the filters of all rows raw[height][1 + stride] in place; step: bytes per pixel. PD_ERR_PARSE: an unknown
+ * filter. */
 static pd_status pdi_png_unfilter(pd_ctx *ctx, const pdi_png_reader *png, uint8_t *raw, size_t stride, size_t step)
 {
     for (int r = 0; r < png->height; r++) {
@@ -370,7 +374,7 @@ static pd_status pdi_png_unfilter(pd_ctx *ctx, const pdi_png_reader *png, uint8_
     return PD_OK;
 }
 
-/* Sample of up to 8 bits in a row of single samples. */
+/* Sample of 1, 2, 4 or 8 bits in a row of single samples, not scaled. */
 static int pdi_png_get_sample(const pdi_png_reader *png, const uint8_t *row, size_t column)
 {
     size_t bit = column * (size_t)png->depth;
@@ -378,7 +382,7 @@ static int pdi_png_get_sample(const pdi_png_reader *png, const uint8_t *row, siz
     return (row[bit / 8] >> (8 - png->depth - (int)(bit % 8))) & mask;
 }
 
-/* Alpha of a pixel: 0 where its samples equal the transparent key, else 255. */
+/* Alpha of a pixel sample[samples]: 0 where its samples equal the transparent key, else 255. */
 static uint8_t pdi_png_key_alpha(const pdi_png_reader *png, const uint8_t *sample)
 {
     for (int c = 0; c < png->samples; c++)
@@ -386,7 +390,8 @@ static uint8_t pdi_png_key_alpha(const pdi_png_reader *png, const uint8_t *sampl
     return 0;
 }
 
-/* Convert unfiltered rows to the pixels of the image: palette to RGB, grey to 8 bits, transparency to alpha. */
+/* Convert unfiltered rows raw[height][1 + stride] to the pixels of the image: palette to RGB, grey to 8 bits,
+ * transparency to alpha. PD_ERR_PARSE: an index beyond the palette. */
 static pd_status pdi_png_expand_pixels(pd_ctx *ctx, const pdi_png_reader *png, const uint8_t *raw, size_t stride,
                                        pd_image *image)
 {
@@ -419,7 +424,7 @@ static pd_status pdi_png_expand_pixels(pd_ctx *ctx, const pdi_png_reader *png, c
     return PD_OK;
 }
 
-/* Decompress, unfilter and convert the pixels. */
+/* Decompress, unfilter and convert the pixels into a new image; nothing stays on failure. PD_ERR_PARSE. */
 static pd_status pdi_png_decode_pixels(pd_ctx *ctx, const pdi_png_reader *png, pd_image *image)
 {
     size_t bits = (size_t)png->samples * (size_t)png->depth;

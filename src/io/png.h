@@ -35,15 +35,17 @@ PDI_FN int pdi_image_get_luminance(const pd_image *image, int column, int row);
 /* Parts of a PNG file, for files that hold more than one image. */
 /* Write a big-endian number of four bytes. */
 PDI_FN void pdi_png_put_u32(uint8_t *bytes, uint32_t value);
-/* Check that an image can be written: pixels, channels and size. */
+/* Check that an image can be written. PD_ERR_ARGUMENT: no pixels, or not 1 or 3 channels. PD_ERR_SIZE: more than
+ * PD_PNG_MAX_PIXELS. */
 PDI_FN pd_status pdi_png_check_image(pd_ctx *ctx, const pd_image *image);
-/* Write the signature and the IHDR chunk. */
+/* Write the signature and the IHDR chunk of an image of 8 bits a channel. */
 PDI_FN pd_status pdi_png_write_header(pd_ctx *ctx, pd_file *file, const pd_image *image);
-/* Write a chunk with its length and CRC; data may be NULL where size is 0. */
+/* Write a chunk with its length and CRC; type: four letters; data may be NULL where size is 0. */
 PDI_FN pd_status pdi_png_write_chunk(pd_ctx *ctx, pd_file *file, const char *type, const uint8_t *data, size_t size);
-/* Append an image as a whole PNG file to a buffer. */
+/* Append an image as a whole PNG file to a buffer. Errors as of pdi_png_check_image; the buffer may hold a part
+ * then. */
 PDI_FN pd_status pdi_png_encode(pd_ctx *ctx, const pd_image *image, pdi_bytes *out);
-/* Append the filtered and compressed pixels of an image to a buffer. */
+/* Append the filtered and compressed pixels of an image, which has been checked, to a buffer, as one zlib stream. */
 PDI_FN pd_status pdi_png_compress_pixels(pd_ctx *ctx, const pd_image *image, pdi_bytes *packed);
 #endif
 

@@ -17,7 +17,8 @@ enum { PDI_POINTS_FILE_VOLUME = 3, PDI_POINTS_FILE_TAG, PDI_POINTS_FILE_COLUMNS 
 /* Lower-case form of an ASCII letter. */
 static char pdi_points_file_to_lower(char c) { return (char)(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c); }
 
-/* Returns 1 when a column header names the quantity, case ignored: "Volume [m3]" is volume. */
+/* Returns 1 when a column header names the quantity, case ignored: "Volume [m3]" is volume; else 0. name: in lower
+ * case. */
 static int pdi_points_file_is_column_name(const char *text, const char *name)
 {
     for (; *name; text++, name++)
@@ -25,7 +26,8 @@ static int pdi_points_file_is_column_name(const char *text, const char *name)
     return !*text || *text == ' ' || *text == '[' || *text == '(';
 }
 
-/* Find the column of each quantity, column[PDI_POINTS_FILE_COLUMNS]; -1: there is none. */
+/* Find the column of each quantity, column[PDI_POINTS_FILE_COLUMNS]; -1: there is none. PD_ERR_PARSE: a coordinate of
+ * PD_DIM or the volume is missing, or a quantity has two columns. */
 static pd_status pdi_points_file_find_columns(pd_ctx *ctx, const pd_table *t, int *column)
 {
     static const char *const names[PDI_POINTS_FILE_COLUMNS] = {"x", "y", "z", "volume", "tag"};
@@ -44,7 +46,7 @@ static pd_status pdi_points_file_find_columns(pd_ctx *ctx, const pd_table *t, in
     return PD_OK;
 }
 
-/* Parse a field of the table as a finite number. */
+/* Parse a field of the table as a number of a magnitude below 1e100. PD_ERR_PARSE with path:line. */
 static pd_status pdi_points_file_parse_number(pd_ctx *ctx, const pd_table *t, int row, int column, double *value)
 {
     const char *text = pd_table_get_text(t, row, column);
@@ -53,7 +55,8 @@ static pd_status pdi_points_file_parse_number(pd_ctx *ctx, const pd_table *t, in
                    t->row_line[row], pd_table_get_text(t, -1, column), text);
 }
 
-/* Add the point of a row. constant[3]: coordinates beyond PD_DIM, set by the first row and equal in all others. */
+/* Add the point of a row. column: -1 for none (z, tag: 0 then). constant[3]: coordinates beyond PD_DIM, set by the
+ * first row and equal in all others. PD_ERR_PARSE: they differ, the volume is not positive, the tag is no int32. */
 static pd_status pdi_points_file_add_row(pd_ctx *ctx, const pd_table *t, const int *column, int row, double scale,
                                          double *constant, pd_points *points)
 {
@@ -98,7 +101,7 @@ static pd_status pdi_points_file_read_table(pd_ctx *ctx, const char *path, doubl
 
 /* ---- files ---- */
 
-/* Returns 1 when a path has this extension, case ignored. */
+/* Returns 1 when a path has this extension (with its point, in lower case), case of the path ignored; else 0. */
 static int pdi_points_file_has_extension(const char *path, const char *ending)
 {
     size_t size = strlen(path), more = strlen(ending);
@@ -113,7 +116,7 @@ static int pdi_points_file_has_prefix(const char *text, const char *with)
     return strncmp(text, with, strlen(with)) == 0;
 }
 
-/* Read a file in the format that its extension or its first bytes show. */
+/* Read a file in the format that its extension or its first bytes show; without either it is read as a table. */
 static pd_status pdi_points_file_read_any_format(pd_ctx *ctx, const char *path, double scale, pd_points *points)
 {
     char *text;

@@ -113,14 +113,15 @@ PDI_FN double pdi_renderer_compute_brightness(const pd_rendering *s, const doubl
 
 /* ---- faces ---- */
 
-/* Edge function: twice the signed area of the triangle a, b, (x, y). */
+/* Edge function: twice the signed area [pixel^2] of the triangle a, b, (x, y); y is down, so front faces are
+ * negative. */
 static double pdi_renderer_edge_function(const double *a, const double *b, double x, double y)
 {
     return (b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0]);
 }
 
-/* Rasterise a triangle into the z-buffer, front faces alone. flat 1: one `value`; 0: values interpolated between
- * corners. */
+/* Rasterise a triangle c[3] into the z-buffer where it is nearest, front faces alone. flat 1: one `value`; 0: values
+ * interpolated between corners. */
 static void pdi_renderer_draw_triangle(const pd_rendering *s, const pdi_renderer_corner *const *c, int flat,
                                        double value, pdi_renderer_zbuffer *p)
 {
@@ -199,7 +200,7 @@ PDI_FN void pdi_renderer_project_box_edge(const pd_rendering *s, int d, int k, d
     pdi_renderer_project_point(s, x, b);
 }
 
-/* Count a sample for each pixel on the line a-b that no face hides. */
+/* Count a sample in `edge` for each pixel on the line a-b, of its width, that no face hides. */
 static void pdi_renderer_draw_edge(pd_rendering *s, const pdi_renderer_zbuffer *p, const double *a, const double *b)
 {
     double dx = b[0] - a[0], dy = b[1] - a[1], square = dx * dx + dy * dy;
@@ -245,7 +246,8 @@ typedef struct pdi_renderer_sums {
     uint8_t *value_count; /* [width * height] number of samples with a value */
 } pdi_renderer_sums;
 
-/* Add one sample of each pixel to the sums; labels 1: the first value counts, since means of labels mean nothing. */
+/* Add one sample of each pixel that the body covers to the sums and to the coverage; labels 1: the first value counts,
+ * since means of labels mean nothing. */
 static void pdi_renderer_add_sample(pd_rendering *s, const pdi_renderer_zbuffer *p, int labels, pdi_renderer_sums *sums)
 {
     for (size_t k = 0; k < (size_t)s->width * (size_t)s->height; k++) {
@@ -258,7 +260,7 @@ static void pdi_renderer_add_sample(pd_rendering *s, const pdi_renderer_zbuffer 
     }
 }
 
-/* Render all samples of the pixels and average them. */
+/* Render all samples of the pixels and average them into value, brightness, coverage and edge. The sums start at 0. */
 static void pdi_renderer_draw_samples(pd_rendering *s, const pdi_surface_nets_mesh *shell, int labels,
                                       pdi_renderer_zbuffer *p, pdi_renderer_sums *sums)
 {

@@ -38,7 +38,8 @@ static double pdi_stl_transform(const pdi_stl_triangles *c, double x, int axis)
     return x * c->scale + c->shift[axis];
 }
 
-/* Read `count` binary triangles: normal, three corners and two bytes each, numbers little-endian. */
+/* Take `count` binary triangles from a whole file that holds them: normal, three corners and two bytes each, numbers
+ * little-endian. Sets the count. */
 static pd_status pdi_stl_parse_binary(pd_ctx *ctx, const char *text, uint32_t count, pdi_stl_triangles *c)
 {
     PD_TRY(pdi_stl_reserve(ctx, c, count));
@@ -54,7 +55,8 @@ static pd_status pdi_stl_parse_binary(pd_ctx *ctx, const char *text, uint32_t co
     return PD_OK;
 }
 
-/* Read a triangle as text: facet normal N N N outer loop vertex X Y Z (three times) endloop endfacet. */
+/* Read a triangle as text behind its word facet: normal N N N outer loop vertex X Y Z (three times) endloop
+ * endfacet. */
 static pd_status pdi_stl_parse_facet(pdi_tokenizer *s, pdi_stl_triangles *c)
 {
     const char *word;
@@ -77,7 +79,7 @@ static pd_status pdi_stl_parse_facet(pdi_tokenizer *s, pdi_stl_triangles *c)
     return PD_OK;
 }
 
-/* Returns 1 when nothing but padding stands between begin and end. */
+/* Returns 1 when nothing but padding (white space, 0, control-Z) stands between begin and end, else 0. */
 static int pdi_stl_is_padding(const char *begin, const char *end)
 {
     while (begin < end && (*begin == '\0' || *begin == '\x1A' || *begin == ' ' || *begin == '\t' || *begin == '\r' ||
@@ -86,7 +88,7 @@ static int pdi_stl_is_padding(const char *begin, const char *end)
     return begin == end;
 }
 
-/* Read a text file: solid NAME .. endsolid NAME, once or more often. */
+/* Read a text file, case ignored: solid NAME .. endsolid NAME, once or more often. PD_ERR_PARSE. */
 static pd_status pdi_stl_parse_text(pdi_tokenizer *s, pdi_stl_triangles *c)
 {
     const char *word;
@@ -107,7 +109,8 @@ static pd_status pdi_stl_parse_text(pdi_tokenizer *s, pdi_stl_triangles *c)
     return open ? pdi_tokenizer_fail(s, s->end, "the file ends before endsolid") : PD_OK;
 }
 
-/* Read a file, binary when its size fits its number of triangles, else text. */
+/* Take the triangles of a file, binary when its size holds its number of triangles, else text. PD_ERR_PARSE:
+ * neither. */
 static pd_status pdi_stl_parse(pd_ctx *ctx, const char *path, const char *text, size_t size, pdi_stl_triangles *c)
 {
     double count = size >= PDI_STL_HEADER_SIZE ? (double)pdi_stl_get_u32(text + PDI_STL_HEADER_SIZE - 4) : -1.0;

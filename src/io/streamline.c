@@ -62,8 +62,8 @@ static double pdi_streamline_interpolate_face(const pdi_streamline_field *f, int
     return d == axis ? 0.0 : f->velocity[d][own];
 }
 
-/* Velocity component d at the corner of four cells, cell[k] to the right for k & 1, above for k & 2; 0 at a face
- * without flow across d. */
+/* Velocity component d at the corner of four cells, at least one with fluid, cell[k]: of the other column for k & 1, of
+ * the other row for k & 2; -1: no fluid. 0 at a face without flow across d. */
 static double pdi_streamline_interpolate_corner(const pdi_streamline_field *f, const int64_t *cell, int d)
 {
     double sum = 0.0;
@@ -106,7 +106,7 @@ PDI_FN double pdi_streamline_compute_max_speed(const pdi_streamline_field *f)
     return fastest;
 }
 
-/* Largest speed [pixel/s]; *cell: where it is, -1: nowhere. */
+/* Largest speed in the picture [pixel/s]; *cell: index of its cell, -1: nothing flows. */
 static double pdi_streamline_find_fastest_cell(const pdi_streamline_field *f, int64_t *cell)
 {
     double fastest = 0.0;
@@ -123,7 +123,7 @@ static double pdi_streamline_find_fastest_cell(const pdi_streamline_field *f, in
 
 /* ---- distance to other lines ---- */
 
-/* Head of the bucket that holds the point (x, y). */
+/* Head of the bucket that holds the point (x, y) [pixel]; points outside count to the nearest one. */
 static int64_t *pdi_streamline_find_bucket(const pdi_streamline_work *s, double x, double y)
 {
     int column = (int)(x / s->field->spacing), row = (int)(y / s->field->spacing);
@@ -132,7 +132,7 @@ static int64_t *pdi_streamline_find_bucket(const pdi_streamline_work *s, double 
     return &s->bucket_head[(int64_t)row * s->columns + column];
 }
 
-/* Add a point of the current line to its bucket. */
+/* Add a point[2] of the current line to its bucket. arc_length [pixel]: from the seed, negative upstream. */
 static pd_status pdi_streamline_add_to_bucket(pdi_streamline_work *s, const double *point, double arc_length)
 {
     if (s->bucket_point_count == s->bucket_point_capacity) {
@@ -151,7 +151,7 @@ static pd_status pdi_streamline_add_to_bucket(pdi_streamline_work *s, const doub
     return PD_OK;
 }
 
-/* Remove the last points from their buckets, down to `marks` points. */
+/* Remove the newest points from their buckets until `marks` points are left. */
 static void pdi_streamline_remove_from_buckets(pdi_streamline_work *s, int64_t marks)
 {
     while (s->bucket_point_count > marks) {
@@ -160,8 +160,8 @@ static void pdi_streamline_remove_from_buckets(pdi_streamline_work *s, int64_t m
     }
 }
 
-/* Returns 1 when a point lies within `distance` of the position. own 1: points of the current line, more than half a
- * turn away along it; 0: points of other lines. */
+/* Returns 1 when a point lies within `distance` [pixel], at most the spacing, of the position. own 1: points of the
+ * current line, more than half a turn from arc_length [pixel] along it; 0: points of other lines. */
 static int pdi_streamline_is_point_near(const pdi_streamline_work *s, const double *position, double distance, int own,
                                         double arc_length)
 {
@@ -182,7 +182,8 @@ static int pdi_streamline_is_point_near(const pdi_streamline_work *s, const doub
 
 /* ---- one line ---- */
 
-/* Unit vector of the velocity times sense (1 downstream, -1 upstream); 0: no fluid, or at rest. */
+/* Unit vector direction[2] of the velocity in the picture, times sense (1 downstream, -1 upstream). Returns 1; 0: no
+ * fluid, or at rest. */
 static int pdi_streamline_compute_direction(const pdi_streamline_work *s, const double *position, double sense,
                                             double *direction)
 {
@@ -195,7 +196,8 @@ static int pdi_streamline_compute_direction(const pdi_streamline_work *s, const 
     return 1;
 }
 
-/* A step of the classical Runge-Kutta method of order 4 along the line; 0: it leaves the fluid. */
+/* A step of this length [pixel] of the classical Runge-Kutta method of order 4 along the line. Returns 1; 0: it leaves
+ * the fluid, or comes to rest. */
 static int pdi_streamline_step_rk4(const pdi_streamline_work *s, const double *from, double sense, double step,
                                    double *to)
 {
@@ -224,7 +226,7 @@ static pd_status pdi_streamline_add_point(pdi_streamline_work *s, const double *
     return pdi_streamline_add_to_bucket(s, point, arc_length);
 }
 
-/* Returns 1 when the segment a-b passes the seed, so that the line is closed. */
+/* Returns 1 when the segment a-b passes the seed within PDI_STREAMLINE_CLOSURE_DISTANCE, so that the line is closed. */
 static int pdi_streamline_is_passing_seed(const pdi_streamline_work *s, const double *seed, const double *a,
                                           const double *b)
 {
@@ -250,16 +252,17 @@ static int pdi_streamline_is_beside_face(const pdi_streamline_field *f, const do
     return 0;
 }
 
-/* Returns 1 when another line, or the mirror line, is nearer than `distance` [pixel]. */
+/* Returns 1 when another line is nearer than `distance` [pixel], or the mirror line nearer than half of that; else
+ * 0. */
 static int pdi_streamline_is_crowded(const pdi_streamline_work *s, const double *position, double distance)
 {
     return pdi_streamline_is_point_near(s, position, distance, 0, 0.0) ||
            (s->field->mirrored && position[1] < 0.5 * distance);
 }
 
-/* Trace the line from its seed downstream (sense 1) or upstream (-1) and store its points. *length: its length, *closed
- * 1: a closed loop. A line that comes near itself is traced on for a while, since it may close, and cut back there
- * otherwise. */
+/* Trace the line from its seed downstream (sense 1) or upstream (-1) and append its points after the seed. *length
+ * [pixel]: its length, *closed 1: a closed loop. A line that comes near itself is traced on for a while, since it may
+ * close, and cut back there otherwise. */
 static pd_status pdi_streamline_trace_half(pdi_streamline_work *s, const double *seed, double sense, double *length,
                                            int *closed)
 {
@@ -310,7 +313,8 @@ static void pdi_streamline_reverse_points(double *points, int64_t count)
         }
 }
 
-/* Trace a line through the seed, where it is far enough from others, and keep it if it is long enough. */
+/* Trace a line through the seed, where the fluid moves, and no other line and no face on one side alone is near, and
+ * add it to the lines if it is long enough or closed; else its points are removed. */
 static pd_status pdi_streamline_try_seed(pdi_streamline_work *s, const double *seed)
 {
     pdi_streamlines *l = s->lines;
@@ -355,8 +359,8 @@ static pd_status pdi_streamline_seed_beside_lines(pdi_streamline_work *s, int64_
     return PD_OK;
 }
 
-/* Compute all lines: first through the fastest cell and beside it, then from a grid of seeds in what is not connected
- * with these. */
+/* Compute all lines: first through the middle of the cell `fastest` and beside it, then from a grid of seeds in what is
+ * not connected with these. */
 static pd_status pdi_streamline_trace_all(pdi_streamline_work *s, int64_t fastest)
 {
     const pdi_streamline_field *f = s->field;

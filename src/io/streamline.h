@@ -37,12 +37,14 @@ typedef struct pdi_streamlines {
     double *point;                       /* [point_room][2] [pixel] points of all lines, in flow direction */
 } pdi_streamlines;
 
-/* Interpolated velocity at a point [pixel], scaled to the picture [pixel/s]; 0: no fluid there, or outside. */
+/* Interpolated velocity[2] at position[2] [pixel], scaled to the picture [pixel/s]. Returns 1; 0: no fluid there, or
+ * outside, and velocity is unchanged. */
 PDI_FN int pdi_streamline_interpolate_velocity(const pdi_streamline_field *stream, const double *position,
                                                double *velocity);
-/* Largest speed of a cell [m/s], 0 without any fluid. */
+/* Largest speed of a cell [m/s], of the components at its centre; 0 without any fluid. */
 PDI_FN double pdi_streamline_compute_max_speed(const pdi_streamline_field *stream);
-/* Compute evenly spaced streamlines of a field. */
+/* Compute evenly spaced streamlines of a field, spacing > 0, into zeroed `lines`; none where nothing flows. Free the
+ * lines also on failure. */
 PDI_FN pd_status pdi_streamlines_compute(pd_ctx *ctx, const pdi_streamline_field *stream, pdi_streamlines *lines);
 /* Free the lines. A zeroed set is allowed. */
 PDI_FN void pdi_streamlines_free(pd_ctx *ctx, pdi_streamlines *lines);

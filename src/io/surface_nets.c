@@ -30,7 +30,7 @@ typedef struct pdi_surface_nets_work {
     int32_t *vertex_face;   /* [4 faces] faces at all vertices */
 } pdi_surface_nets_work;
 
-/* Make room for one more vertex. */
+/* Make room for one more vertex and its bounds. PD_ERR_SIZE: more than int32 counts. */
 static pd_status pdi_surface_nets_reserve_vertex(pdi_surface_nets_work *w)
 {
     pdi_surface_nets_mesh *s = w->mesh;
@@ -46,13 +46,14 @@ static pd_status pdi_surface_nets_reserve_vertex(pdi_surface_nets_work *w)
     return pd_fail(w->ctx, PD_ERR_SIZE, "surface_nets", "a surface of more than %ld corners", (long)s->vertex_count);
 }
 
-/* Volume fraction of cell (i, j) of a layer; 0: it is not in the set. */
+/* Volume fraction of cell (i, j), from -1 on, of layer 0 or 1 of the work arrays; 0 or less: it is not in the set. */
 static double pdi_surface_nets_get_fraction(const pdi_surface_nets_work *w, int layer, int i, int j)
 {
     return w->fraction[layer][(int64_t)(j + 1) * (w->desc->n[0] + 2) + i + 1];
 }
 
-/* Evaluate the volume fractions of layer k of cells, with a margin of one empty cell. */
+/* Evaluate the volume fractions of the cells of index k along axis 2 into layer 0 or 1 of the work arrays, at most 1,
+ * with a margin of one empty cell; k may lie outside of the grid. */
 static void pdi_surface_nets_set_fractions(pdi_surface_nets_work *w, int layer, int k)
 {
     const int *n = w->desc->n;
@@ -73,10 +74,10 @@ static int pdi_surface_nets_is_on_side(const pdi_surface_nets_work *w, const int
     return index[d] == 0 || index[d] == w->desc->n[d];
 }
 
-/* Position of the vertex index[3] in the cube of the eight cell centres around it, 0..1 along each axis: mean of the
- * points where edges of the cube cross the surface. fraction[8]: volume fractions; bit d of their index: upper cell
- * along axis d. On a side of the grid the vertex lies in it, and edges across that side count only where there are no
- * others. Returns 0 without a surface. */
+/* Position[3] of the vertex index[3] in the cube of the eight cell centres around it, 0..1: mean of the points where
+ * edges of the cube cross the surface. fraction[8]: volume fractions; bit d of their index: upper cell along axis d. On
+ * a side of the grid the vertex lies in it; edges across it count only without others. Returns the number of edges, 0:
+ * no surface. */
 static int pdi_surface_nets_vertex_position(const pdi_surface_nets_work *w, const int *index, const double *fraction,
                                             double *position)
 {
@@ -97,8 +98,8 @@ static int pdi_surface_nets_vertex_position(const pdi_surface_nets_work *w, cons
     return count[side];
 }
 
-/* Add the vertex index[3] between the eight cells of which index - 1 is the lowest; *number: its number, unchanged
- * without a surface. */
+/* Add the vertex index[3] between the eight cells of which index - 1 is the lowest, with its bounds, in cells; *number:
+ * its number, unchanged without a surface. */
 static pd_status pdi_surface_nets_add_vertex(pdi_surface_nets_work *w, const int *index, const double *fraction,
                                              int32_t *number)
 {
@@ -114,7 +115,8 @@ static pd_status pdi_surface_nets_add_vertex(pdi_surface_nets_work *w, const int
     return PD_OK;
 }
 
-/* Add a face with its value, between the cells `in` and `out`. */
+/* Add a face of the vertices corner[4], counterclockwise seen from outside, with its value, between the cells in[3] and
+ * out[3]. */
 static pd_status pdi_surface_nets_add_face(pdi_surface_nets_work *w, const int32_t *corner, const int *in,
                                            const int *out)
 {
@@ -133,7 +135,8 @@ static pd_status pdi_surface_nets_add_face(pdi_surface_nets_work *w, const int32
     return PD_OK;
 }
 
-/* Add the faces across the three edges from the lowest of the eight cells of the vertex index[3] upward. */
+/* Add the faces across the edges from the lowest of the eight cells of the vertex index[3] upward along each axis,
+ * where one of the two cells is in the set. Their other vertices have been added before. */
 static pd_status pdi_surface_nets_add_vertex_faces(pdi_surface_nets_work *w, const int *index, const double *fraction)
 {
     for (int d = 0; d < 3; d++) {
@@ -182,7 +185,7 @@ static pd_status pdi_surface_nets_march_layers(pdi_surface_nets_work *w)
     return PD_OK;
 }
 
-/* Returns 1 when a face lies in a side of the grid. */
+/* Returns 1 when all of corner[4] lie in one side of the grid, else 0. */
 static int pdi_surface_nets_is_side_face(const pdi_surface_nets_work *w, const int32_t *corner)
 {
     for (int d = 0; d < 3; d++) {
@@ -196,7 +199,8 @@ static int pdi_surface_nets_is_side_face(const pdi_surface_nets_work *w, const i
     return 0;
 }
 
-/* Sum the positions of the neighbours of each vertex, without faces in a side of the grid. */
+/* Set sum and weight: sum of the positions of the neighbours of each vertex and their number, without faces in a side
+ * of the grid; a neighbour counts once for each face it shares. */
 static void pdi_surface_nets_sum_neighbours(pdi_surface_nets_work *w)
 {
     const pdi_surface_nets_mesh *s = w->mesh;
@@ -214,7 +218,8 @@ static void pdi_surface_nets_sum_neighbours(pdi_surface_nets_work *w)
         }
 }
 
-/* Smooth the vertices (Jacobi sweeps), each within its bounds; vertices in a side of the grid stay in it. */
+/* Smooth the vertices (Jacobi sweeps), in units of cells, each within its bounds; vertices in a side of the grid stay
+ * in it. */
 static void pdi_surface_nets_smooth_vertices(pdi_surface_nets_work *w)
 {
     const pdi_surface_nets_mesh *s = w->mesh;
@@ -237,7 +242,7 @@ static void pdi_surface_nets_normalise(double *v)
     for (int d = 0; d < 3 && length > 0.0; d++) v[d] /= length;
 }
 
-/* Unit normals of the faces from the cross product of their diagonals. */
+/* Outward unit normals of the faces from the cross product of their diagonals, into face_normal[0]. */
 static void pdi_surface_nets_compute_face_normals(pdi_surface_nets_work *w)
 {
     const pdi_surface_nets_mesh *s = w->mesh;
@@ -253,7 +258,7 @@ static void pdi_surface_nets_compute_face_normals(pdi_surface_nets_work *w)
     }
 }
 
-/* List the faces at each vertex, in CSR form. */
+/* List the faces at each vertex, in CSR form, into first_face and vertex_face. */
 static void pdi_surface_nets_list_vertex_faces(pdi_surface_nets_work *w)
 {
     const pdi_surface_nets_mesh *s = w->mesh;
@@ -266,8 +271,8 @@ static void pdi_surface_nets_list_vertex_faces(pdi_surface_nets_work *w)
     w->first_face[s->vertex_count] = 4 * s->face_count;
 }
 
-/* Add the normals of the faces at a vertex as one face sees them: weights fall with the angle to its own normal, to 0
- * at an edge. */
+/* Add to sum[3] the normals of the faces at a vertex `corner` as one face sees them: weights fall with the angle to its
+ * own normal, to 0 at a sharp edge. */
 static void pdi_surface_nets_add_near_normals(const pdi_surface_nets_work *w, int64_t face, int64_t corner, double *sum)
 {
     const double *own = &w->face_normal[0][3 * face];
@@ -279,7 +284,8 @@ static void pdi_surface_nets_add_near_normals(const pdi_surface_nets_work *w, in
     }
 }
 
-/* Smooth the face normals, but not across sharp edges; then set the normals of each face at its vertices. */
+/* Compute and smooth the face normals, but not across sharp edges; then set corner_normal, the normals of each face at
+ * its vertices. */
 static void pdi_surface_nets_compute_normals(pdi_surface_nets_work *w)
 {
     pdi_surface_nets_mesh *s = w->mesh;
@@ -304,7 +310,7 @@ static void pdi_surface_nets_compute_normals(pdi_surface_nets_work *w)
     }
 }
 
-/* Mean value of the faces at each vertex. */
+/* Set vertex_value, the mean value of the faces at each vertex that have one; NaN: none has. */
 static void pdi_surface_nets_compute_vertex_values(pdi_surface_nets_work *w)
 {
     pdi_surface_nets_mesh *s = w->mesh;

@@ -27,7 +27,7 @@ typedef struct pdi_surface_plot_layout {
     double scale_bar_length; /* [pixel] length of the scale bar */
 } pdi_surface_plot_layout;
 
-/* Length of the scale bar: the largest of 1, 2 and 5 times a power of ten [m] that fits, and its label. */
+/* Set length [pixel] and label of the scale bar: the largest of 1, 2 and 5 times a power of ten [m] that fits. */
 static void pdi_surface_plot_compute_scale_bar(const pd_rendering *s, pdi_surface_plot_layout *l)
 {
     static const char *const units[] = {"nm", "\xC2\xB5m", "mm", "m"};
@@ -53,7 +53,7 @@ static void pdi_surface_plot_init_legend(const pdi_surface_plot *r, pdi_surface_
         if (s->coverage[k]) pdi_legend_mark_shown(&l->legend, (double)s->value[k]);
 }
 
-/* Positions of all parts and the size of the picture. */
+/* Positions of all parts, axis and ticks of the colour bar, and the size of the picture. */
 static void pdi_surface_plot_compute_layout(const pdi_surface_plot *r, pdi_surface_plot_layout *l)
 {
     const pd_rendering *s = r->rendering;
@@ -87,7 +87,7 @@ static void pdi_surface_plot_compute_layout(const pdi_surface_plot *r, pdi_surfa
     l->height = l->top + s->height + 14 + PDI_CANVAS_CAPITAL_HEIGHT + 22;
 }
 
-/* Colour of the surface for a value, before shading. */
+/* Colour of the surface for a value, before shading; that of metal for NaN, and for values <= 0 of a log scale. */
 static uint32_t pdi_surface_plot_get_unshaded_colour(const pdi_surface_plot *r, const pdi_surface_plot_layout *l,
                                                      double value)
 {
@@ -97,7 +97,8 @@ static uint32_t pdi_surface_plot_get_unshaded_colour(const pdi_surface_plot *r, 
     return pdi_colour_bar_get_colour(l->table, pdi_axis_ticks_value_to_fraction(&l->axis, value));
 }
 
-/* Colour of pixel k: the shaded surface over the background, below the edges of the box. */
+/* Colour of pixel k = row * width + column of the view: the shaded surface over the background, below the edges of the
+ * box. */
 static uint32_t pdi_surface_plot_get_pixel_colour(const pdi_surface_plot *r, const pdi_surface_plot_layout *l, size_t k)
 {
     const pd_rendering *s = r->rendering;

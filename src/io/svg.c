@@ -7,7 +7,7 @@
 #define PDI_SVG_FONT_SIZE 19       /* [pixel] font size whose capitals are as high as those of the bitmap font */
 #define PDI_SVG_MAX_COORDINATE 1e6 /* [pixel] largest coordinate */
 
-/* Append bytes to the text of the drawing. */
+/* Append bytes to the text of the drawing; nothing after a failure. */
 static void pdi_svg_add_bytes(pdi_svg *svg, const void *data, size_t size)
 {
     if (svg->status == PD_OK) svg->status = pdi_bytes_add(svg->ctx, &svg->text, data, size);
@@ -16,7 +16,8 @@ static void pdi_svg_add_bytes(pdi_svg *svg, const void *data, size_t size)
 /* Append a string. */
 static void pdi_svg_add_string(pdi_svg *svg, const char *text) { pdi_svg_add_bytes(svg, text, strlen(text)); }
 
-/* Append a number with two decimals between two strings, in any locale. */
+/* Append a number with two decimals between two strings, in any locale; its magnitude is at most
+ * PDI_SVG_MAX_COORDINATE. */
 static void pdi_svg_add_number(pdi_svg *svg, const char *before, double value, const char *after)
 {
     char text[64];

@@ -45,7 +45,8 @@ PDI_FN int pdi_tokenizer_skip_line(pdi_tokenizer *s)
     return nothing;
 }
 
-/* Report the word that was found and what was expected, as PD_ERR_PARSE. */
+/* Report the word of `size` characters that was found (0: the end of the text) and what was expected, as
+ * PD_ERR_PARSE. */
 static pd_status pdi_tokenizer_fail_expected(const pdi_tokenizer *s, const char *word, size_t size,
                                              const char *expected)
 {

@@ -1,4 +1,4 @@
-/* tokenizer: tokenizer: reads words and numbers from a text, and reports errors with the line number.
+/* tokenizer: reads words and numbers from a text, and reports errors with the line number.
  *
  * Words are separated by white space. An error is PD_ERR_PARSE with "path:line: ".
  */
@@ -17,25 +17,26 @@ typedef struct pdi_tokenizer {
     int ignore_case;        /* 1: comparisons ignore the case of letters */
 } pdi_tokenizer;
 
-/* Start at the first byte of text[size], after a byte order mark. */
+/* Start at the first byte of text[size], after a byte order mark; text[size] is 0, and the text stays in place. where:
+ * name of the module for messages. */
 PDI_FN pdi_tokenizer pdi_tokenizer_init(pd_ctx *ctx, const char *where, const char *path, const char *text,
                                         size_t size);
 /* Report an error at a position of the text as PD_ERR_PARSE "path:line: ...". */
 PDI_FN pd_status pdi_tokenizer_fail(const pdi_tokenizer *scan, const char *position, const char *format, ...)
     PD_PRINTF_LIKE(3, 4);
-/* Read the next word. Returns its length, 0 at the end of the text. */
+/* Read the next word. *word: its start in the text, not terminated. Returns its length, 0 at the end of the text. */
 PDI_FN size_t pdi_tokenizer_read_word(pdi_tokenizer *scan, const char **word);
-/* Skip to the next line. Returns 1 when the rest of the line was blank. */
+/* Skip to the next line. Returns 1 when the rest of the line was blank, else 0. */
 PDI_FN int pdi_tokenizer_skip_line(pdi_tokenizer *scan);
 /* Read the next word as a finite number. what: its name for the message. */
 PDI_FN pd_status pdi_tokenizer_read_number(pdi_tokenizer *scan, const char *what, double *value);
-/* Read the next word as an integer from low to high. */
+/* Read the next word as an integer from low to high, of at most 18 digits. */
 PDI_FN pd_status pdi_tokenizer_read_integer(pdi_tokenizer *scan, const char *what, int64_t low, int64_t high,
                                             int64_t *value);
-/* Read the next word as a number of entries of at least `bytes` bytes each. A count that the rest of the file cannot
- * hold is refused before memory is allocated. */
+/* Read the next word as a number of entries of at least `bytes` bytes each, at most INT32_MAX. A count that the rest of
+ * the file cannot hold is refused before memory is allocated. */
 PDI_FN pd_status pdi_tokenizer_read_count(pdi_tokenizer *scan, const char *what, int bytes, int64_t *count);
-/* Returns 1 when the word of `size` characters equals `name`. */
+/* Returns 1 when the word of `size` characters equals `name` (in lower case where ignore_case is set), else 0. */
 PDI_FN int pdi_tokenizer_is_word(const pdi_tokenizer *scan, const char *word, size_t size, const char *name);
 /* Read the next word, which must equal `word`. */
 PDI_FN pd_status pdi_tokenizer_expect_word(pdi_tokenizer *scan, const char *word);

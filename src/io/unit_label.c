@@ -2,10 +2,12 @@
 #include "io/unit_label.h"
 #include <string.h>
 
+/* Returns 1 for a decimal digit. */
 static int pdi_unit_label_is_digit(char c) { return c >= '0' && c <= '9'; }
+/* Returns 1 for a letter of ASCII. */
 static int pdi_unit_label_is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 
-/* Append bytes to out[PDI_UNIT_LABEL_SIZE]; what does not fit is left out. */
+/* Append bytes to out[PDI_UNIT_LABEL_SIZE] and advance *used; what does not fit is left out as a whole. */
 static void pdi_unit_label_add_bytes(const char *bytes, size_t size, char *out, size_t *used)
 {
     if (*used + size >= PDI_UNIT_LABEL_SIZE) return;
@@ -44,7 +46,7 @@ static size_t pdi_unit_label_format_unit(const char *text, size_t position, char
     return length;
 }
 
-/* Typeset a text; inside 1: it begins within a unit, not before an opening bracket. */
+/* Typeset a text into out. inside 1: it begins within a unit, not before an opening bracket. Returns out. */
 static const char *pdi_unit_label_format_text(const char *text, int inside, char *out)
 {
     size_t used = 0;

@@ -14,7 +14,8 @@
 #define PDI_VELOCITY_PLOT_MAX_HEAD_FRACTION 0.45 /* maximum length of the head over that of the arrow */
 #define PDI_VELOCITY_PLOT_MIN_LENGTH 3.0         /* [pixel] shorter arrows are not drawn */
 
-/* Draw an arrow head with its tip at (x, y), of this length [pixel], along the unit vector (dx, dy). */
+/* Add an arrow head to the open strokes, with its tip at (x, y), of this length [pixel], along the unit vector (dx,
+ * dy). */
 static void pdi_velocity_plot_draw_head(pdi_canvas *canvas, double x, double y, double dx, double dy, double length)
 {
     double half = PDI_VELOCITY_PLOT_HEAD_HALF_WIDTH / PDI_VELOCITY_PLOT_HEAD_LENGTH * length;
@@ -24,7 +25,7 @@ static void pdi_velocity_plot_draw_head(pdi_canvas *canvas, double x, double y, 
     }
 }
 
-/* Draw an arrow from (xa, ya) to (xb, yb). */
+/* Add an arrow from (xa, ya) to another point (xb, yb) to the open strokes. */
 static void pdi_velocity_plot_draw_arrow(pdi_canvas *canvas, double xa, double ya, double xb, double yb)
 {
     double length = pdi_canvas_hypot(xb - xa, yb - ya),
@@ -43,8 +44,8 @@ static pd_status pdi_velocity_plot_begin_strokes(pd_ctx *ctx, pdi_canvas *canvas
 
 /* ---- streamlines ---- */
 
-/* Draw one streamline of `count` points point[][2]; y_sign 1: as it is, -1: mirrored at the bottom. One arrow head
- * stands in its middle, others at equal distances from there. */
+/* Add one streamline of `count` points point[][2] to the open strokes; y_sign 1: as it is, -1: mirrored at the bottom.
+ * One arrow head stands in its middle, others at equal distances from there. */
 static void pdi_velocity_plot_draw_streamline(const pdi_velocity_plot *a, pdi_canvas *canvas, const double *point,
                                               int64_t count, int y_sign)
 {
@@ -84,8 +85,8 @@ PDI_FN pd_status pdi_velocity_plot_draw_streamlines(pd_ctx *ctx, const pdi_veloc
 
 /* ---- arrows ---- */
 
-/* Arrow end[2] [pixel], relative to its start, for the velocity at a position; 0: nothing flows there, or the arrow is
- * too short. */
+/* Arrow end[2] [pixel], relative to its start, y upward, for the velocity at a position[2] [pixel]. Returns 1; 0:
+ * nothing flows there, or the arrow is too short. */
 static int pdi_velocity_plot_compute_arrow(const pdi_velocity_plot *a, const double *position, double *end)
 {
     const pdi_streamline_field *f = a->field;

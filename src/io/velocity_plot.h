@@ -15,10 +15,11 @@ typedef struct pdi_velocity_plot {
 
 /* Draw evenly spaced streamlines with arrow heads; where the field is mirrored, also their mirror images below. */
 PDI_FN pd_status pdi_velocity_plot_draw_streamlines(pd_ctx *ctx, const pdi_velocity_plot *arrows, pdi_canvas *canvas);
-/* Draw arrows centred on a regular grid, with lengths proportional to the speed. */
+/* Draw arrows centred on a regular grid, about max_length apart, with lengths proportional to the speed; short ones are
+ * left out. */
 PDI_FN pd_status pdi_velocity_plot_draw_arrows(pd_ctx *ctx, const pdi_velocity_plot *arrows, pdi_canvas *canvas);
 /* Speed [m/s] of the reference arrow in the key: the largest of 1, 2 and 5 times a power of ten that does not exceed
- * `max_speed` [m/s]. text[32]: its label, "2 mm/s". */
+ * `max_speed` [m/s] > 0. text[32]: its label, "2 mm/s". */
 PDI_FN double pdi_velocity_plot_reference_speed(double max_speed, char *text);
 /* Draw one arrow from (x, y) to the right, its length in pixels. */
 PDI_FN pd_status pdi_velocity_plot_draw_one_arrow(pd_ctx *ctx, pdi_canvas *canvas, double x, double y, double length);

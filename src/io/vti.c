@@ -19,7 +19,8 @@ static const char *pdi_vti_get_byte_order(void)
     return first ? "LittleEndian" : "BigEndian";
 }
 
-/* Escape a text for an XML attribute. Returns 0 when it does not fit or holds a control character. */
+/* Escape a text for an XML attribute, into out[size]. Returns 1; 0: it does not fit or holds a control character, and
+ * out is not terminated. */
 static int pdi_vti_escape_xml(const char *text, char *out, size_t size)
 {
     size_t used = 0;
@@ -47,7 +48,7 @@ static int64_t pdi_vti_count_cells(const pd_grid *grid)
     return cells;
 }
 
-/* Check the time, the grid and the fields. */
+/* Check the time, the grid and the fields. PD_ERR_ARGUMENT names the wrong one. */
 static pd_status pdi_vti_check_fields(pd_ctx *ctx, const pd_grid *grid, double time, const pd_vti_field *fields,
                                       int count)
 {
@@ -70,7 +71,8 @@ static pd_status pdi_vti_check_fields(pd_ctx *ctx, const pd_grid *grid, double t
     return PD_OK;
 }
 
-/* Convert one component of a field at a node to the number type of the file; components beyond PD_DIM are 0. */
+/* Convert one component of a field at a node to the number type of the file, into out; components beyond PD_DIM, or
+ * beyond one of a scalar, are 0. */
 static void pdi_vti_convert_value(const pd_grid *grid, const pd_vti_field *f, int component, int32_t node, uint8_t *out)
 {
     size_t size = pdi_vti_type_sizes[f->type];
@@ -88,7 +90,8 @@ static void pdi_vti_convert_value(const pd_grid *grid, const pd_vti_field *f, in
     } else memcpy(out, (const uint8_t *)f->data + at * size, size);
 }
 
-/* Write the data of a field, one row of the box (axis 0) at a time. row: buffer. */
+/* Write the data of a field: their length in 8 bytes, then one row of the box (axis 0) at a time, the components of a
+ * cell together. row: buffer of 24 n[0] bytes. */
 static pd_status pdi_vti_write_data(pd_ctx *ctx, pd_file *file, const pd_grid *grid, const pd_vti_field *f,
                                     uint8_t *row)
 {
@@ -113,7 +116,8 @@ static pd_status pdi_vti_write_data(pd_ctx *ctx, pd_file *file, const pd_grid *g
     return PD_OK;
 }
 
-/* Write the XML header: extent, origin, spacing, time. */
+/* Write the XML header: extent, origin, spacing (the smallest one for missing dimensions), and the start of the field
+ * data with the time. */
 static pd_status pdi_vti_write_header(pd_ctx *ctx, pd_file *file, const pd_grid *grid, double time)
 {
     char text[PDI_VTI_TEXT_SIZE], extent[96], number[7][PDI_FILE_NUMBER_SIZE];
@@ -162,7 +166,8 @@ static pd_status pdi_vti_write_value_names(pd_ctx *ctx, pd_file *file, const pd_
     return pdi_file_write_text(ctx, file, "</Array>\n");
 }
 
-/* Write the string arrays, and open the piece and its cell data with the active scalar and vector. */
+/* Write the string arrays, end the field data, and open the piece and its cell data with the active scalar and
+ * vector. */
 static pd_status pdi_vti_begin_cell_data(pd_ctx *ctx, pd_file *file, const pd_grid *grid, const pd_vti_field *fields,
                                          int count)
 {
@@ -184,7 +189,7 @@ static pd_status pdi_vti_begin_cell_data(pd_ctx *ctx, pd_file *file, const pd_gr
     return pdi_file_write_text(ctx, file, text);
 }
 
-/* Write the DataArray tag of a field; offset [byte] in the appended data. */
+/* Write the DataArray tag of a field; offset [byte] in the appended data. A unit that does not fit is left out. */
 static pd_status pdi_vti_write_array_tag(pd_ctx *ctx, pd_file *file, const pd_vti_field *f, uint64_t offset)
 {
     char text[PDI_VTI_TEXT_SIZE], name[256], unit[64] = "";
@@ -255,7 +260,8 @@ PDI_FN void pdi_pvd_free(pd_ctx *ctx, pd_pvd *pvd)
     memset(pvd, 0, sizeof *pvd);
 }
 
-/* Path of a file relative to the folder of the collection, where it lies below that. */
+/* Path of a file relative to the folder of the collection, where it lies below that, else as it is: a part of
+ * `file`. */
 static const char *pdi_vti_relative_path(const pd_pvd *pvd, const char *file)
 {
     size_t length = strlen(pvd->path);

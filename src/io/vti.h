@@ -49,14 +49,16 @@ PD_API pd_status pd_vti_write(pd_ctx *ctx, const char *path, const pd_grid *grid
                               const pd_vti_field *fields, int count);
 
 #ifdef PDI_APP_INTERNAL
-/* Start an empty collection; its file is written with the first entry. */
+/* Zero the collection and set its path; its file is written with the first entry. PD_ERR_ARGUMENT: no path, or too
+ * long. */
 PDI_FN pd_status pdi_pvd_init(pd_ctx *ctx, const char *path, pd_pvd *pvd);
-/* Add a file at time [s] and rewrite the collection. Times must increase: PD_ERR_ARGUMENT. A file in the folder of the
- * collection is listed by its name alone, so that the folder can be moved. */
+/* Add a file at time [s] and rewrite the collection; on failure it is unchanged. Times must increase: PD_ERR_ARGUMENT.
+ * A file in the folder of the collection is listed by its name alone, so that the folder can be moved. */
 PDI_FN pd_status pdi_pvd_add_file(pd_ctx *ctx, pd_pvd *pvd, double time, const char *file);
 /* Free the collection. A zeroed one is allowed. */
 PDI_FN void pdi_pvd_free(pd_ctx *ctx, pd_pvd *pvd);
-/* Write the entries of the collection to a checkpoint, or read them back into an empty collection. */
+/* Write the entries of the collection to a checkpoint, or read them back into an empty collection that has its path;
+ * the collection file is not written. */
 PDI_FN pd_status pdi_pvd_store(pd_ctx *ctx, pd_pvd *pvd, pd_archive *archive);
 #endif
 

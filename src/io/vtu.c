@@ -69,7 +69,8 @@ static int pdi_vtu_is_text(pdi_vtu_text text, const char *word)
 /* Returns 1 for white space. */
 static int pdi_vtu_is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
 
-/* Read the next tag before the limit, skipping comments and declarations. *found 0: there is none. */
+/* Read the next tag before xml_end and move behind it, skipping comments and declarations. *found 0: there is none.
+ * PD_ERR_PARSE: a tag does not end. */
 static pd_status pdi_vtu_read_tag(pdi_vtu_reader *v, pdi_vtu_xml_tag *tag, int *found)
 {
     pdi_tokenizer *s = v->tokenizer;
@@ -104,7 +105,7 @@ static pd_status pdi_vtu_read_tag(pdi_vtu_reader *v, pdi_vtu_xml_tag *tag, int *
     return PD_OK;
 }
 
-/* Value of an attribute of a tag. Returns 0 when the tag has none of this name; *value is unchanged then. */
+/* Value of an attribute of a tag. Returns 1; 0: the tag has none of this name, and *value is unchanged. */
 static int pdi_vtu_find_attribute(const pdi_vtu_xml_tag *tag, const char *name, pdi_vtu_text *value)
 {
     const char *at = tag->attributes.begin, *end = at + tag->attributes.size;
@@ -163,7 +164,8 @@ static int pdi_vtu_base64_digit(char c)
     return found ? (int)(found - digits) : -1;
 }
 
-/* Decode the next four base64 characters. Returns 0 at the end, or when they are no base64. */
+/* Decode the next four base64 characters into the empty buffer of the stream. Returns 1; 0: at the end, or they are no
+ * base64. */
 static int pdi_vtu_decode_base64(pdi_vtu_byte_stream *s)
 {
     uint32_t bits = 0;
@@ -182,7 +184,7 @@ static int pdi_vtu_decode_base64(pdi_vtu_byte_stream *s)
     return 1;
 }
 
-/* Read `size` bytes from the stream. Returns 0 when there are fewer. */
+/* Read `size` bytes from the stream, decoded. Returns 1; 0: there are fewer, or they are no base64. */
 static int pdi_vtu_read_bytes(pdi_vtu_byte_stream *s, uint8_t *out, size_t size)
 {
     if (s->raw) {
@@ -210,7 +212,7 @@ static uint64_t pdi_vtu_decode_integer(const pdi_vtu_reader *v, const uint8_t *b
     return value;
 }
 
-/* Read a size of 4 or 8 bytes from the stream. Returns 0 at its end. */
+/* Read a size, of 4 or 8 bytes as of the header, from the stream. Returns 1; 0: at its end. */
 static int pdi_vtu_read_size(const pdi_vtu_reader *v, pdi_vtu_byte_stream *s, uint64_t *size)
 {
     uint8_t bytes[8];
@@ -220,7 +222,8 @@ static int pdi_vtu_read_size(const pdi_vtu_reader *v, pdi_vtu_byte_stream *s, ui
     return 1;
 }
 
-/* Inflate the zlib blocks of an array into out[size]. *fault: an error text, NULL when all is well. */
+/* Inflate the zlib blocks of an array, from their sizes on, into out[size]. *fault: an error text, NULL when all is
+ * well; it may be set with PD_OK. */
 static pd_status pdi_vtu_inflate_blocks(const pdi_vtu_reader *v, pdi_vtu_byte_stream *s, uint8_t *out, size_t size,
                                         const char **fault)
 {
@@ -293,7 +296,7 @@ static double pdi_vtu_decode_number(const pdi_vtu_reader *v, const uint8_t *byte
     return value;
 }
 
-/* Open the stream of an array, inline or appended. */
+/* Set the stream to the start of an array, inline or appended. PD_ERR_PARSE: beyond the appended data. */
 static pd_status pdi_vtu_open_array(const pdi_vtu_reader *v, const pdi_vtu_array *a, pdi_vtu_byte_stream *s)
 {
     pdi_vtu_text format;
@@ -311,7 +314,8 @@ static pd_status pdi_vtu_open_array(const pdi_vtu_reader *v, const pdi_vtu_array
     return PD_OK;
 }
 
-/* Decode a binary array of `count` numbers. */
+/* Decode a binary array of `count` numbers into value[count]. PD_ERR_PARSE: too few or too many, or one not below
+ * 1e100. */
 static pd_status pdi_vtu_decode_binary(const pdi_vtu_reader *v, const pdi_vtu_array *a, int64_t count, double *value)
 {
     pdi_vtu_text text = {"", 0};
@@ -337,7 +341,8 @@ static pd_status pdi_vtu_decode_binary(const pdi_vtu_reader *v, const pdi_vtu_ar
     return fault && status == PD_OK ? pdi_tokenizer_fail(v->tokenizer, a->tag.begin, "%s", fault) : status;
 }
 
-/* Parse a text array of `count` numbers. */
+/* Parse a text array of `count` numbers into value[count]. PD_ERR_PARSE: too few or too many, or one not below
+ * 1e100. */
 static pd_status pdi_vtu_parse_ascii(const pdi_vtu_reader *v, const pdi_vtu_array *a, int64_t count, double *value)
 {
     pdi_tokenizer part = *v->tokenizer;
@@ -352,7 +357,8 @@ static pd_status pdi_vtu_parse_ascii(const pdi_vtu_reader *v, const pdi_vtu_arra
     return pdi_tokenizer_fail(&part, word, "an array of more than its %.0f numbers", (double)count);
 }
 
-/* Decode the array `which`, of `count` numbers, into new memory. what: its name for messages. */
+/* Decode the array `which`, of `count` numbers, into new memory, v->value[which], and set its length. what: its name
+ * for messages. PD_ERR_PARSE: missing, of an unknown type or format, or of another number. */
 static pd_status pdi_vtu_decode_array(pdi_vtu_reader *v, int which, const char *what, int64_t count)
 {
     const pdi_vtu_array *a = &v->array[which];
@@ -405,7 +411,7 @@ static pd_points_cell_type pdi_vtu_find_cell_type(int type, int *dimension)
     return type > 0 && type < 15 ? (pd_points_cell_type)form[type] : PD_POINTS_CELL_NONE;
 }
 
-/* Region (tag) number k of an array; 0 without the array. */
+/* *tag: region (tag) number k of an array; 0 without the array. PD_ERR_PARSE: it is no whole number of 32 bits. */
 static pd_status pdi_vtu_get_region(const pdi_vtu_reader *v, int which, int64_t k, int32_t *tag)
 {
     double value = v->value[which] ? v->value[which][k] : 0.0;
@@ -417,8 +423,8 @@ static pd_status pdi_vtu_get_region(const pdi_vtu_reader *v, int which, int64_t 
     return PD_OK;
 }
 
-/* Add cell k, whose nodes begin at `first` of the connectivity, as a point; *count_used is incremented when it has
- * PD_DIM dimensions. */
+/* Add cell k as a point, and its faces; its nodes, `corners` of them, begin at `first` of the connectivity. *count_used
+ * is incremented when it has PD_DIM dimensions; one of fewer is skipped. PD_ERR_PARSE. */
 static pd_status pdi_vtu_add_cell(pdi_vtu_reader *v, int64_t k, int64_t first, int64_t corners, int64_t *count_used)
 {
     static const int8_t swapped[8] = {0, 1, 3, 2, 4, 5, 7, 6};
@@ -452,7 +458,8 @@ static pd_status pdi_vtu_add_cell(pdi_vtu_reader *v, int64_t k, int64_t first, i
     return pd_boundary_faces_add_cell(v->tokenizer->ctx, &v->faces, form, number, corner, v->cells.points->count - 1);
 }
 
-/* Decode the cells of a piece and add them as points. */
+/* Decode the cells of a piece and add them as points. *count_used is incremented by the number of those of PD_DIM
+ * dimensions. */
 static pd_status pdi_vtu_add_cells(pdi_vtu_reader *v, int64_t *count_used)
 {
     double last = 0.0;
@@ -476,7 +483,8 @@ static pd_status pdi_vtu_add_cells(pdi_vtu_reader *v, int64_t *count_used)
     return PD_OK;
 }
 
-/* Add the points of a piece themselves, with their volumes. */
+/* Add the points of a piece themselves, with their volumes and tags. PD_ERR_PARSE: a volume is not positive, or a
+ * coordinate beyond PD_DIM differs. */
 static pd_status pdi_vtu_add_points(pdi_vtu_reader *v)
 {
     double scale = 1.0;
@@ -506,7 +514,8 @@ static pd_status pdi_vtu_add_points(pdi_vtu_reader *v)
     return PD_OK;
 }
 
-/* Add the cells, or else the points, of a piece whose arrays have been located. */
+/* Decode the points of a piece whose arrays have been located, update the extent of the mesh, and add its cells of
+ * PD_DIM dimensions, or else its points. begin: start of the piece, for messages. PD_ERR_PARSE: it has neither. */
 static pd_status pdi_vtu_add_piece(pdi_vtu_reader *v, const char *begin)
 {
     int64_t counts = 0, components;
@@ -530,7 +539,7 @@ static pd_status pdi_vtu_add_piece(pdi_vtu_reader *v, const char *begin)
                               "a piece without cells of %d dimensions, and without point data 'volume'", PD_DIM);
 }
 
-/* Free the arrays of a piece. */
+/* Free the decoded arrays of a piece, and forget where its arrays are. */
 static void pdi_vtu_free_arrays(pdi_vtu_reader *v)
 {
     for (int k = 0; k < PDI_VTU_ARRAYS; k++) {
@@ -541,7 +550,8 @@ static void pdi_vtu_free_arrays(pdi_vtu_reader *v)
     v->region_rank = 99;
 }
 
-/* Which of the known arrays a DataArray tag is, by its section and name; -1: none. */
+/* Which of the known arrays a DataArray tag is, by its section and name; -1: none, or a tag array when one of higher
+ * priority (in point data: any) has been found. Sets the priority of the cell tags. */
 static int pdi_vtu_find_array(pdi_vtu_reader *v, const pdi_vtu_xml_tag *tag)
 {
     static const char *const tags[] = {"tag", "region", "material", "gmsh:physical"};
@@ -564,7 +574,7 @@ static int pdi_vtu_find_array(pdi_vtu_reader *v, const pdi_vtu_xml_tag *tag)
     return -1;
 }
 
-/* Note the position of a DataArray that is needed. */
+/* Note tag and text of a DataArray that is needed; the text begins at the position of the tokenizer. */
 static void pdi_vtu_set_array(pdi_vtu_reader *v, const pdi_vtu_xml_tag *tag)
 {
     int which = pdi_vtu_find_array(v, tag);
@@ -579,7 +589,8 @@ static void pdi_vtu_set_array(pdi_vtu_reader *v, const pdi_vtu_xml_tag *tag)
 
 /* ---- the file ---- */
 
-/* Read the VTKFile tag: type, byte order, size of headers, compressor. */
+/* Take byte order, size of headers and compression from the VTKFile tag. PD_ERR_PARSE: no unstructured grid, or another
+ * compressor than zlib. */
 static pd_status pdi_vtu_read_header(pdi_vtu_reader *v, const pdi_vtu_xml_tag *tag)
 {
     const uint16_t probe = 1;
@@ -598,7 +609,8 @@ static pd_status pdi_vtu_read_header(pdi_vtu_reader *v, const pdi_vtu_xml_tag *t
     return PD_OK;
 }
 
-/* Locate the appended data, which begin behind an underscore. */
+/* Locate the appended data, which begin behind an underscore, and the end of the XML before them; the position is at
+ * the start of the text afterwards. PD_ERR_PARSE. */
 static pd_status pdi_vtu_find_appended(pdi_vtu_reader *v)
 {
     pdi_vtu_xml_tag tag;
@@ -630,7 +642,8 @@ static int pdi_vtu_find_section(pdi_vtu_text name)
                                                 : 0;
 }
 
-/* Handle an opening tag. *headed 1: VTKFile has been read; *piece: begin of the current piece, NULL outside. */
+/* Handle an opening tag: header, numbers of a piece, array or section. *headed 1: VTKFile has been read; *piece: start
+ * of the current piece, NULL outside. PD_ERR_PARSE. */
 static pd_status pdi_vtu_begin_tag(pdi_vtu_reader *v, const pdi_vtu_xml_tag *tag, int *headed, const char **piece)
 {
     if (pdi_vtu_is_text(tag->name, "VTKFile")) {
@@ -648,7 +661,8 @@ static pd_status pdi_vtu_begin_tag(pdi_vtu_reader *v, const pdi_vtu_xml_tag *tag
     return PD_OK;
 }
 
-/* Read the file tag by tag; a piece is converted at its closing tag. */
+/* Read the file tag by tag up to the end of the grid; a piece is converted, and its arrays freed, at its closing tag.
+ * PD_ERR_PARSE. */
 static pd_status pdi_vtu_read_file(pdi_vtu_reader *v)
 {
     int more = 1, headed = 0, ended = 0;

@@ -12,7 +12,8 @@
 #include "lattice/boundary_faces.h"
 
 #ifdef PDI_APP_INTERNAL
-/* Add the cells or points of all pieces of the grid; lengths times scale are in metres. PD_ERR_PARSE with path:line. */
+/* Add the cells or points of all pieces of the grid, and set the boundary faces of `points`; lengths times scale are in
+ * metres. On failure some points may have been added. PD_ERR_PARSE with path:line. */
 PDI_FN pd_status pdi_vtu_read(pdi_tokenizer *scan, double scale, pd_points *points);
 #endif
 

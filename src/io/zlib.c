@@ -47,19 +47,21 @@ PDI_FN void pdi_bytes_free(pd_ctx *ctx, pdi_bytes *bytes)
     bytes->size = bytes->capacity = 0;
 }
 
-/* Remainder of a byte for the reflected polynomial 0xEDB88320. */
+/* CRC-32 register after the eight bits of a byte: remainder for the reflected polynomial 0xEDB88320. */
 static uint32_t pdi_zlib_crc32_byte(uint32_t byte)
 {
     for (int bit = 0; bit < 8; bit++) byte = (byte >> 1) ^ (0xEDB88320u & (0u - (byte & 1u)));
     return byte;
 }
 
+/* Read a 32-bit little-endian number. */
 static uint32_t pdi_zlib_get_u32(const uint8_t *bytes)
 {
     return bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16 | (uint32_t)bytes[3] << 24;
 }
 
-/* CRC-32 of eight bytes at a time (slicing by 8: Kounavis and Berry, IEEE Trans. Comput. 57 (2008), 1550). */
+/* Update the CRC-32 register (complement of the CRC) with data[8 * words], eight bytes at a time (slicing by 8:
+ * Kounavis and Berry, IEEE Trans. Comput. 57 (2008), 1550). */
 static uint32_t pdi_zlib_crc32_words(uint32_t crc, const uint8_t *data, size_t words)
 {
     uint32_t table[8][256];
@@ -155,7 +157,7 @@ static int pdi_zlib_log2(uint32_t x)
     return n;
 }
 
-/* Code 257..285 and extra bits of a match length: four codes have the same number of extra bits. */
+/* Code 257..285 and extra bits of a match length 3..258: four codes have the same number of extra bits. */
 static pdi_zlib_coded_value pdi_zlib_length_code(uint32_t length)
 {
     pdi_zlib_coded_value s = {0, 0, 0};
@@ -171,7 +173,7 @@ static pdi_zlib_coded_value pdi_zlib_length_code(uint32_t length)
     return s;
 }
 
-/* Code 0..29 and extra bits of a distance: two codes have the same number of extra bits. */
+/* Code 0..29 and extra bits of a distance 1..32768: two codes have the same number of extra bits. */
 static pdi_zlib_coded_value pdi_zlib_distance_code(uint32_t distance)
 {
     pdi_zlib_coded_value s = {0, 0, 0};
@@ -186,7 +188,7 @@ static pdi_zlib_coded_value pdi_zlib_distance_code(uint32_t distance)
     return s;
 }
 
-/* Write the lowest `count` bits of a value, lowest first. */
+/* Write a value of `count` bits, lowest first; its higher bits are 0. */
 static void pdi_zlib_write_bits(pdi_zlib_writer *s, uint32_t value, int count)
 {
     s->bits |= (uint64_t)value << s->bit_count;
@@ -198,7 +200,8 @@ static void pdi_zlib_write_bits(pdi_zlib_writer *s, uint32_t value, int count)
     }
 }
 
-/* Code lengths of a Huffman tree by the two-queue method. Returns the longest. At least two symbols must occur. */
+/* Code lengths[n] of a Huffman tree for freq[n] by the two-queue method, 0 for symbols that do not occur. Returns the
+ * longest. At least two symbols must occur. */
 static int pdi_zlib_huffman_lengths(const uint32_t *freq, int n, uint8_t *lengths)
 {
     int order[PDI_ZLIB_LITERALS + 2], parent[2 * (PDI_ZLIB_LITERALS + 2)], depth[2 * (PDI_ZLIB_LITERALS + 2)];
@@ -233,7 +236,8 @@ static int pdi_zlib_huffman_lengths(const uint32_t *freq, int n, uint8_t *length
     return longest;
 }
 
-/* Code lengths of at most `limit` bits: frequencies are flattened until the tree is shallow enough. freq is changed. */
+/* Code lengths[n] of at most `limit` bits for at least two symbols. freq[n] is changed: symbols are added where fewer
+ * than two occur, and frequencies are flattened until the tree is shallow enough. */
 static void pdi_zlib_limit_lengths(uint32_t *freq, int n, int limit, uint8_t *lengths)
 {
     int used = 0;
@@ -291,9 +295,10 @@ typedef struct pdi_zlib_header {
     uint64_t bits;
 } pdi_zlib_header;
 
+/* Number of extra bits of a code-length symbol (RFC 1951, 3.2.7). */
 static int pdi_zlib_token_bits(int token) { return token == 16 ? 2 : token == 17 ? 3 : token == 18 ? 7 : 0; }
 
-/* Run-length code the code lengths of a dynamic block (RFC 1951, 3.2.7). */
+/* Run-length code the code lengths[n] of a dynamic block (RFC 1951, 3.2.7) into token and extra of the header. */
 static void pdi_zlib_encode_lengths(const uint8_t *lengths, int n, pdi_zlib_header *header)
 {
     header->token_count = 0;
@@ -314,7 +319,8 @@ static void pdi_zlib_encode_lengths(const uint8_t *lengths, int n, pdi_zlib_head
     }
 }
 
-/* Prepare the header of a dynamic block and count its bits. */
+/* Prepare the header of a dynamic block with these code lengths, and count its bits, without the three of the block
+ * type. */
 static void pdi_zlib_plan_header(const pdi_zlib_codes *codes, pdi_zlib_header *header)
 {
     uint8_t all[PDI_ZLIB_LITERALS + PDI_ZLIB_DISTANCES];
@@ -336,7 +342,7 @@ static void pdi_zlib_plan_header(const pdi_zlib_codes *codes, pdi_zlib_header *h
         header->bits += (uint64_t)(header->length[header->token[i]] + pdi_zlib_token_bits(header->token[i]));
 }
 
-/* Write the header of a block with codes of its own (RFC 1951, 3.2.7). */
+/* Write the header of a block with codes of its own, behind its type (RFC 1951, 3.2.7). */
 static void pdi_zlib_write_header(pdi_zlib_writer *s, const pdi_zlib_header *header)
 {
     pdi_zlib_write_bits(s, (uint32_t)(header->literals - 257), 5);
@@ -368,7 +374,8 @@ static void pdi_zlib_write_symbols(pdi_zlib_writer *s, const pdi_zlib_codes *cod
     pdi_zlib_write_bits(s, codes->literal[256], codes->literal_len[256]);
 }
 
-/* Write the next `length` bytes of the input as a stored block, behind its type. */
+/* Fill up the current byte and write the next `length` bytes of the input, at most 65535, as a stored block, behind its
+ * type. block_start stays. */
 static void pdi_zlib_write_stored(pdi_zlib_writer *s, size_t length)
 {
     if (s->bit_count) pdi_zlib_write_bits(s, 0, 8 - s->bit_count);
@@ -378,8 +385,8 @@ static void pdi_zlib_write_stored(pdi_zlib_writer *s, size_t length)
     s->used += length;
 }
 
-/* End the current block and write it as the shortest of the three kinds. end: input position behind it; last 1: final
- * block. */
+/* End the current block, write it as the shortest of the three kinds, and begin an empty one at `end`, the input
+ * position behind it. last 1: final block. */
 static void pdi_zlib_write_block(pdi_zlib_writer *s, size_t end, int last)
 {
     pdi_zlib_codes dynamic, fixed;
@@ -421,7 +428,8 @@ static void pdi_zlib_write_block(pdi_zlib_writer *s, size_t end, int last)
     PD_ASSERT(s->used + 8 <= PDI_ZLIB_OUTPUT_SIZE);
 }
 
-/* Enter the position of the input into the chain of its hash. */
+/* Enter a position of the input into the chain of the hash of its three bytes; nothing where fewer than three are
+ * left. */
 static void pdi_zlib_insert_position(pdi_zlib_writer *s, size_t pos)
 {
     if (pos + 3 > s->size) return;
@@ -444,8 +452,8 @@ static uint32_t pdi_zlib_count_equal(const uint8_t *here, const uint8_t *there, 
     return length;
 }
 
-/* Longest match of at least 3 bytes for the position just inserted; the nearest among equal ones. Returns its length or
- * 0. */
+/* Longest match of at least 3 bytes for the position just inserted; the nearest among equal ones, and none of 3 bytes
+ * farther than 4096. Returns its length, and *distance; 0: none. */
 static uint32_t pdi_zlib_find_match(const pdi_zlib_writer *s, size_t position, uint32_t *distance)
 {
     uint32_t best = 2, max_length = PDI_ZLIB_MAX_MATCH;
@@ -483,7 +491,7 @@ static void pdi_zlib_add_symbol(pdi_zlib_writer *s, uint32_t length, uint32_t di
     if (s->symbol_count == PDI_ZLIB_BLOCK_SYMBOLS) pdi_zlib_write_block(s, end, 0);
 }
 
-/* Compress a chunk: LZ77 with one step of lazy matching. */
+/* Compress a chunk: LZ77 with one step of lazy matching. The last block stays open. */
 static void pdi_zlib_compress(pdi_zlib_writer *s)
 {
     size_t at = s->start;
@@ -517,7 +525,8 @@ static void pdi_zlib_compress(pdi_zlib_writer *s)
     }
 }
 
-/* Compress chunk k of data[size]. All but the last one end with an empty stored block, and so with a whole byte. */
+/* Compress chunk k of data[size] into s->out, and compute its Adler-32; the writer starts with empty hash chains and
+ * output. All but the last one end with an empty stored block, and so with a whole byte. */
 static void pdi_zlib_deflate_chunk(pdi_zlib_writer *s, const uint8_t *data, size_t size, size_t k)
 {
     int last = size - k * PDI_ZLIB_CHUNK_SIZE <= PDI_ZLIB_CHUNK_SIZE;
@@ -546,7 +555,7 @@ static uint32_t pdi_zlib_combine_adler32(uint32_t adler, uint32_t more, size_t s
     return b << 16 | a;
 }
 
-/* Compress all chunks in parallel, as many at a time as there are writers, and append them to out. */
+/* Compress all chunks in parallel, as many at a time as there are writers, and append them and the Adler-32 to out. */
 static pd_status pdi_zlib_deflate_chunks(pd_ctx *ctx, pdi_zlib_writer *writer, int writers, const uint8_t *data,
                                          size_t size, pdi_bytes *out)
 {
@@ -600,7 +609,7 @@ typedef struct pdi_zlib_decoder {
 } pdi_zlib_decoder;
 
 PDI_COLD_BEGIN
-/* Note an error, unless there is one already. Returns 0. */
+/* Keep a text as the error, unless there is one already. Returns 0. */
 static int pdi_zlib_set_error(pdi_zlib_reader *s, const char *text)
 {
     if (!s->error) s->error = text;
@@ -624,8 +633,8 @@ static uint32_t pdi_zlib_read_bits(pdi_zlib_reader *s, int count)
     return value;
 }
 
-/* Build a decoder from code lengths. Returns 1 for a complete code; a single code of one bit is allowed where
- * `single`. */
+/* Build a decoder from the code lengths[n]. Returns 1 for a complete code; single 1: also for no code, or a single code
+ * of one bit. Else 0. */
 static int pdi_zlib_build_decoder(pdi_zlib_decoder *codes, const uint8_t *lengths, int n, int single)
 {
     int offset[16], left = 1, used = 0;
@@ -644,7 +653,7 @@ static int pdi_zlib_build_decoder(pdi_zlib_decoder *codes, const uint8_t *length
     return left == 0 || (single && (used == 0 || (used == 1 && codes->count[1] == 1)));
 }
 
-/* Decode the next symbol, -1 on error. */
+/* Decode the next symbol; -1: an error is set. */
 static int pdi_zlib_read_symbol(pdi_zlib_reader *s, const pdi_zlib_decoder *codes)
 {
     int code = 0, first = 0, index = 0;
@@ -661,7 +670,7 @@ static int pdi_zlib_read_symbol(pdi_zlib_reader *s, const pdi_zlib_decoder *code
     return -1;
 }
 
-/* Copy `length` bytes from `distance` behind the end of the output. 0: an error is set. */
+/* Append a copy of `length` bytes that begin `distance` before the end of the output. Returns 1; 0: an error is set. */
 static int pdi_zlib_read_copy(pdi_zlib_reader *s, uint32_t length, uint32_t distance)
 {
     if (distance > s->out_position) return pdi_zlib_set_error(s, "a reference to before the start of the data");
@@ -671,7 +680,7 @@ static int pdi_zlib_read_copy(pdi_zlib_reader *s, uint32_t length, uint32_t dist
     return 1;
 }
 
-/* Read the symbols of a block up to its end code. 0: an error is set. */
+/* Read the symbols of a block up to its end code into the output. Returns 1; 0: an error is set. */
 static int pdi_zlib_read_coded(pdi_zlib_reader *s, const pdi_zlib_decoder *literals,
                                const pdi_zlib_decoder *distances)
 {
@@ -698,7 +707,7 @@ static int pdi_zlib_read_coded(pdi_zlib_reader *s, const pdi_zlib_decoder *liter
     }
 }
 
-/* Read a stored block. 0: an error is set. */
+/* Read a stored block from the next whole byte on. Returns 1; 0: an error is set. */
 static int pdi_zlib_read_stored(pdi_zlib_reader *s)
 {
     s->bits = 0; /* to the next whole byte; fewer than 8 bits are ever held */
@@ -714,7 +723,7 @@ static int pdi_zlib_read_stored(pdi_zlib_reader *s)
     return 1;
 }
 
-/* Read a block with the fixed codes. 0: an error is set. */
+/* Read a block with the fixed codes. Returns 1; 0: an error is set. */
 static int pdi_zlib_read_fixed(pdi_zlib_reader *s)
 {
     pdi_zlib_decoder literals, distances;
@@ -726,7 +735,7 @@ static int pdi_zlib_read_fixed(pdi_zlib_reader *s)
     return pdi_zlib_read_coded(s, &literals, &distances);
 }
 
-/* Read the run-length coded code lengths of both code sets. */
+/* Read the run-length coded code lengths[n] of both code sets, one behind the other. Returns 1; 0: an error is set. */
 static int pdi_zlib_read_lengths(pdi_zlib_reader *s, const pdi_zlib_decoder *codes, uint8_t *lengths, int n)
 {
     for (int i = 0; i < n;) {
@@ -746,7 +755,7 @@ static int pdi_zlib_read_lengths(pdi_zlib_reader *s, const pdi_zlib_decoder *cod
     return 1;
 }
 
-/* Read a block with codes of its own. 0: an error is set. */
+/* Read a block with codes of its own. Returns 1; 0: an error is set. */
 static int pdi_zlib_read_dynamic(pdi_zlib_reader *s)
 {
     pdi_zlib_decoder literals, distances;
@@ -768,7 +777,8 @@ static int pdi_zlib_read_dynamic(pdi_zlib_reader *s)
     return pdi_zlib_read_coded(s, &literals, &distances);
 }
 
-/* Read all blocks of a stream; s->error tells what is wrong with it. */
+/* Read all blocks of a stream into the output and verify size and checksum; s->error tells what is wrong, NULL:
+ * nothing. */
 static void pdi_zlib_inflate_stream(pdi_zlib_reader *s)
 {
     uint32_t head = pdi_zlib_read_bits(s, 8) << 8;

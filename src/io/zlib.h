@@ -15,16 +15,17 @@ typedef struct pdi_bytes {
     size_t size, capacity;
 } pdi_bytes;
 
-/* Make room for `more` bytes behind the size. */
+/* Make room for `more` bytes behind the size, which stays. */
 PDI_FN pd_status pdi_bytes_reserve(pd_ctx *ctx, pdi_bytes *bytes, size_t more);
 /* Append bytes. */
 PDI_FN pd_status pdi_bytes_add(pd_ctx *ctx, pdi_bytes *bytes, const void *data, size_t size);
-/* Free the buffer. A zeroed one is allowed. */
+/* Free the buffer and set it to empty. A zeroed one is allowed. */
 PDI_FN void pdi_bytes_free(pd_ctx *ctx, pdi_bytes *bytes);
 
 /* Compress data[0..size) and append the zlib stream to out. PD_ERR_SIZE above 1 GiB. */
 PDI_FN pd_status pdi_zlib_deflate(pd_ctx *ctx, const uint8_t *data, size_t size, pdi_bytes *out);
-/* Decompress a zlib stream that must give exactly out_size bytes. PD_ERR_PARSE; name: of the file, for the message. */
+/* Decompress a zlib stream data[size] that must give exactly out[out_size], and verify its checksum. PD_ERR_PARSE:
+ * damaged, or of another length. name: of the file, for the message. */
 PDI_FN pd_status pdi_zlib_inflate(pd_ctx *ctx, const char *name, const uint8_t *data, size_t size, uint8_t *out,
                                   size_t out_size);
 /* Update a CRC-32 (ISO 3309) with more data; start with 0. */
