@@ -40,7 +40,7 @@
  *     vti        writes fields of the grid as VTK ImageData (XML, raw appended data), and time series as a PVD collection, for
  *     paraview   writes a Python script that opens the fields of a run in ParaView, with one colour range for all times.
  *     csv        tables of numbers as CSV text: a writer that flushes every row, and a reader.
- *     tokenizer  tokenizer: reads words and numbers from a text, and reports errors with the line number.
+ *     tokenizer  reads words and numbers from a text, and reports errors with the line number.
  *     gmsh       reads Gmsh meshes, MSH 2.2 and 4.1 as text, as material points.
  *     vtu        reads VTK XML files of unstructured grids as material points.
  *     points_file reads the material points of a body from a file: a table of points, or a mesh.
@@ -175,8 +175,8 @@ PD_API pd_status pd_archive_file_create(pd_ctx *ctx, const char *path, pd_archiv
  * PD_ERR_ARGUMENT: another format, version, dimension or byte order. Reading an item later fails with PD_ERR_ARGUMENT
  * when the next item of the file has another name or length. */
 PD_API pd_status pd_archive_file_open(pd_ctx *ctx, const char *path, pd_archive_file *store);
-/* After writing: end the file and give it its final name. After reading: check that everything was read. It is closed
- * on failure, too. */
+/* After writing: end the file and give it its final name. After reading: check that everything was read, else
+ * PD_ERR_ARGUMENT. It is closed on failure, too. */
 PD_API pd_status pd_archive_file_close(pd_ctx *ctx, pd_archive_file *store);
 
 #endif
@@ -1417,7 +1417,7 @@ PDI_FN int pdi_file_exists(const char *path);
 PDI_FN int pdi_file_is_link(const char *path);
 /* Returns 1 for a character that separates the parts of a path. */
 PDI_FN int pdi_file_is_separator(char c);
-/* Returns 1 for an absolute path. */
+/* Returns 1 for an absolute path; on Windows also for one with a drive letter. */
 PDI_FN int pdi_file_is_absolute(const char *path);
 #if defined(_WIN32)
 #define PDI_FILE_UTF16_SIZE (PD_PATH_SIZE + 8)
@@ -1425,45 +1425,47 @@ PDI_FN int pdi_file_is_absolute(const char *path);
  * when the path is no UTF-8. */
 PDI_FN const wchar_t *pdi_file_to_utf16(const char *path, wchar_t *wide);
 #endif
-/* Name of output frame `frame` (0..999999) at time [s] >= 0, into name[PD_PATH_SIZE]: prefix "corr", frame 12, time
- * 6.1 and extension "vti" give "corr_000012_t6.1s.vti", the time with one to six decimals. PD_ERR_ARGUMENT,
- * PD_ERR_SIZE. */
+/* Name of output frame `frame` (0..999999) at time [s] >= 0, into name[PD_PATH_SIZE]: prefix "corr", frame 12, time 6.1
+ * and extension "vti" give "corr_000012_t6.1s.vti", the time with one to six decimals. PD_ERR_ARGUMENT: frame or time
+ * out of range; PD_ERR_SIZE: the name is too long. */
 PDI_FN pd_status pdi_file_format_frame_name(pd_ctx *ctx, const char *prefix, int frame, double time,
                                             const char *extension, char *name);
 
-/* Returns 1 for a relative path that stays inside its folder: not absolute, no drive letter, no '..'. */
+/* Returns 1 for a relative path that stays inside its folder: not absolute, no ':', no part '..'. '\\' separates
+ * everywhere. */
 PDI_FN int pdi_file_is_subpath(const char *path);
 /* Check, without writing, whether a directory and files in it could be created. PD_OK, or PD_ERR_FILE with the
  * reason. */
 PDI_FN pd_status pdi_file_check_writable(pd_ctx *ctx, const char *path);
-/* Read a whole regular file of at most `limit` bytes into new memory. data gets size + 1 bytes, the last one 0, so
- * that text can be parsed in place; free with PD_DELETE(ctx, size + 1, data). PD_ERR_FILE: missing, unreadable, a
- * folder, pipe or device, larger than the limit. */
+/* Read a whole regular file of at most `limit` bytes into new memory. data gets size + 1 bytes, the last one 0, so that
+ * text can be parsed in place; free with PD_DELETE(ctx, size + 1, data); NULL on failure. PD_ERR_FILE: missing,
+ * unreadable, a folder, pipe or device, larger than the limit. */
 PDI_FN pd_status pdi_file_read_all(pd_ctx *ctx, const char *path, size_t limit, char **data, size_t *size);
 
-/* Open a new temporary file `<path>.part` for writing. The final name stays unchanged until the file is committed. */
+/* Open a new temporary file `<path>.part` for writing; an old one is replaced. The final name stays unchanged until the
+ * file is committed. PD_ERR_FILE; on failure there is nothing to close. */
 PDI_FN pd_status pdi_file_create(pd_ctx *ctx, const char *path, pd_file *file);
 /* Open an existing regular file to append to it. PD_ERR_FILE: it is no regular file, or is reached through a link. */
 PDI_FN pd_status pdi_file_open_append(pd_ctx *ctx, const char *path, pd_file *file);
-/* Truncate an existing file to its first `length` bytes, which must end a line, and open it to append. PD_ERR_FILE: it
- * is shorter, or no line ends there. */
+/* Truncate an existing file to its first `length` bytes, which must end a line (0 is allowed), by a copy that replaces
+ * it, and open it to append. PD_ERR_FILE: it is shorter, or no line ends there; it stays as it is then. */
 PDI_FN pd_status pdi_file_resume(pd_ctx *ctx, const char *path, int64_t length, pd_file *file);
-/* Current length [byte] of a file that is open to append. */
+/* Flush a file that is open to append; *length: its current length [byte]. */
 PDI_FN pd_status pdi_file_get_length(pd_ctx *ctx, pd_file *file, int64_t *length);
 /* Open a regular file to read it in parts; abandoning it closes it. */
 PDI_FN pd_status pdi_file_open_read(pd_ctx *ctx, const char *path, pd_file *file);
-/* Read up to `size` bytes; *got is the number read, less than `size` at the end of the file only. */
+/* Read up to `size` bytes and advance; *got is the number read, less than `size` at the end of the file only. */
 PDI_FN pd_status pdi_file_read_bytes(pd_ctx *ctx, pd_file *file, void *data, size_t size, size_t *got);
 /* Delete a file and its temporary file `<path>.part`; either may be missing. */
 PDI_FN void pdi_file_remove(const char *path);
-/* Write `size` bytes; a short write is PD_ERR_FILE. */
+/* Write `size` bytes; a short write is PD_ERR_FILE. PD_ERR_ARGUMENT: the file is not open. */
 PDI_FN pd_status pdi_file_write(pd_ctx *ctx, pd_file *file, const void *data, size_t size);
 /* Write a string without its terminating 0. */
 PDI_FN pd_status pdi_file_write_text(pd_ctx *ctx, pd_file *file, const char *text);
 /* Flush the buffer of the C library. */
 PDI_FN pd_status pdi_file_flush(pd_ctx *ctx, pd_file *file);
-/* Close a written file and rename a temporary one to its final name. On failure the temporary file is removed and the
- * old file stays. */
+/* Close a written file and rename a temporary one to its final name. PD_ERR_FILE, also where an earlier write failed:
+ * the temporary file is removed and the old file stays. PD_ERR_ARGUMENT: it is not open. */
 PDI_FN pd_status pdi_file_commit(pd_ctx *ctx, pd_file *file);
 /* Close a file and delete its temporary file. A closed or zeroed file is allowed. */
 PDI_FN void pdi_file_abandon(pd_file *file);
@@ -1472,7 +1474,8 @@ PDI_FN void pdi_file_abandon(pd_file *file);
 /* Format a number as the shortest decimal text, text[PDI_FILE_NUMBER_SIZE], that reads back as the same bits ("0.1",
  * "1e-09", "nan"), in any locale. */
 PDI_FN void pdi_file_format_number(double value, char *text);
-/* Parse text[0..length) as one number, in any locale. Returns 1 when the whole text is one number, else 0. */
+/* Parse text[0..length) as one number, in any locale; inf and nan are numbers, hexadecimal ones are not. Returns 1 when
+ * the whole text, of at most 63 bytes, is one number; else 0, and *value may have changed. */
 PDI_FN int pdi_file_parse_number(const char *text, size_t length, double *value);
 
 /* ======== >>io/zlib.h ======== */
@@ -1492,16 +1495,17 @@ typedef struct pdi_bytes {
     size_t size, capacity;
 } pdi_bytes;
 
-/* Make room for `more` bytes behind the size. */
+/* Make room for `more` bytes behind the size, which stays. */
 PDI_FN pd_status pdi_bytes_reserve(pd_ctx *ctx, pdi_bytes *bytes, size_t more);
 /* Append bytes. */
 PDI_FN pd_status pdi_bytes_add(pd_ctx *ctx, pdi_bytes *bytes, const void *data, size_t size);
-/* Free the buffer. A zeroed one is allowed. */
+/* Free the buffer and set it to empty. A zeroed one is allowed. */
 PDI_FN void pdi_bytes_free(pd_ctx *ctx, pdi_bytes *bytes);
 
 /* Compress data[0..size) and append the zlib stream to out. PD_ERR_SIZE above 1 GiB. */
 PDI_FN pd_status pdi_zlib_deflate(pd_ctx *ctx, const uint8_t *data, size_t size, pdi_bytes *out);
-/* Decompress a zlib stream that must give exactly out_size bytes. PD_ERR_PARSE; name: of the file, for the message. */
+/* Decompress a zlib stream data[size] that must give exactly out[out_size], and verify its checksum. PD_ERR_PARSE:
+ * damaged, or of another length. name: of the file, for the message. */
 PDI_FN pd_status pdi_zlib_inflate(pd_ctx *ctx, const char *name, const uint8_t *data, size_t size, uint8_t *out,
                                   size_t out_size);
 /* Update a CRC-32 (ISO 3309) with more data; start with 0. */
@@ -1513,31 +1517,37 @@ PDI_FN uint32_t pdi_zlib_adler32(const uint8_t *data, size_t size);
 #endif
 
 /* ======== >>io/archive_file.h, internal ======== */
-/* Close, and delete the temporary file. A closed or zeroed store is allowed. */
+/* Close the file, and delete the temporary one; a checkpoint in memory stays. A closed or zeroed store is allowed. */
 PDI_FN void pdi_archive_file_abandon(pd_archive_file *store);
 
-/* Begin to write a checkpoint in memory, over the one held there; closing ends it and keeps it. */
+/* Begin to write a checkpoint in memory, over the one held there, whose buffer is used again; closing ends it and keeps
+ * it. The store is zeroed before the first time. */
 PDI_FN pd_status pdi_archive_file_begin_in_memory(pd_ctx *ctx, pd_archive_file *store);
-/* Write the checkpoint held in memory to the file `path`. PD_ERR_FILE. */
+/* Write the checkpoint held in memory, which has been closed, to the file `path`. Sets the checksums of its items in
+ * memory first; it stays in memory. PD_ERR_FILE. */
 PDI_FN pd_status pdi_archive_file_write_memory(pd_ctx *ctx, pd_archive_file *store, const char *path);
-/* Free the checkpoint held in memory. */
+/* Free the checkpoint held in memory and zero the store. A zeroed store is allowed. */
 PDI_FN void pdi_archive_file_free_memory(pd_ctx *ctx, pd_archive_file *store);
 
 /* ======== >>io/output_folder.h, internal ======== */
-/* Create and lock the output folder `path` of a run, delete the files of its previous run and begin the list of files.
- * PD_ERR_STATE: another run writes there, or its lock file is none. PD_ERR_ARGUMENT: it holds the files of a run of
- * another name. */
+/* Create and lock the output folder `path` of a run, delete the files of its previous run and begin the list of files;
+ * on failure the folder is closed. PD_ERR_STATE: another run writes there, or its lock file is none. PD_ERR_ARGUMENT:
+ * it holds the files of a run of another name. */
 PDI_FN pd_status pdi_output_folder_open(pd_ctx *ctx, const char *path, const char *run_name, pd_output_folder *folder);
-/* Check, without writing, whether the folder could be opened. Same errors. */
+/* Check whether the folder could be opened, and write nothing; a lock file that no run holds is deleted. Same
+ * errors. */
 PDI_FN pd_status pdi_output_folder_check(pd_ctx *ctx, const char *path, const char *run_name);
-/* Lock the existing output folder of a run that restarts from a checkpoint; a missing folder is no error. */
+/* Set path and name, and lock the existing output folder of a run that restarts from a checkpoint. A folder without a
+ * list of files, or a missing one, is no error and is not locked. */
 PDI_FN pd_status pdi_output_folder_lock_existing(pd_ctx *ctx, const char *path, const char *run_name,
                                                  pd_output_folder *folder);
-/* Enter an output file in the list before it is written. path[PD_PATH_SIZE]: its path. */
+/* Enter an output file in the list and flush it, before the file is written. name: the ParaView script, or one without
+ * folder and with an extension of output files. path[PD_PATH_SIZE]: its path. */
 PDI_FN pd_status pdi_output_folder_add_file(pd_ctx *ctx, pd_output_folder *folder, const char *name, char *path);
-/* Write the length of the list of files to the checkpoint, or read it back. */
+/* Write the length [byte] of the list of files to the checkpoint, or read it back; folder->list_length gets it. */
 PDI_FN pd_status pdi_output_folder_store(pd_ctx *ctx, pd_output_folder *folder, pd_archive *archive);
-/* After a restart: delete the files that were listed after the checkpoint, and reopen the list at its length. */
+/* After a restart: delete the files that were listed after the checkpoint, cut the list to its length then, and open it
+ * to append. removed_count becomes 0. PD_ERR_FILE: no list; PD_ERR_ARGUMENT: that of another run. */
 PDI_FN pd_status pdi_output_folder_resume_list(pd_ctx *ctx, pd_output_folder *folder);
 /* Close the list and release the lock. A zeroed folder is allowed, and closing twice. */
 PDI_FN void pdi_output_folder_close(pd_output_folder *folder);
@@ -1548,15 +1558,17 @@ PDI_FN int pdi_image_get_luminance(const pd_image *image, int column, int row);
 /* Parts of a PNG file, for files that hold more than one image. */
 /* Write a big-endian number of four bytes. */
 PDI_FN void pdi_png_put_u32(uint8_t *bytes, uint32_t value);
-/* Check that an image can be written: pixels, channels and size. */
+/* Check that an image can be written. PD_ERR_ARGUMENT: no pixels, or not 1 or 3 channels. PD_ERR_SIZE: more than
+ * PD_PNG_MAX_PIXELS. */
 PDI_FN pd_status pdi_png_check_image(pd_ctx *ctx, const pd_image *image);
-/* Write the signature and the IHDR chunk. */
+/* Write the signature and the IHDR chunk of an image of 8 bits a channel. */
 PDI_FN pd_status pdi_png_write_header(pd_ctx *ctx, pd_file *file, const pd_image *image);
-/* Write a chunk with its length and CRC; data may be NULL where size is 0. */
+/* Write a chunk with its length and CRC; type: four letters; data may be NULL where size is 0. */
 PDI_FN pd_status pdi_png_write_chunk(pd_ctx *ctx, pd_file *file, const char *type, const uint8_t *data, size_t size);
-/* Append an image as a whole PNG file to a buffer. */
+/* Append an image as a whole PNG file to a buffer. Errors as of pdi_png_check_image; the buffer may hold a part
+ * then. */
 PDI_FN pd_status pdi_png_encode(pd_ctx *ctx, const pd_image *image, pdi_bytes *out);
-/* Append the filtered and compressed pixels of an image to a buffer. */
+/* Append the filtered and compressed pixels of an image, which has been checked, to a buffer, as one zlib stream. */
 PDI_FN pd_status pdi_png_compress_pixels(pd_ctx *ctx, const pd_image *image, pdi_bytes *packed);
 
 /* ======== >>io/apng.h ======== */
@@ -1578,13 +1590,15 @@ typedef struct pdi_apng {
     uint32_t sequence_number; /* sequence number of the next fcTL or fdAT chunk */
 } pdi_apng;
 
-/* Begin an animation of `count` frames of `delay` [ms] in a temporary file. The last frame stays ten times as long;
- * then the animation repeats. PD_ERR_ARGUMENT, PD_ERR_FILE. */
+/* Zero `film` and open the temporary file of an animation of `count` frames (at least 1) of `delay` [ms] (1 to 6000).
+ * The first frame writes the header. The last frame stays ten times as long; then the animation repeats.
+ * PD_ERR_ARGUMENT, PD_ERR_FILE. */
 PDI_FN pd_status pdi_apng_create(pd_ctx *ctx, const char *path, int count, int delay, pdi_apng *film);
-/* Append a frame. Errors as of a single PNG; PD_ERR_ARGUMENT also: another size than the first frame, or one frame too
- * many. */
+/* Append a frame of 1 or 3 channels. Errors as of a single PNG; PD_ERR_ARGUMENT also: another size or number of
+ * channels than the first frame, or one frame too many. The file stays open on failure. */
 PDI_FN pd_status pdi_apng_add_frame(pd_ctx *ctx, pdi_apng *film, const pd_image *image);
-/* End the file and give it its final name; it is closed on failure, too. PD_ERR_ARGUMENT: frames are missing. */
+/* End the file and give it its final name. On failure it is closed and the temporary file deleted. PD_ERR_ARGUMENT:
+ * frames are missing. */
 PDI_FN pd_status pdi_apng_commit(pd_ctx *ctx, pdi_apng *film);
 /* Close and delete the temporary file. A closed or zeroed animation is allowed. */
 PDI_FN void pdi_apng_abandon(pdi_apng *film);
@@ -1609,31 +1623,31 @@ typedef struct pdi_svg {
     int stroke_count;   /* number of strokes of the open path */
 } pdi_svg;
 
-/* Begin a drawing on a white background. In all functions lengths are in pixels, colours 0xRRGGBB. */
+/* Zero `svg` and begin a drawing on a white background. In all functions lengths are in pixels, colours 0xRRGGBB. */
 PDI_FN void pdi_svg_begin(pd_ctx *ctx, int width, int height, pdi_svg *svg);
-/* Add a filled rectangle. */
+/* Add a filled rectangle; one of no width or height is left out. */
 PDI_FN void pdi_svg_add_rectangle(pdi_svg *svg, int left, int top, int width, int height, uint32_t colour);
-/* Add the outline of a rectangle. */
+/* Add the outline of a rectangle as a line of one pixel, centred on its sides. */
 PDI_FN void pdi_svg_add_frame(pdi_svg *svg, double left, double top, double width, double height, uint32_t colour);
 /* Add a straight line with round ends. */
 PDI_FN void pdi_svg_add_line(pdi_svg *svg, double xa, double ya, double xb, double yb, double width, uint32_t colour);
 /* Begin a path of straight strokes (commands M and L); then add strokes and end it. */
 PDI_FN void pdi_svg_begin_path(pdi_svg *svg);
-/* Add a stroke from (xa, ya) to (xb, yb) to the path. */
+/* Add a stroke from (xa, ya) to (xb, yb) to the open path; it continues the last one where that ends there. */
 PDI_FN void pdi_svg_add_stroke(pdi_svg *svg, double xa, double ya, double xb, double yb);
 /* End the path and set its line width and colour. */
 PDI_FN void pdi_svg_end_path(pdi_svg *svg, double width, uint32_t colour);
-/* Add a UTF-8 text with (x, y) on its baseline. anchor: "start", "middle" or "end"; upward 1: rotated to read upward.
- * Characters that XML does not allow become question marks. */
+/* Add a UTF-8 text with (x, y) on its baseline. anchor: "start", "middle" or "end"; upward 1: rotated to read upward;
+ * bold 1: in bold. Characters that XML does not allow become question marks. */
 PDI_FN void pdi_svg_add_text(pdi_svg *svg, double x, double y, const char *anchor, int upward, int bold,
                              uint32_t colour, const char *text);
-/* Embed an image, as PNG in base64, with its upper left corner at (left, top). */
+/* Embed an image of 1 or 3 channels, as PNG in base64, with its upper left corner at (left, top). */
 PDI_FN void pdi_svg_add_image(pdi_svg *svg, int left, int top, const pd_image *image);
 /* Clip what follows to the rectangle, until the next call; width 0: no clipping. */
 PDI_FN void pdi_svg_set_clip(pdi_svg *svg, int left, int top, int width, int height);
 /* End the drawing and write it to a file; the drawing stays until pdi_svg_free. Returns the first failure. */
 PDI_FN pd_status pdi_svg_write(pdi_svg *svg, const char *path);
-/* Free the drawing. */
+/* Free the drawing. A zeroed one is allowed. */
 PDI_FN void pdi_svg_free(pdi_svg *svg);
 #endif
 
@@ -1676,42 +1690,48 @@ typedef pd_status (*pdi_canvas_draw_fn)(pd_ctx *ctx, const void *what, pdi_svg *
 
 /* Euclidean length sqrt(x^2 + y^2). Not hypot: C libraries differ in its last bit, and pictures would differ. */
 PDI_FN double pdi_canvas_hypot(double x, double y);
-/* Make a white image of width x height pixels; free canvas->image with its own function. */
+/* Zero the canvas and make a white RGB image of width x height pixels, without clipping; free canvas->image with its
+ * own function. PD_ERR_SIZE: no pixel, or more than PD_PNG_MAX_PIXELS. */
 PDI_FN pd_status pdi_canvas_build_image(pd_ctx *ctx, int width, int height, pdi_canvas *canvas);
-/* Make an empty SVG drawing of that size; free svg with its own function. */
+/* Zero canvas and svg and begin an empty SVG drawing of that size, without clipping. canvas->svg is svg; canvas->image
+ * has a size, but no pixels. Free svg with its own function. PD_ERR_SIZE as above. */
 PDI_FN pd_status pdi_canvas_build_svg(pd_ctx *ctx, int width, int height, pdi_svg *svg, pdi_canvas *canvas);
-/* Embed an image in an SVG drawing, its upper left corner at (left, top). */
+/* Embed an image in an SVG drawing, its upper left corner at (left, top). The canvas has to be of SVG. */
 PDI_FN void pdi_canvas_draw_image(pdi_canvas *canvas, int left, int top, const pd_image *image);
-/* Draw `what` with the callback `draw` into a new image. */
+/* Draw `what` with the callback `draw` into a new image, which the caller frees; on failure it is zeroed. */
 PDI_FN pd_status pdi_canvas_draw_to_image(pd_ctx *ctx, pdi_canvas_draw_fn draw, const void *what, pd_image *image);
 /* Draw `what` with the callback `draw` into a file: SVG where its name ends in .svg, else PNG. */
 PDI_FN pd_status pdi_canvas_draw_to_file(pd_ctx *ctx, const char *path, pdi_canvas_draw_fn draw, const void *what);
-/* Set the clip rectangle [left, right) x [top, bottom). */
+/* Set the clip rectangle [left, right) x [top, bottom), cut to the canvas. */
 PDI_FN void pdi_canvas_set_clip(pdi_canvas *canvas, int left, int top, int right, int bottom);
 /* Set the clip rectangle to the whole canvas. */
 PDI_FN void pdi_canvas_reset_clip(pdi_canvas *canvas);
-/* Fill the rectangle [left, right) x [top, bottom). */
+/* Fill the rectangle [left, right) x [top, bottom); an empty one is allowed. */
 PDI_FN void pdi_canvas_fill_rectangle(pdi_canvas *canvas, int left, int top, int right, int bottom, uint32_t colour);
-/* Draw a frame of one pixel just outside the same rectangle. */
+/* Draw a frame of one pixel just outside the rectangle [left, right) x [top, bottom). */
 PDI_FN void pdi_canvas_draw_frame(pdi_canvas *canvas, int left, int top, int right, int bottom, uint32_t colour);
-/* Draw a straight antialiased line from (xa, ya) to (xb, yb) with round ends; pixel centres lie at half-integers. */
+/* Draw a straight antialiased line of this width [pixel] from (xa, ya) to (xb, yb) with round ends; pixel centres lie
+ * at half-integers. Ends at one point give a disc. Where a set of strokes is open, the line is added to it. */
 PDI_FN void pdi_canvas_draw_line(pdi_canvas *canvas, double xa, double ya, double xb, double yb, double width,
                                  uint32_t colour);
-/* Begin a set of strokes of one width and colour; pixels where they overlap are blended once. Add strokes, then end the
- * set, also after a failure in between. */
+/* Begin a set of strokes of one width [pixel] and colour; pixels where they overlap are blended once. Allocates the
+ * coverage of an image. Add strokes, then end the set, also after a failure in between. */
 PDI_FN pd_status pdi_canvas_begin_strokes(pd_ctx *ctx, pdi_canvas *canvas, double width, uint32_t colour);
-/* Add a straight stroke to the set. */
+/* Add a straight stroke from (xa, ya) to (xb, yb), clipped, to the open set. */
 PDI_FN void pdi_canvas_add_stroke(pdi_canvas *canvas, double xa, double ya, double xb, double yb);
-/* Blend the set of strokes into the image, or close its path. */
+/* Blend the set of strokes into the image and free its coverage; of SVG: close its path. Nothing happens without an
+ * open set. */
 PDI_FN void pdi_canvas_end_strokes(pd_ctx *ctx, pdi_canvas *canvas);
-/* Draw a UTF-8 text (ASCII, µ, ·, °, × and superscript digits); (x, y): anchor, at the top of the capitals. */
+/* Draw a UTF-8 text (ASCII, µ, ·, °, × and superscript digits; in an image others become '?'); (x, y): anchor, at the
+ * top of the capitals. */
 PDI_FN void pdi_canvas_draw_text(pdi_canvas *canvas, int x, int y, pdi_align align, uint32_t colour, const char *text);
-/* Draw a text rotated to read upward; x: top of the capitals (their left side), y: anchor. */
+/* Draw a text rotated to read upward; x: top of the capitals (their left side), y: anchor; the text starts at its lower
+ * end. */
 PDI_FN void pdi_canvas_draw_text_upward(pdi_canvas *canvas, int x, int y, pdi_align align, uint32_t colour,
                                         const char *text);
 /* Draw a bold text from x on to the right; y: top of the capitals. */
 PDI_FN void pdi_canvas_draw_bold_text(pdi_canvas *canvas, int x, int y, uint32_t colour, const char *text);
-/* Width [pixel] of a text. */
+/* Width [pixel] of a text in the bitmap font. */
 PDI_FN int pdi_canvas_compute_text_width(const char *text);
 #endif
 
@@ -1725,12 +1745,12 @@ PDI_FN int pdi_canvas_compute_text_width(const char *text);
 #ifdef PDI_APP_INTERNAL
 #define PDI_UNIT_LABEL_SIZE 512 /* [byte] size of a label with its terminating 0 */
 
-/* UTF-8 text of a superscript digit or minus sign. */
+/* UTF-8 text of a superscript digit, or of a superscript minus sign for any other character. */
 PDI_FN const char *pdi_unit_label_get_superscript(char sign);
 /* Typeset a label whose units stand in brackets, into out[PDI_UNIT_LABEL_SIZE], UTF-8; what does not fit is cut off.
  * Returns out. */
 PDI_FN const char *pdi_unit_label_format(const char *text, char *out);
-/* Typeset a number with its unit, "1.3 um/h", in the same way. */
+/* Typeset a number with its unit, "1.3 um/h", in the same way; the unit begins at the first space. */
 PDI_FN const char *pdi_unit_label_format_value(const char *text, char *out);
 #endif
 
@@ -1754,15 +1774,19 @@ typedef struct pdi_axis_ticks {
     char label[PDI_AXIS_TICKS_MAX_COUNT][32]; /* UTF-8; empty: a minor tick */
 } pdi_axis_ticks;
 
-/* Compute ticks inside lo..hi with about `max_labels` labels at most: multiples of 1, 2 or 5 times a power of ten, or
- * decades. */
+/* Set count, values, labels and exponent of an axis from its lo, hi and log: ticks inside lo..hi with about
+ * `max_labels` labels at most, at multiples of 1, 2 or 5 times a power of ten, or at decades. A logarithmic axis has
+ * minor ticks, too, and linear ticks within a decade. There are none where lo == hi. */
 PDI_FN void pdi_axis_ticks_compute(int max_labels, pdi_axis_ticks *axis);
-/* Format 10^exponent as "10" with superscript digits, into text[32]. */
+/* Format 10^exponent as UTF-8, "10" with superscript digits and sign (of the last three digits of the exponent), into
+ * text, which has room for 15 bytes. */
 PDI_FN void pdi_axis_ticks_format_power(int exponent, char *text);
-/* Position of a value along the axis: 0 at lo, 1 at hi, linear or logarithmic. */
+/* Position of a value along the axis: 0 at lo, 1 at hi, linear or logarithmic; values beyond lie outside 0..1. A
+ * logarithmic axis needs a positive value. */
 PDI_FN double pdi_axis_ticks_value_to_fraction(const pdi_axis_ticks *axis, double value);
-/* Widen a range that is practically empty (hi - lo below 1e-9 of its size; zero alone: 0 .. 1), then extend it on both
- * sides by `margin_fraction` times its length; a linear range is not extended across zero. */
+/* Change lo and hi. A range that is practically empty is widened first: linear, of less than 1e-9 of its larger
+ * magnitude, by 5 % of that on both sides (zero alone: 0..1); logarithmic: to lo/2 .. 2 hi. Then it is extended on both
+ * sides by `margin_fraction` times its length (logarithmic: that of its logarithm), a linear one not across zero. */
 PDI_FN void pdi_axis_ticks_widen_range(double margin_fraction, pdi_axis_ticks *axis);
 #endif
 
@@ -1770,11 +1794,14 @@ PDI_FN void pdi_axis_ticks_widen_range(double margin_fraction, pdi_axis_ticks *a
 
 /* ======== >>io/colour.h, internal ======== */
 #define PDI_COLOUR_TABLE_SIZE 256 /* colours of a table */
-/* Fill table[PDI_COLOUR_TABLE_SIZE] with the colours 0xRRGGBB of a map from low to high, for all maps but labels. */
+/* Fill table[PDI_COLOUR_TABLE_SIZE] with the colours 0xRRGGBB of a map from low to high, at equal distances in OKLab.
+ * Not for PD_COLOUR_MAP_LABELS. */
 PDI_FN void pdi_colour_fill_table(pd_colour_map map, uint32_t *table);
-/* Colour 0xRRGGBB of a whole number, for PD_COLOUR_MAP_LABELS. */
+/* Colour 0xRRGGBB of a whole number of either sign, for PD_COLOUR_MAP_LABELS; neighbours differ in hue and
+ * lightness. */
 PDI_FN uint32_t pdi_colour_get_label_colour(int64_t number);
-/* Colour 0xRRGGBB of curve k of a plot (Okabe and Ito 2008: distinguishable for colour-blind readers). */
+/* Colour 0xRRGGBB of curve k >= 0 of a plot (Okabe and Ito 2008: distinguishable for colour-blind readers); the six
+ * colours repeat. */
 PDI_FN uint32_t pdi_colour_get_series_colour(int k);
 
 /* ======== >>io/colour_bar.h ======== */
@@ -1796,9 +1823,10 @@ typedef struct pdi_colour_bar {
 
 /* Width [pixel] of the widest tick label of an axis. */
 PDI_FN int pdi_colour_bar_label_width(const pdi_axis_ticks *axis);
-/* Colour 0xRRGGBB at a fraction of a colour table, 0 (low end) to 1 (high end); values beyond, and NaN, are clamped. */
+/* Colour 0xRRGGBB at a fraction of table[PDI_COLOUR_TABLE_SIZE], 0 (low end) to 1 (high end); fractions beyond are
+ * clamped, NaN gives the low end. */
 PDI_FN uint32_t pdi_colour_bar_get_colour(const uint32_t *table, double fraction);
-/* Draw the bar, its ticks, their common power of ten and its label. */
+/* Draw the bar, its frame, its ticks with their labels on the right, their common power of ten above, and its label. */
 PDI_FN void pdi_colour_bar_draw(const pdi_colour_bar *bar, pdi_canvas *canvas);
 #endif
 
@@ -1822,13 +1850,14 @@ typedef struct pdi_legend {
     uint8_t shown[PDI_LEGEND_MAX_LABELS]; /* 1: label k occurs in this picture */
 } pdi_legend;
 
-/* Mark the label that a value of the field rounds to as shown. */
+/* Mark the label that a value of the field rounds to as shown; values outside 0..PDI_LEGEND_MAX_LABELS - 1 are
+ * ignored. */
 PDI_FN void pdi_legend_mark_shown(pdi_legend *legend, double value);
-/* Colour 0xRRGGBB of the label that a value rounds to; the value is below 9e15. */
+/* Colour 0xRRGGBB of the label that a value rounds to; the magnitude of the value is below 9e15. */
 PDI_FN uint32_t pdi_legend_get_colour(const pdi_legend *legend, double value);
-/* Width [pixel] of the legend. */
+/* Width [pixel] of the legend, with all labels of the series, so that all its pictures have one size. */
 PDI_FN int pdi_legend_compute_width(const pdi_legend *legend);
-/* Draw the labels that are shown, from (left, top) down. */
+/* Draw the labels that are shown, from (left, top) down; the range lo to hi as a text where the series has too many. */
 PDI_FN void pdi_legend_draw(const pdi_legend *legend, int left, int top, pdi_canvas *canvas);
 #endif
 
@@ -1854,7 +1883,8 @@ typedef struct pdi_contour {
  * grid. */
 typedef void (*pdi_contour_segment_fn)(void *user, const double *a, const double *b);
 
-/* Call add_segment for all segments of the contour lines of this level, cell by cell. */
+/* Call add_segment(user, a, b) for all segments of the contour lines of this level, in the unit of the values; cell by
+ * cell, not in order along a line. A level of NaN has none. */
 PDI_FN void pdi_contour_find_segments(const pdi_contour *contour, double level, pdi_contour_segment_fn add_segment,
                                       void *user);
 #endif
@@ -1900,12 +1930,14 @@ typedef struct pdi_streamlines {
     double *point;                       /* [point_room][2] [pixel] points of all lines, in flow direction */
 } pdi_streamlines;
 
-/* Interpolated velocity at a point [pixel], scaled to the picture [pixel/s]; 0: no fluid there, or outside. */
+/* Interpolated velocity[2] at position[2] [pixel], scaled to the picture [pixel/s]. Returns 1; 0: no fluid there, or
+ * outside, and velocity is unchanged. */
 PDI_FN int pdi_streamline_interpolate_velocity(const pdi_streamline_field *stream, const double *position,
                                                double *velocity);
-/* Largest speed of a cell [m/s], 0 without any fluid. */
+/* Largest speed of a cell [m/s], of the components at its centre; 0 without any fluid. */
 PDI_FN double pdi_streamline_compute_max_speed(const pdi_streamline_field *stream);
-/* Compute evenly spaced streamlines of a field. */
+/* Compute evenly spaced streamlines of a field, spacing > 0, into zeroed `lines`; none where nothing flows. Free the
+ * lines also on failure. */
 PDI_FN pd_status pdi_streamlines_compute(pd_ctx *ctx, const pdi_streamline_field *stream, pdi_streamlines *lines);
 /* Free the lines. A zeroed set is allowed. */
 PDI_FN void pdi_streamlines_free(pd_ctx *ctx, pdi_streamlines *lines);
@@ -1929,10 +1961,11 @@ typedef struct pdi_velocity_plot {
 
 /* Draw evenly spaced streamlines with arrow heads; where the field is mirrored, also their mirror images below. */
 PDI_FN pd_status pdi_velocity_plot_draw_streamlines(pd_ctx *ctx, const pdi_velocity_plot *arrows, pdi_canvas *canvas);
-/* Draw arrows centred on a regular grid, with lengths proportional to the speed. */
+/* Draw arrows centred on a regular grid, about max_length apart, with lengths proportional to the speed; short ones are
+ * left out. */
 PDI_FN pd_status pdi_velocity_plot_draw_arrows(pd_ctx *ctx, const pdi_velocity_plot *arrows, pdi_canvas *canvas);
 /* Speed [m/s] of the reference arrow in the key: the largest of 1, 2 and 5 times a power of ten that does not exceed
- * `max_speed` [m/s]. text[32]: its label, "2 mm/s". */
+ * `max_speed` [m/s] > 0. text[32]: its label, "2 mm/s". */
 PDI_FN double pdi_velocity_plot_reference_speed(double max_speed, char *text);
 /* Draw one arrow from (x, y) to the right, its length in pixels. */
 PDI_FN pd_status pdi_velocity_plot_draw_one_arrow(pd_ctx *ctx, pdi_canvas *canvas, double x, double y, double length);
@@ -1965,12 +1998,13 @@ typedef struct pdi_deformed_plot {
     double lo[2], hi[2];     /* [m] extent of the picture; lo == hi: large enough for all displaced cells */
 } pdi_deformed_plot;
 
-/* Extend lo[2] .. hi[2] [m] to the undeformed picture and all displaced cells; start with lo above hi. PD_ERR_ARGUMENT
- * as below. */
+/* Extend lo[2] .. hi[2] [m] to the undeformed picture and all displaced cells; start with lo above hi. PD_ERR_ARGUMENT:
+ * displacements of more than ten times the size of the picture. */
 PDI_FN pd_status pdi_deformed_plot_extend_range(pd_ctx *ctx, const pdi_deformed_plot *warp, double *lo, double *hi);
 
-/* Draw into an RGB image (freed by its own function); what moves beyond the extent is cut off. PD_ERR_ARGUMENT also:
- * displacements of more than ten times the size of the picture. */
+/* Draw into an RGB image (freed by its own function); what moves beyond the extent is cut off. The undeformed picture
+ * has no streamlines and arrows. PD_ERR_ARGUMENT also, where no extent is given: displacements of more than ten times
+ * the size of the picture. */
 PDI_FN pd_status pdi_deformed_plot_draw_image(pd_ctx *ctx, const pdi_deformed_plot *warp, pd_image *image);
 /* Draw and write as PNG, or as SVG where the path ends in ".svg". */
 PDI_FN pd_status pdi_deformed_plot_write(pd_ctx *ctx, const char *path, const pdi_deformed_plot *warp);
@@ -2015,7 +2049,8 @@ typedef struct pdi_surface_nets_mesh {
     float *corner_normal;
 } pdi_surface_nets_mesh;
 
-/* Build the smoothed mesh with normals and values. */
+/* Zero `shell` and build the smoothed mesh with normals and values, in new memory; on failure nothing stays.
+ * PD_ERR_SIZE: more vertices than int32 counts. */
 PDI_FN pd_status pdi_surface_nets_build(pd_ctx *ctx, const pdi_surface_nets_desc *desc, pdi_surface_nets_mesh *shell);
 /* Free the mesh. A zeroed one is allowed. */
 PDI_FN void pdi_surface_nets_free(pd_ctx *ctx, pdi_surface_nets_mesh *shell);
@@ -2028,23 +2063,26 @@ PDI_FN void pdi_surface_nets_free(pd_ctx *ctx, pdi_surface_nets_mesh *shell);
 #define PDI_RENDERER_AMBIENT_LIGHT 0.3  /* fraction of ambient light */
 
 /* Set up the view of the box lo[3]..hi[3] [m] from direction[3] (towards the eye, any length) and allocate the image:
- * `width` pixels wide, or less where its height would exceed 0.9 of that. */
+ * `width` pixels wide with its margins, or less where its height would exceed 0.9 of that. Free it also on failure. */
 PDI_FN pd_status pdi_renderer_build(pd_ctx *ctx, const double *lo, const double *hi, const double *direction, int width,
                                     pd_rendering *shade);
 /* Free the image. A zeroed one is allowed. */
 PDI_FN void pdi_renderer_free(pd_ctx *ctx, pd_rendering *shade);
-/* Set up the view alone: vectors, scale and size in pixels. */
+/* Zero `shade` and set up the view alone, as above, without memory: vectors, box, scale and size in pixels. */
 PDI_FN void pdi_renderer_init_view(const double *lo, const double *hi, const double *direction, int width,
                                    pd_rendering *shade);
-/* Render a surface mesh. labels 1: each face has its own value; 0: values are interpolated between corners. */
+/* Render a surface mesh and the edges of the box: set value, brightness, coverage and edge of all pixels. labels 1:
+ * each face has its own value; 0: values are interpolated between corners (faces without a value have none). */
 PDI_FN pd_status pdi_renderer_draw_surface(pd_ctx *ctx, const pdi_surface_nets_mesh *shell, int labels,
                                            pd_rendering *shade);
-/* Project a point x[3] [m]: position[0], [1]: its pixel position, y down; position[2]: its depth [m] towards the
- * eye. */
+/* Project a point x[3] [m]: position[0], [1]: its pixel position, y down; position[2]: its depth [m] from the low
+ * corner of the box, positive towards the eye. */
 PDI_FN void pdi_renderer_project_point(const pd_rendering *shade, const double *x, double *position);
-/* Projected ends a[3], b[3] of edge k (0 to 3) of the box along axis d. */
+/* Project the ends of edge k of the box along axis d, low end a[3], high end b[3]. Bit 0 of k: at the high side of axis
+ * d + 1, bit 1: of axis d + 2 (modulo 3). */
 PDI_FN void pdi_renderer_project_box_edge(const pd_rendering *shade, int d, int k, double *a, double *b);
-/* Brightness 0..1 of a surface with this unit normal (Lambert). */
+/* Brightness of a surface with this outward unit normal (Lambert): PDI_RENDERER_AMBIENT_LIGHT where it faces away from
+ * the light, up to 1. */
 PDI_FN double pdi_renderer_compute_brightness(const pd_rendering *shade, const double *normal);
 
 /* ======== >>io/surface_plot.h ======== */
@@ -2078,14 +2116,16 @@ PDI_FN pd_status pdi_surface_plot_write(pd_ctx *ctx, const char *path, const pdi
 #endif
 
 /* ======== >>io/vti.h, internal ======== */
-/* Start an empty collection; its file is written with the first entry. */
+/* Zero the collection and set its path; its file is written with the first entry. PD_ERR_ARGUMENT: no path, or too
+ * long. */
 PDI_FN pd_status pdi_pvd_init(pd_ctx *ctx, const char *path, pd_pvd *pvd);
-/* Add a file at time [s] and rewrite the collection. Times must increase: PD_ERR_ARGUMENT. A file in the folder of the
- * collection is listed by its name alone, so that the folder can be moved. */
+/* Add a file at time [s] and rewrite the collection; on failure it is unchanged. Times must increase: PD_ERR_ARGUMENT.
+ * A file in the folder of the collection is listed by its name alone, so that the folder can be moved. */
 PDI_FN pd_status pdi_pvd_add_file(pd_ctx *ctx, pd_pvd *pvd, double time, const char *file);
 /* Free the collection. A zeroed one is allowed. */
 PDI_FN void pdi_pvd_free(pd_ctx *ctx, pd_pvd *pvd);
-/* Write the entries of the collection to a checkpoint, or read them back into an empty collection. */
+/* Write the entries of the collection to a checkpoint, or read them back into an empty collection that has its path;
+ * the collection file is not written. */
 PDI_FN pd_status pdi_pvd_store(pd_ctx *ctx, pd_pvd *pvd, pd_archive *archive);
 
 /* ======== >>io/paraview.h ======== */
@@ -2102,16 +2142,18 @@ PDI_FN pd_status pdi_paraview_write_script(pd_ctx *ctx, const char *path);
 
 /* ======== >>io/csv.h, internal ======== */
 
-/* Write a whole table values[rows][columns] through a temporary file. Errors as above. */
+/* Write a whole table values[rows][columns] through a temporary file; values may be NULL where rows is 0. Errors as of
+ * pd_csv_create; PD_ERR_FILE. */
 PDI_FN pd_status pdi_csv_write_table(pd_ctx *ctx, const char *path, const char *const *names, int columns,
                                      const double *values, int64_t rows);
 
-/* Checkpoint of an open CSV file: write its length; or, when reading, truncate the file `path` to that length and open
- * it to append. PD_ERR_FILE: it is shorter, or no row ends there. */
+/* Checkpoint of an open CSV file: flush it and write its length [byte]. Or, when reading, overwrite *csv: truncate the
+ * file `path` to that length and open it to append; path and columns are used only there. PD_ERR_FILE: it is shorter,
+ * or no row ends there. */
 PDI_FN pd_status pdi_csv_store(pd_ctx *ctx, pd_archive *archive, const char *path, int columns, pd_csv *csv);
 
 /* ======== >>io/tokenizer.h ======== */
-/* tokenizer: tokenizer: reads words and numbers from a text, and reports errors with the line number.
+/* tokenizer: reads words and numbers from a text, and reports errors with the line number.
  *
  * Words are separated by white space. An error is PD_ERR_PARSE with "path:line: ".
  */
@@ -2129,25 +2171,26 @@ typedef struct pdi_tokenizer {
     int ignore_case;        /* 1: comparisons ignore the case of letters */
 } pdi_tokenizer;
 
-/* Start at the first byte of text[size], after a byte order mark. */
+/* Start at the first byte of text[size], after a byte order mark; text[size] is 0, and the text stays in place. where:
+ * name of the module for messages. */
 PDI_FN pdi_tokenizer pdi_tokenizer_init(pd_ctx *ctx, const char *where, const char *path, const char *text,
                                         size_t size);
 /* Report an error at a position of the text as PD_ERR_PARSE "path:line: ...". */
 PDI_FN pd_status pdi_tokenizer_fail(const pdi_tokenizer *scan, const char *position, const char *format, ...)
     PD_PRINTF_LIKE(3, 4);
-/* Read the next word. Returns its length, 0 at the end of the text. */
+/* Read the next word. *word: its start in the text, not terminated. Returns its length, 0 at the end of the text. */
 PDI_FN size_t pdi_tokenizer_read_word(pdi_tokenizer *scan, const char **word);
-/* Skip to the next line. Returns 1 when the rest of the line was blank. */
+/* Skip to the next line. Returns 1 when the rest of the line was blank, else 0. */
 PDI_FN int pdi_tokenizer_skip_line(pdi_tokenizer *scan);
 /* Read the next word as a finite number. what: its name for the message. */
 PDI_FN pd_status pdi_tokenizer_read_number(pdi_tokenizer *scan, const char *what, double *value);
-/* Read the next word as an integer from low to high. */
+/* Read the next word as an integer from low to high, of at most 18 digits. */
 PDI_FN pd_status pdi_tokenizer_read_integer(pdi_tokenizer *scan, const char *what, int64_t low, int64_t high,
                                             int64_t *value);
-/* Read the next word as a number of entries of at least `bytes` bytes each. A count that the rest of the file cannot
- * hold is refused before memory is allocated. */
+/* Read the next word as a number of entries of at least `bytes` bytes each, at most INT32_MAX. A count that the rest of
+ * the file cannot hold is refused before memory is allocated. */
 PDI_FN pd_status pdi_tokenizer_read_count(pdi_tokenizer *scan, const char *what, int bytes, int64_t *count);
-/* Returns 1 when the word of `size` characters equals `name`. */
+/* Returns 1 when the word of `size` characters equals `name` (in lower case where ignore_case is set), else 0. */
 PDI_FN int pdi_tokenizer_is_word(const pdi_tokenizer *scan, const char *word, size_t size, const char *name);
 /* Read the next word, which must equal `word`. */
 PDI_FN pd_status pdi_tokenizer_expect_word(pdi_tokenizer *scan, const char *word);
@@ -2166,8 +2209,9 @@ PDI_FN pd_status pdi_tokenizer_expect_word(pdi_tokenizer *scan, const char *word
 #define PD_GMSH_H
 
 #ifdef PDI_APP_INTERNAL
-/* Add the cells of the text as points; lengths times scale are in metres. PD_ERR_PARSE with path:line: a format error,
- * cells of higher order, folded or inverted cells. */
+/* Add the cells of the text as points, and set the boundary faces of `points`; lengths times scale are in metres. On
+ * failure some points may have been added. PD_ERR_PARSE with path:line: a format error, cells of higher order, folded
+ * or inverted cells. */
 PDI_FN pd_status pdi_gmsh_read(pdi_tokenizer *scan, double scale, pd_points *points);
 #endif
 
@@ -2185,7 +2229,8 @@ PDI_FN pd_status pdi_gmsh_read(pdi_tokenizer *scan, double scale, pd_points *poi
 #define PD_VTU_H
 
 #ifdef PDI_APP_INTERNAL
-/* Add the cells or points of all pieces of the grid; lengths times scale are in metres. PD_ERR_PARSE with path:line. */
+/* Add the cells or points of all pieces of the grid, and set the boundary faces of `points`; lengths times scale are in
+ * metres. On failure some points may have been added. PD_ERR_PARSE with path:line. */
 PDI_FN pd_status pdi_vtu_read(pdi_tokenizer *scan, double scale, pd_points *points);
 #endif
 
@@ -2202,7 +2247,8 @@ PDI_FN pd_status pdi_vtu_read(pdi_tokenizer *scan, double scale, pd_points *poin
  * clamped (NaN is 0); elapsed [s]. The time left assumes the mean rate so far; it is left out below 0.1 % or 1 s.
  * Always terminated by 0, cut off when size is too small. */
 PDI_FN void pdi_progress_format_line(double fraction, double elapsed, const char *label, char *line, size_t size);
-/* Format a time [s]: text[size] = "0.25 s", "12.3 s", "2 min 05 s", "3 h 07 min" or "12 d 4 h". */
+/* Format a time [s]: text[size] = "0.25 s", "12.3 s", "2 min 05 s", "3 h 07 min" or "12 d 4 h"; "?": it is negative,
+ * NaN, or 3e11 and more. */
 PDI_FN void pdi_progress_format_duration(double seconds, char *text, size_t size);
 #endif
 
@@ -3153,7 +3199,7 @@ static pd_status pdi_file_fail(pd_ctx *ctx, const char *what, const char *path, 
     return pd_fail(ctx, PD_ERR_FILE, "file", "cannot %s '%s': %s", what, path, pdi_file_error_text(error));
 }
 
-/* Check that a path is not empty and fits PD_PATH_SIZE. */
+/* Check a path. PD_ERR_ARGUMENT: it is NULL or empty; PD_ERR_SIZE: it does not fit PD_PATH_SIZE. */
 static pd_status pdi_file_check_path(pd_ctx *ctx, const char *path)
 {
     if (!path || !path[0]) return pd_fail(ctx, PD_ERR_ARGUMENT, "file", "the path is empty");
@@ -3230,8 +3276,7 @@ static FILE *pdi_file_create_stream(const char *path, int *error)
     return stream;
 }
 
-/* Open a regular file to append, but none that is reached through a symbolic or a hard link. NULL with *error set on
- * failure. */
+/* Open a file to append; a missing one is created, and links are not checked. NULL with *error set on failure. */
 static FILE *pdi_file_open_append_stream(const char *path, int *error)
 {
     wchar_t wide[PDI_FILE_UTF16_SIZE];
@@ -3279,7 +3324,8 @@ static int pdi_file_open_descriptor(const char *path, int flags, double *size, i
     return *error ? -1 : descriptor;
 }
 
-/* Wrap a descriptor in a stream of the C library, which closes it. NULL with *error set on failure. */
+/* Wrap a descriptor in a stream of the C library, which closes it. NULL with *error set on failure, when the descriptor
+ * is closed; a descriptor of -1 gives NULL, and *error stays. */
 static FILE *pdi_file_wrap_descriptor(int descriptor, const char *mode, int *error)
 {
     FILE *stream = descriptor < 0 ? NULL : fdopen(descriptor, mode);
@@ -3324,7 +3370,7 @@ static FILE *pdi_file_open_append_stream(const char *path, int *error)
 }
 #endif
 
-/* Delete one file, whose absence is no error. */
+/* Delete one file, outside of Windows also an empty directory; failures are ignored. */
 static void pdi_file_remove_path(const char *path)
 {
 #if defined(_WIN32)
@@ -3392,7 +3438,7 @@ pd_status pd_file_make_directory(pd_ctx *ctx, const char *path)
     return PD_OK;
 }
 
-/* Returns 1 when files cannot be created in a directory; errno says why. */
+/* Returns 1 when files cannot be created in a directory, with the reason in errno; else 0. */
 static int pdi_file_is_unwritable(const char *path)
 {
     errno = 0;
@@ -3481,7 +3527,8 @@ static pd_status pdi_file_fail_too_large(pd_ctx *ctx, const char *path, size_t l
                    (double)limit);
 }
 
-/* Read a stream to its end into a growing buffer: data[capacity], *size bytes used, at most `limit`. */
+/* Read a stream to its end into (*data)[*capacity], which is doubled when it is full; *size: bytes used. PD_ERR_FILE:
+ * more than `limit` bytes, or a read error. */
 static pd_status pdi_file_read_stream(pd_ctx *ctx, const char *path, FILE *stream, size_t limit, char **data,
                                       size_t *size, size_t *capacity)
 {
@@ -3546,7 +3593,7 @@ PDI_FN pd_status pdi_file_create(pd_ctx *ctx, const char *path, pd_file *file)
     return status;
 }
 
-/* Open the file itself, without a temporary one, to append or to read. verb: for the message. */
+/* Open the file itself, without a temporary one, to append (append 1) or to read (0). verb: for the message. */
 static pd_status pdi_file_open_in_place(pd_ctx *ctx, const char *path, int append, const char *verb, pd_file *file)
 {
     double size;
@@ -3665,7 +3712,7 @@ PDI_FN pd_status pdi_file_get_length(pd_ctx *ctx, pd_file *file, int64_t *length
     return PD_OK;
 }
 
-/* Copy the first `length` bytes of a file, which must end a line. PD_ERR_FILE: it is shorter, or no line ends there. */
+/* Copy the next `length` bytes of a file, which must end a line. PD_ERR_FILE: it is shorter, or no line ends there. */
 static pd_status pdi_file_copy_bytes(pd_ctx *ctx, pd_file *from, int64_t length, pd_file *to)
 {
     char bytes[4096], last = '\n';
@@ -3809,19 +3856,21 @@ PDI_FN void pdi_bytes_free(pd_ctx *ctx, pdi_bytes *bytes)
     bytes->size = bytes->capacity = 0;
 }
 
-/* Remainder of a byte for the reflected polynomial 0xEDB88320. */
+/* CRC-32 register after the eight bits of a byte: remainder for the reflected polynomial 0xEDB88320. */
 static uint32_t pdi_zlib_crc32_byte(uint32_t byte)
 {
     for (int bit = 0; bit < 8; bit++) byte = (byte >> 1) ^ (0xEDB88320u & (0u - (byte & 1u)));
     return byte;
 }
 
+/* Read a 32-bit little-endian number. */
 static uint32_t pdi_zlib_get_u32(const uint8_t *bytes)
 {
     return bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16 | (uint32_t)bytes[3] << 24;
 }
 
-/* CRC-32 of eight bytes at a time (slicing by 8: Kounavis and Berry, IEEE Trans. Comput. 57 (2008), 1550). */
+/* Update the CRC-32 register (complement of the CRC) with data[8 * words], eight bytes at a time (slicing by 8:
+ * Kounavis and Berry, IEEE Trans. Comput. 57 (2008), 1550). */
 static uint32_t pdi_zlib_crc32_words(uint32_t crc, const uint8_t *data, size_t words)
 {
     uint32_t table[8][256];
@@ -3917,7 +3966,7 @@ static int pdi_zlib_log2(uint32_t x)
     return n;
 }
 
-/* Code 257..285 and extra bits of a match length: four codes have the same number of extra bits. */
+/* Code 257..285 and extra bits of a match length 3..258: four codes have the same number of extra bits. */
 static pdi_zlib_coded_value pdi_zlib_length_code(uint32_t length)
 {
     pdi_zlib_coded_value s = {0, 0, 0};
@@ -3933,7 +3982,7 @@ static pdi_zlib_coded_value pdi_zlib_length_code(uint32_t length)
     return s;
 }
 
-/* Code 0..29 and extra bits of a distance: two codes have the same number of extra bits. */
+/* Code 0..29 and extra bits of a distance 1..32768: two codes have the same number of extra bits. */
 static pdi_zlib_coded_value pdi_zlib_distance_code(uint32_t distance)
 {
     pdi_zlib_coded_value s = {0, 0, 0};
@@ -3948,7 +3997,7 @@ static pdi_zlib_coded_value pdi_zlib_distance_code(uint32_t distance)
     return s;
 }
 
-/* Write the lowest `count` bits of a value, lowest first. */
+/* Write a value of `count` bits, lowest first; its higher bits are 0. */
 static void pdi_zlib_write_bits(pdi_zlib_writer *s, uint32_t value, int count)
 {
     s->bits |= (uint64_t)value << s->bit_count;
@@ -3960,7 +4009,8 @@ static void pdi_zlib_write_bits(pdi_zlib_writer *s, uint32_t value, int count)
     }
 }
 
-/* Code lengths of a Huffman tree by the two-queue method. Returns the longest. At least two symbols must occur. */
+/* Code lengths[n] of a Huffman tree for freq[n] by the two-queue method, 0 for symbols that do not occur. Returns the
+ * longest. At least two symbols must occur. */
 static int pdi_zlib_huffman_lengths(const uint32_t *freq, int n, uint8_t *lengths)
 {
     int order[PDI_ZLIB_LITERALS + 2], parent[2 * (PDI_ZLIB_LITERALS + 2)], depth[2 * (PDI_ZLIB_LITERALS + 2)];
@@ -3995,7 +4045,8 @@ static int pdi_zlib_huffman_lengths(const uint32_t *freq, int n, uint8_t *length
     return longest;
 }
 
-/* Code lengths of at most `limit` bits: frequencies are flattened until the tree is shallow enough. freq is changed. */
+/* Code lengths[n] of at most `limit` bits for at least two symbols. freq[n] is changed: symbols are added where fewer
+ * than two occur, and frequencies are flattened until the tree is shallow enough. */
 static void pdi_zlib_limit_lengths(uint32_t *freq, int n, int limit, uint8_t *lengths)
 {
     int used = 0;
@@ -4053,9 +4104,10 @@ typedef struct pdi_zlib_header {
     uint64_t bits;
 } pdi_zlib_header;
 
+/* Number of extra bits of a code-length symbol (RFC 1951, 3.2.7). */
 static int pdi_zlib_token_bits(int token) { return token == 16 ? 2 : token == 17 ? 3 : token == 18 ? 7 : 0; }
 
-/* Run-length code the code lengths of a dynamic block (RFC 1951, 3.2.7). */
+/* Run-length code the code lengths[n] of a dynamic block (RFC 1951, 3.2.7) into token and extra of the header. */
 static void pdi_zlib_encode_lengths(const uint8_t *lengths, int n, pdi_zlib_header *header)
 {
     header->token_count = 0;
@@ -4076,7 +4128,8 @@ static void pdi_zlib_encode_lengths(const uint8_t *lengths, int n, pdi_zlib_head
     }
 }
 
-/* Prepare the header of a dynamic block and count its bits. */
+/* Prepare the header of a dynamic block with these code lengths, and count its bits, without the three of the block
+ * type. */
 static void pdi_zlib_plan_header(const pdi_zlib_codes *codes, pdi_zlib_header *header)
 {
     uint8_t all[PDI_ZLIB_LITERALS + PDI_ZLIB_DISTANCES];
@@ -4098,7 +4151,7 @@ static void pdi_zlib_plan_header(const pdi_zlib_codes *codes, pdi_zlib_header *h
         header->bits += (uint64_t)(header->length[header->token[i]] + pdi_zlib_token_bits(header->token[i]));
 }
 
-/* Write the header of a block with codes of its own (RFC 1951, 3.2.7). */
+/* Write the header of a block with codes of its own, behind its type (RFC 1951, 3.2.7). */
 static void pdi_zlib_write_header(pdi_zlib_writer *s, const pdi_zlib_header *header)
 {
     pdi_zlib_write_bits(s, (uint32_t)(header->literals - 257), 5);
@@ -4130,7 +4183,8 @@ static void pdi_zlib_write_symbols(pdi_zlib_writer *s, const pdi_zlib_codes *cod
     pdi_zlib_write_bits(s, codes->literal[256], codes->literal_len[256]);
 }
 
-/* Write the next `length` bytes of the input as a stored block, behind its type. */
+/* Fill up the current byte and write the next `length` bytes of the input, at most 65535, as a stored block, behind its
+ * type. block_start stays. */
 static void pdi_zlib_write_stored(pdi_zlib_writer *s, size_t length)
 {
     if (s->bit_count) pdi_zlib_write_bits(s, 0, 8 - s->bit_count);
@@ -4140,8 +4194,8 @@ static void pdi_zlib_write_stored(pdi_zlib_writer *s, size_t length)
     s->used += length;
 }
 
-/* End the current block and write it as the shortest of the three kinds. end: input position behind it; last 1: final
- * block. */
+/* End the current block, write it as the shortest of the three kinds, and begin an empty one at `end`, the input
+ * position behind it. last 1: final block. */
 static void pdi_zlib_write_block(pdi_zlib_writer *s, size_t end, int last)
 {
     pdi_zlib_codes dynamic, fixed;
@@ -4183,7 +4237,8 @@ static void pdi_zlib_write_block(pdi_zlib_writer *s, size_t end, int last)
     PD_ASSERT(s->used + 8 <= PDI_ZLIB_OUTPUT_SIZE);
 }
 
-/* Enter the position of the input into the chain of its hash. */
+/* Enter a position of the input into the chain of the hash of its three bytes; nothing where fewer than three are
+ * left. */
 static void pdi_zlib_insert_position(pdi_zlib_writer *s, size_t pos)
 {
     if (pos + 3 > s->size) return;
@@ -4206,8 +4261,8 @@ static uint32_t pdi_zlib_count_equal(const uint8_t *here, const uint8_t *there, 
     return length;
 }
 
-/* Longest match of at least 3 bytes for the position just inserted; the nearest among equal ones. Returns its length or
- * 0. */
+/* Longest match of at least 3 bytes for the position just inserted; the nearest among equal ones, and none of 3 bytes
+ * farther than 4096. Returns its length, and *distance; 0: none. */
 static uint32_t pdi_zlib_find_match(const pdi_zlib_writer *s, size_t position, uint32_t *distance)
 {
     uint32_t best = 2, max_length = PDI_ZLIB_MAX_MATCH;
@@ -4245,7 +4300,7 @@ static void pdi_zlib_add_symbol(pdi_zlib_writer *s, uint32_t length, uint32_t di
     if (s->symbol_count == PDI_ZLIB_BLOCK_SYMBOLS) pdi_zlib_write_block(s, end, 0);
 }
 
-/* Compress a chunk: LZ77 with one step of lazy matching. */
+/* Compress a chunk: LZ77 with one step of lazy matching. The last block stays open. */
 static void pdi_zlib_compress(pdi_zlib_writer *s)
 {
     size_t at = s->start;
@@ -4279,7 +4334,8 @@ static void pdi_zlib_compress(pdi_zlib_writer *s)
     }
 }
 
-/* Compress chunk k of data[size]. All but the last one end with an empty stored block, and so with a whole byte. */
+/* Compress chunk k of data[size] into s->out, and compute its Adler-32; the writer starts with empty hash chains and
+ * output. All but the last one end with an empty stored block, and so with a whole byte. */
 static void pdi_zlib_deflate_chunk(pdi_zlib_writer *s, const uint8_t *data, size_t size, size_t k)
 {
     int last = size - k * PDI_ZLIB_CHUNK_SIZE <= PDI_ZLIB_CHUNK_SIZE;
@@ -4308,7 +4364,7 @@ static uint32_t pdi_zlib_combine_adler32(uint32_t adler, uint32_t more, size_t s
     return b << 16 | a;
 }
 
-/* Compress all chunks in parallel, as many at a time as there are writers, and append them to out. */
+/* Compress all chunks in parallel, as many at a time as there are writers, and append them and the Adler-32 to out. */
 static pd_status pdi_zlib_deflate_chunks(pd_ctx *ctx, pdi_zlib_writer *writer, int writers, const uint8_t *data,
                                          size_t size, pdi_bytes *out)
 {
@@ -4362,7 +4418,7 @@ typedef struct pdi_zlib_decoder {
 } pdi_zlib_decoder;
 
 PDI_COLD_BEGIN
-/* Note an error, unless there is one already. Returns 0. */
+/* Keep a text as the error, unless there is one already. Returns 0. */
 static int pdi_zlib_set_error(pdi_zlib_reader *s, const char *text)
 {
     if (!s->error) s->error = text;
@@ -4386,8 +4442,8 @@ static uint32_t pdi_zlib_read_bits(pdi_zlib_reader *s, int count)
     return value;
 }
 
-/* Build a decoder from code lengths. Returns 1 for a complete code; a single code of one bit is allowed where
- * `single`. */
+/* Build a decoder from the code lengths[n]. Returns 1 for a complete code; single 1: also for no code, or a single code
+ * of one bit. Else 0. */
 static int pdi_zlib_build_decoder(pdi_zlib_decoder *codes, const uint8_t *lengths, int n, int single)
 {
     int offset[16], left = 1, used = 0;
@@ -4406,7 +4462,7 @@ static int pdi_zlib_build_decoder(pdi_zlib_decoder *codes, const uint8_t *length
     return left == 0 || (single && (used == 0 || (used == 1 && codes->count[1] == 1)));
 }
 
-/* Decode the next symbol, -1 on error. */
+/* Decode the next symbol; -1: an error is set. */
 static int pdi_zlib_read_symbol(pdi_zlib_reader *s, const pdi_zlib_decoder *codes)
 {
     int code = 0, first = 0, index = 0;
@@ -4423,7 +4479,7 @@ static int pdi_zlib_read_symbol(pdi_zlib_reader *s, const pdi_zlib_decoder *code
     return -1;
 }
 
-/* Copy `length` bytes from `distance` behind the end of the output. 0: an error is set. */
+/* Append a copy of `length` bytes that begin `distance` before the end of the output. Returns 1; 0: an error is set. */
 static int pdi_zlib_read_copy(pdi_zlib_reader *s, uint32_t length, uint32_t distance)
 {
     if (distance > s->out_position) return pdi_zlib_set_error(s, "a reference to before the start of the data");
@@ -4433,7 +4489,7 @@ static int pdi_zlib_read_copy(pdi_zlib_reader *s, uint32_t length, uint32_t dist
     return 1;
 }
 
-/* Read the symbols of a block up to its end code. 0: an error is set. */
+/* Read the symbols of a block up to its end code into the output. Returns 1; 0: an error is set. */
 static int pdi_zlib_read_coded(pdi_zlib_reader *s, const pdi_zlib_decoder *literals,
                                const pdi_zlib_decoder *distances)
 {
@@ -4460,7 +4516,7 @@ static int pdi_zlib_read_coded(pdi_zlib_reader *s, const pdi_zlib_decoder *liter
     }
 }
 
-/* Read a stored block. 0: an error is set. */
+/* Read a stored block from the next whole byte on. Returns 1; 0: an error is set. */
 static int pdi_zlib_read_stored(pdi_zlib_reader *s)
 {
     s->bits = 0; /* to the next whole byte; fewer than 8 bits are ever held */
@@ -4476,7 +4532,7 @@ static int pdi_zlib_read_stored(pdi_zlib_reader *s)
     return 1;
 }
 
-/* Read a block with the fixed codes. 0: an error is set. */
+/* Read a block with the fixed codes. Returns 1; 0: an error is set. */
 static int pdi_zlib_read_fixed(pdi_zlib_reader *s)
 {
     pdi_zlib_decoder literals, distances;
@@ -4488,7 +4544,7 @@ static int pdi_zlib_read_fixed(pdi_zlib_reader *s)
     return pdi_zlib_read_coded(s, &literals, &distances);
 }
 
-/* Read the run-length coded code lengths of both code sets. */
+/* Read the run-length coded code lengths[n] of both code sets, one behind the other. Returns 1; 0: an error is set. */
 static int pdi_zlib_read_lengths(pdi_zlib_reader *s, const pdi_zlib_decoder *codes, uint8_t *lengths, int n)
 {
     for (int i = 0; i < n;) {
@@ -4508,7 +4564,7 @@ static int pdi_zlib_read_lengths(pdi_zlib_reader *s, const pdi_zlib_decoder *cod
     return 1;
 }
 
-/* Read a block with codes of its own. 0: an error is set. */
+/* Read a block with codes of its own. Returns 1; 0: an error is set. */
 static int pdi_zlib_read_dynamic(pdi_zlib_reader *s)
 {
     pdi_zlib_decoder literals, distances;
@@ -4530,7 +4586,8 @@ static int pdi_zlib_read_dynamic(pdi_zlib_reader *s)
     return pdi_zlib_read_coded(s, &literals, &distances);
 }
 
-/* Read all blocks of a stream; s->error tells what is wrong with it. */
+/* Read all blocks of a stream into the output and verify size and checksum; s->error tells what is wrong, NULL:
+ * nothing. */
 static void pdi_zlib_inflate_stream(pdi_zlib_reader *s)
 {
     uint32_t head = pdi_zlib_read_bits(s, 8) << 8;
@@ -4633,7 +4690,7 @@ static void pdi_archive_file_set_checksum(uint8_t *head, size_t size)
     pdi_archive_file_put_u32(head + size - 4, pdi_zlib_crc32(0, head, size - 4));
 }
 
-/* Returns 1 when the CRC-32 of a header is right. */
+/* Returns 1 when the CRC-32 in the last four bytes of a header of `size` bytes is right, else 0. */
 static int pdi_archive_file_is_checksum_valid(const uint8_t *head, size_t size)
 {
     return pdi_archive_file_get_u32(head + size - 4) == pdi_zlib_crc32(0, head, size - 4);
@@ -4651,7 +4708,8 @@ static void pdi_archive_file_init_header(uint8_t head[PDI_ARCHIVE_FILE_HEADER_SI
     pdi_archive_file_set_checksum(head, PDI_ARCHIVE_FILE_HEADER_SIZE);
 }
 
-/* Report that format or dimension of the file differ from the expected one, as PD_ERR_ARGUMENT. */
+/* Report as PD_ERR_ARGUMENT that a number of the file header differs from the expected one. what: "format" or
+ * "dimension". */
 static pd_status pdi_archive_file_fail_mismatch(pd_ctx *ctx, const pd_archive_file *s, const char *what, unsigned found,
                                                 unsigned expected)
 {
@@ -4665,14 +4723,15 @@ static pd_status pdi_archive_file_fail_damaged(pd_ctx *ctx, const pd_archive_fil
     return pd_fail(ctx, PD_ERR_FILE, "store", "'%s' %s", s->file.path, what);
 }
 
-/* Report a damaged item `name` as PD_ERR_FILE. */
+/* Report as PD_ERR_FILE that the file is `what` ("cut off", "damaged") in the item `name`. */
 static pd_status pdi_archive_file_fail_damaged_item(pd_ctx *ctx, const pd_archive_file *s, const char *what,
                                                     const char *name)
 {
     return pd_fail(ctx, PD_ERR_FILE, "store", "'%s' is %s in the item '%s'", s->file.path, what, name);
 }
 
-/* Read the file header and check format, dimension, byte order and version. */
+/* Read the file header at the start of the file. PD_ERR_FILE: no checkpoint, cut off or damaged. PD_ERR_ARGUMENT:
+ * another format, dimension, byte order or version of pdcorr. */
 static pd_status pdi_archive_file_read_header(pd_ctx *ctx, pd_archive_file *s)
 {
     uint8_t head[PDI_ARCHIVE_FILE_HEADER_SIZE], wanted[PDI_ARCHIVE_FILE_HEADER_SIZE];
@@ -4699,7 +4758,8 @@ static pd_status pdi_archive_file_read_header(pd_ctx *ctx, pd_archive_file *s)
     return PD_OK;
 }
 
-/* Read and check an item header. after: name of the item before it, for the message. */
+/* Read the next item header into *item and verify its CRC-32. after: name in the message: of the item before it, or of
+ * the item that is expected. PD_ERR_FILE: cut off or damaged. */
 static pd_status pdi_archive_file_read_item_header(pd_ctx *ctx, pd_archive_file *s, const char *after,
                                                    pdi_archive_file_item *item)
 {
@@ -4718,7 +4778,7 @@ static pd_status pdi_archive_file_read_item_header(pd_ctx *ctx, pd_archive_file 
 
 /* ---- check of a whole file ---- */
 
-/* Read the elements of an item without keeping them, and verify their CRC-32. */
+/* Read the elements of an item without keeping them, and verify their CRC-32. PD_ERR_FILE: cut off or damaged. */
 static pd_status pdi_archive_file_check_elements(pd_ctx *ctx, pd_archive_file *s, const pdi_archive_file_item *item)
 {
     uint8_t bytes[4096];
@@ -4736,7 +4796,8 @@ static pd_status pdi_archive_file_check_elements(pd_ctx *ctx, pd_archive_file *s
                                                   : pdi_archive_file_fail_damaged_item(ctx, s, "damaged", item->name);
 }
 
-/* Read a whole file and verify all checksums and the number of items. */
+/* Read a whole file from its start; verify all checksums, the number of items, and that nothing follows the last one.
+ * PD_ERR_FILE, PD_ERR_ARGUMENT. */
 static pd_status pdi_archive_file_check_file(pd_ctx *ctx, pd_archive_file *s)
 {
     pdi_archive_file_item item;
@@ -4760,7 +4821,7 @@ static pd_status pdi_archive_file_check_file(pd_ctx *ctx, pd_archive_file *s)
 
 /* ---- in memory ---- */
 
-/* Append bytes to the file or to its copy in memory. */
+/* Append bytes to the file; where in_memory is 1, to the checkpoint in memory, whose buffer grows when it is full. */
 static pd_status pdi_archive_file_write_bytes(pd_ctx *ctx, pd_archive_file *s, const void *data, size_t size)
 {
     if (!s->in_memory) return pdi_file_write(ctx, &s->file, data, size);
@@ -4777,7 +4838,7 @@ static pd_status pdi_archive_file_write_bytes(pd_ctx *ctx, pd_archive_file *s, c
 /* ---- callbacks of the archive ---- */
 
 /* Write an item: header, `count` elements of `size` bytes, and their CRC-32 (in memory: 0, computed when it goes to
- * disk). */
+ * disk). name: shorter than PD_ARCHIVE_FILE_NAME_SIZE. */
 static pd_status pdi_archive_file_write_item(pd_ctx *ctx, pd_archive_file *s, const char *name, const void *data,
                                              size_t size, int64_t count)
 {
@@ -4796,7 +4857,8 @@ static pd_status pdi_archive_file_write_item(pd_ctx *ctx, pd_archive_file *s, co
     return pdi_archive_file_write_bytes(ctx, s, tail, sizeof tail);
 }
 
-/* Read the next item into data. PD_ERR_ARGUMENT: another name, count or element size than expected. */
+/* Read the next item into data, `count` elements of `size` bytes. PD_ERR_ARGUMENT: another name, count or element size
+ * than expected. PD_ERR_FILE: cut off or damaged. */
 static pd_status pdi_archive_file_read_item(pd_ctx *ctx, pd_archive_file *s, const char *name, void *data, size_t size,
                                             int64_t count)
 {
@@ -4818,7 +4880,7 @@ static pd_status pdi_archive_file_read_item(pd_ctx *ctx, pd_archive_file *s, con
     return PD_OK;
 }
 
-/* Callback of the archive: write or read an item, whichever the store is open for. */
+/* Callback of the archive: write or read an item, whichever the store (`user`) is open for, and count it. */
 static pd_status pdi_archive_file_item_callback(pd_ctx *ctx, void *user, const char *name, void *data, size_t size,
                                                 int64_t count)
 {
@@ -4828,7 +4890,8 @@ static pd_status pdi_archive_file_item_callback(pd_ctx *ctx, void *user, const c
                                  : pdi_archive_file_write_item(ctx, s, name, data, size, count);
 }
 
-/* Callback of the archive: write a number, or check that the file holds the same one. PD_ERR_ARGUMENT: it differs. */
+/* Callback of the archive: write a number as an item; or read it and compare its bits with those of `value`, so that
+ * NaN equals itself. PD_ERR_ARGUMENT: they differ. */
 static pd_status pdi_archive_file_check_callback(pd_ctx *ctx, void *user, const char *name, double value)
 {
     pd_archive_file *s = (pd_archive_file *)user;
@@ -4845,7 +4908,7 @@ static pd_status pdi_archive_file_check_callback(pd_ctx *ctx, void *user, const 
                    was, is);
 }
 
-/* Set the callbacks of the archive. reading 1: they read. */
+/* Set the callbacks of the archive and its name, the path of the file. reading 1: they read, 0: they write. */
 static void pdi_archive_file_set_callbacks(pd_archive_file *s, int reading)
 {
     s->archive.transfer = pdi_archive_file_item_callback;
@@ -4868,7 +4931,8 @@ PDI_FN pd_status pdi_archive_file_begin_in_memory(pd_ctx *ctx, pd_archive_file *
     return pdi_archive_file_write_bytes(ctx, s, head, sizeof head);
 }
 
-/* Compute the checksums of all items held in memory. */
+/* Set the CRC-32 behind the elements of all items held in memory, which are written with 0. The checkpoint has its end
+ * item. */
 static void pdi_archive_file_compute_checksums(pd_archive_file *s)
 {
     uint64_t count;
@@ -4927,7 +4991,8 @@ pd_status pd_archive_file_open(pd_ctx *ctx, const char *path, pd_archive_file *s
 
 PDI_FN void pdi_archive_file_abandon(pd_archive_file *s) { pdi_file_abandon(&s->file); }
 
-/* Reading: check that the end was reached. Writing: write the end item and commit the file. */
+/* Reading: check that the end item comes next, else PD_ERR_ARGUMENT. Writing: write the end item and, except in memory,
+ * commit the file. */
 static pd_status pdi_archive_file_end(pd_ctx *ctx, pd_archive_file *s)
 {
     pdi_archive_file_item item;
@@ -4995,8 +5060,8 @@ typedef enum pdi_output_folder_lock_state {
 /* ---- the lock ---- */
 
 #if defined(_WIN32)
-/* Try to lock the lock file at `path`. create 1: create it when it is missing. *lock: its descriptor, when the lock is
- * ours. */
+/* Try to lock the folder by creating the lock file at `path`. create 0: only look whether it is there (busy) or
+ * missing. *lock: its descriptor, when the lock is ours. */
 static pdi_output_folder_lock_state pdi_output_folder_try_lock(const char *path, int create, int *lock)
 {
     wchar_t wide[PDI_FILE_UTF16_SIZE];
@@ -5044,7 +5109,8 @@ static int pdi_output_folder_is_busy(int lock)
 #endif
 }
 
-/* Returns 1 when a file is a lock file: regular, without other links, nothing in it but a process id. */
+/* Returns 1 when an open file is a lock file: regular, without other links, nothing in it but a process id; else 0.
+ * lock: its descriptor, rewound; ours: its attributes. */
 static int pdi_output_folder_is_lock(const char *path, int lock, const struct stat *ours)
 {
     char text[PDI_OUTPUT_FOLDER_LOCK_SIZE + 1];
@@ -5056,8 +5122,8 @@ static int pdi_output_folder_is_lock(const char *path, int lock, const struct st
     return 1;
 }
 
-/* Try to lock the lock file at `path`. create 1: create it when it is missing. *lock: its descriptor, when the lock is
- * ours. */
+/* Try to lock the lock file at `path`. create 1: create it when it is missing; 0: one that cannot be opened counts as
+ * missing. *lock: its descriptor, open only when the lock is ours. */
 static pdi_output_folder_lock_state pdi_output_folder_try_lock(const char *path, int create, int *lock)
 {
     struct stat ours, there;
@@ -5105,7 +5171,7 @@ static void pdi_output_folder_release_lock(const char *path, int lock)
 }
 #endif
 
-/* Report that another run holds the lock, with its process id, as PD_ERR_STATE. */
+/* Report that another run holds the lock, with the process id from the lock file `lock` (0: none), as PD_ERR_STATE. */
 static pd_status pdi_output_folder_fail_in_use(pd_ctx *ctx, const char *folder, const char *lock)
 {
     char number[24] = "";
@@ -5125,7 +5191,7 @@ static pd_status pdi_output_folder_fail_not_lock(pd_ctx *ctx, const char *lock)
                    "'%.300s' is a link or holds something else, expected the lock of a run or none: remove it", lock);
 }
 
-/* Lock the folder and write the process id into the lock file. */
+/* Lock the folder, note that in it, and write the process id into the lock file. PD_ERR_STATE, PD_ERR_FILE. */
 static pd_status pdi_output_folder_acquire_lock(pd_ctx *ctx, pd_output_folder *f)
 {
     char path[PD_PATH_SIZE], number[32];
@@ -5169,7 +5235,8 @@ static int pdi_output_folder_read_line(pd_file *file, char *line)
     return 1;
 }
 
-/* Open the list of files and read the name of its run, run_name[PD_PATH_SIZE]. *found 0: there is no list. */
+/* Open the list of files and read the name of its run, run_name[PD_PATH_SIZE]; the file stays open behind that line.
+ * *found 0: there is no list, and no open file. PD_ERR_FILE: it is not a list of a run. */
 static pd_status pdi_output_folder_open_list(pd_ctx *ctx, const char *folder, pd_file *file, char *run_name, int *found)
 {
     char path[PD_PATH_SIZE], line[PD_PATH_SIZE];
@@ -5188,7 +5255,8 @@ static pd_status pdi_output_folder_open_list(pd_ctx *ctx, const char *folder, pd
     return pd_fail(ctx, PD_ERR_FILE, "folder", "'%.300s' is not the list of files that a run keeps: remove it", path);
 }
 
-/* Delete the files that the rest of the list names, and count them. */
+/* Delete the files that the rest of the list names, with their temporary files, and count them in removed_count. Names
+ * that a run may not write are skipped. */
 static void pdi_output_folder_remove_listed(pd_ctx *ctx, pd_output_folder *f, pd_file *file)
 {
     char name[PD_PATH_SIZE], path[PD_PATH_SIZE];
@@ -5209,7 +5277,8 @@ static pd_status pdi_output_folder_check_run_name(pd_ctx *ctx, const char *folde
                    "folder, or remove '%.200s'", folder, found_name, run_name, folder);
 }
 
-/* Delete the files of the previous run and begin a new list. */
+/* Delete the files of the previous run, write a new list and leave it open to append. PD_ERR_ARGUMENT: a run of another
+ * name. */
 static pd_status pdi_output_folder_begin_list(pd_ctx *ctx, pd_output_folder *f)
 {
     char path[PD_PATH_SIZE], found[PD_PATH_SIZE];
@@ -5232,7 +5301,7 @@ static pd_status pdi_output_folder_begin_list(pd_ctx *ctx, pd_output_folder *f)
 
 /* ---- open, add, close ---- */
 
-/* Set path and name of a zeroed folder; newlines in the name become underscores. */
+/* Zero the folder and set path and name; newlines in the name become underscores. PD_ERR_SIZE. */
 static pd_status pdi_output_folder_init(pd_ctx *ctx, const char *path, const char *run_name, pd_output_folder *f)
 {
     memset(f, 0, sizeof *f);
@@ -5408,8 +5477,8 @@ PDI_FN void pdi_png_put_u32(uint8_t *bytes, uint32_t value)
     for (int i = 0; i < 4; i++) bytes[i] = (uint8_t)(value >> (24 - 8 * i));
 }
 
-/* Row minus its prediction; above: zeros for the first row. Inlined for one constant filter, so that the loops are
- * vectorised. */
+/* out[stride]: row minus its prediction, modulo 256; step: bytes of a pixel; above: zeros for the first row. Inlined
+ * for one constant filter, so that the loops are vectorised. */
 static inline void pdi_png_compute_residuals(int filter, const uint8_t *PD_RESTRICT row,
                                              const uint8_t *PD_RESTRICT above, size_t stride, size_t step,
                                              uint8_t *PD_RESTRICT out)
@@ -5420,7 +5489,7 @@ static inline void pdi_png_compute_residuals(int filter, const uint8_t *PD_RESTR
         out[i] = (uint8_t)(row[i] - pdi_png_predict_from_neighbours(filter, row[i - step], above[i], above[i - step]));
 }
 
-/* Row minus its prediction for any filter, with one copy of each loop. */
+/* out[stride]: row minus its prediction for any filter, with one copy of each loop. */
 static void pdi_png_apply_filter(int filter, const uint8_t *PD_RESTRICT row, const uint8_t *PD_RESTRICT above,
                                  size_t stride, size_t step, uint8_t *PD_RESTRICT out)
 {
@@ -5433,7 +5502,7 @@ static void pdi_png_apply_filter(int filter, const uint8_t *PD_RESTRICT row, con
     }
 }
 
-/* Sum of the magnitudes of the residuals of a filter. */
+/* Sum of the magnitudes of the residuals of a filter, as signed bytes; 0 for a row of one pixel. */
 static uint64_t pdi_png_sum_magnitudes(int filter, const uint8_t *row, const uint8_t *above, size_t stride, size_t step)
 {
     uint8_t residual[PDI_PNG_BLOCK_SIZE];
@@ -5450,8 +5519,8 @@ static uint64_t pdi_png_sum_magnitudes(int filter, const uint8_t *row, const uin
     return sum;
 }
 
-/* Filter a row with the filter of the smallest sum of magnitudes (heuristic of PNG 12.8). out[0]: the filter, then the
- * residuals. */
+/* Filter a row with the filter of the smallest sum of magnitudes (heuristic of PNG 12.8), or with "up" where it equals
+ * the row above. out[stride + 1]: the filter, then the residuals. */
 static void pdi_png_filter_row(const uint8_t *row, const uint8_t *above, size_t stride, size_t step, uint8_t *out)
 {
     uint64_t sum[PDI_PNG_FILTERS];
@@ -5468,7 +5537,7 @@ static void pdi_png_filter_row(const uint8_t *row, const uint8_t *above, size_t 
     pdi_png_apply_filter(out[0], row, above, stride, step, out + 1);
 }
 
-/* Length and type before the data of a chunk, and CRC behind them. */
+/* Set length and type before the data of a chunk, and the CRC of type and data behind them. */
 static void pdi_png_init_chunk_ends(const char *type, const uint8_t *data, size_t size, uint8_t head[8],
                                     uint8_t tail[4])
 {
@@ -5487,7 +5556,7 @@ PDI_FN pd_status pdi_png_write_chunk(pd_ctx *ctx, pd_file *file, const char *typ
     return pdi_file_write(ctx, file, tail, sizeof tail);
 }
 
-/* Content of the IHDR chunk of an image. */
+/* Content of the IHDR chunk of an image: 8 bits a channel, RGB for 3 channels, else grey, not interlaced. */
 static void pdi_png_init_header(const pd_image *image, uint8_t header[13])
 {
     memset(header, 0, 13);
@@ -5505,7 +5574,7 @@ PDI_FN pd_status pdi_png_write_header(pd_ctx *ctx, pd_file *file, const pd_image
     return pdi_png_write_chunk(ctx, file, "IHDR", header, sizeof header);
 }
 
-/* Write a PNG file of compressed pixels. */
+/* Write a PNG file of compressed pixels; the image gives size and channels alone. */
 static pd_status pdi_png_write_file(pd_ctx *ctx, const char *path, const pd_image *image, const pdi_bytes *packed)
 {
     pd_file file;
@@ -5612,7 +5681,8 @@ static pd_status pdi_png_fail(pd_ctx *ctx, const pdi_png_reader *png, const char
     return pd_fail(ctx, PD_ERR_PARSE, "png", "%s: %s", png->path, text);
 }
 
-/* Read and check the IHDR chunk. */
+/* Take size, depth and colour type from the IHDR chunk. PD_ERR_PARSE: it is wrong, or what it asks for is not
+ * supported. */
 static pd_status pdi_png_parse_header(pd_ctx *ctx, pdi_png_reader *png, const uint8_t *data, size_t size)
 {
     if (png->width) return pdi_png_fail(ctx, png, "a second IHDR chunk");
@@ -5642,7 +5712,8 @@ static pd_status pdi_png_parse_header(pd_ctx *ctx, pdi_png_reader *png, const ui
     return PD_OK;
 }
 
-/* Read one chunk: IHDR, PLTE, tRNS, IDAT or IEND; unknown optional ones are ignored. */
+/* Take one chunk into the reader: IHDR, PLTE, tRNS, IDAT (its data are appended) or IEND; unknown optional ones are
+ * ignored. PD_ERR_PARSE. */
 static pd_status pdi_png_parse_chunk(pd_ctx *ctx, pdi_png_reader *png, const uint8_t *type, const uint8_t *data,
                                      size_t size)
 {
@@ -5677,7 +5748,8 @@ static pd_status pdi_png_parse_chunk(pd_ctx *ctx, pdi_png_reader *png, const uin
     return PD_OK;
 }
 
-/* Read all chunks of a file and verify their CRC. */
+/* Take all chunks of a file data[size] into the reader and verify their CRC. PD_ERR_PARSE: no PNG file, cut off,
+ * damaged, or without pixels or palette. */
 static pd_status pdi_png_parse_chunks(pd_ctx *ctx, pdi_png_reader *png, const uint8_t *data, size_t size)
 {
     size_t at = sizeof pdi_png_signature;
@@ -5697,7 +5769,8 @@ static pd_status pdi_png_parse_chunks(pd_ctx *ctx, pdi_png_reader *png, const ui
     return PD_OK;
 }
 
-/* Undo the filters of all rows in place; step: bytes per pixel. */
+/* Undo the filters of all rows raw[height][1 + stride] in place; step: bytes per pixel. PD_ERR_PARSE: an unknown
+ * filter. */
 static pd_status pdi_png_unfilter(pd_ctx *ctx, const pdi_png_reader *png, uint8_t *raw, size_t stride, size_t step)
 {
     for (int r = 0; r < png->height; r++) {
@@ -5712,7 +5785,7 @@ static pd_status pdi_png_unfilter(pd_ctx *ctx, const pdi_png_reader *png, uint8_
     return PD_OK;
 }
 
-/* Sample of up to 8 bits in a row of single samples. */
+/* Sample of 1, 2, 4 or 8 bits in a row of single samples, not scaled. */
 static int pdi_png_get_sample(const pdi_png_reader *png, const uint8_t *row, size_t column)
 {
     size_t bit = column * (size_t)png->depth;
@@ -5720,7 +5793,7 @@ static int pdi_png_get_sample(const pdi_png_reader *png, const uint8_t *row, siz
     return (row[bit / 8] >> (8 - png->depth - (int)(bit % 8))) & mask;
 }
 
-/* Alpha of a pixel: 0 where its samples equal the transparent key, else 255. */
+/* Alpha of a pixel sample[samples]: 0 where its samples equal the transparent key, else 255. */
 static uint8_t pdi_png_key_alpha(const pdi_png_reader *png, const uint8_t *sample)
 {
     for (int c = 0; c < png->samples; c++)
@@ -5728,7 +5801,8 @@ static uint8_t pdi_png_key_alpha(const pdi_png_reader *png, const uint8_t *sampl
     return 0;
 }
 
-/* Convert unfiltered rows to the pixels of the image: palette to RGB, grey to 8 bits, transparency to alpha. */
+/* Convert unfiltered rows raw[height][1 + stride] to the pixels of the image: palette to RGB, grey to 8 bits,
+ * transparency to alpha. PD_ERR_PARSE: an index beyond the palette. */
 static pd_status pdi_png_expand_pixels(pd_ctx *ctx, const pdi_png_reader *png, const uint8_t *raw, size_t stride,
                                        pd_image *image)
 {
@@ -5761,7 +5835,7 @@ static pd_status pdi_png_expand_pixels(pd_ctx *ctx, const pdi_png_reader *png, c
     return PD_OK;
 }
 
-/* Decompress, unfilter and convert the pixels. */
+/* Decompress, unfilter and convert the pixels into a new image; nothing stays on failure. PD_ERR_PARSE. */
 static pd_status pdi_png_decode_pixels(pd_ctx *ctx, const pdi_png_reader *png, pd_image *image)
 {
     size_t bits = (size_t)png->samples * (size_t)png->depth;
@@ -5829,7 +5903,8 @@ PDI_FN pd_status pdi_apng_create(pd_ctx *ctx, const char *path, int count, int d
     return pdi_file_create(ctx, path, &film->file);
 }
 
-/* Write the PNG header and the animation control chunk (acTL) before the first frame. */
+/* Set size and channels of the film from its first image. Write the PNG header and the animation control chunk (acTL):
+ * number of frames, endless repetition. */
 static pd_status pdi_apng_write_header(pd_ctx *ctx, pdi_apng *film, const pd_image *image)
 {
     uint8_t control[8];
@@ -5842,7 +5917,8 @@ static pd_status pdi_apng_write_header(pd_ctx *ctx, pdi_apng *film, const pd_ima
     return pdi_png_write_chunk(ctx, &film->file, "acTL", control, sizeof control);
 }
 
-/* Write the frame control chunk (fcTL): size and display time of the next frame. */
+/* Write the frame control chunk (fcTL) of the next frame: size, and display time, ten times the delay for the last one.
+ * Increments the sequence number. */
 static pd_status pdi_apng_write_frame_control(pd_ctx *ctx, pdi_apng *film)
 {
     uint8_t control[26] = {0};
@@ -5907,7 +5983,7 @@ PDI_FN void pdi_apng_abandon(pdi_apng *film) { pdi_file_abandon(&film->file); }
 #define PDI_SVG_FONT_SIZE 19       /* [pixel] font size whose capitals are as high as those of the bitmap font */
 #define PDI_SVG_MAX_COORDINATE 1e6 /* [pixel] largest coordinate */
 
-/* Append bytes to the text of the drawing. */
+/* Append bytes to the text of the drawing; nothing after a failure. */
 static void pdi_svg_add_bytes(pdi_svg *svg, const void *data, size_t size)
 {
     if (svg->status == PD_OK) svg->status = pdi_bytes_add(svg->ctx, &svg->text, data, size);
@@ -5916,7 +5992,8 @@ static void pdi_svg_add_bytes(pdi_svg *svg, const void *data, size_t size)
 /* Append a string. */
 static void pdi_svg_add_string(pdi_svg *svg, const char *text) { pdi_svg_add_bytes(svg, text, strlen(text)); }
 
-/* Append a number with two decimals between two strings, in any locale. */
+/* Append a number with two decimals between two strings, in any locale; its magnitude is at most
+ * PDI_SVG_MAX_COORDINATE. */
 static void pdi_svg_add_number(pdi_svg *svg, const char *before, double value, const char *after)
 {
     char text[64];
@@ -6180,7 +6257,7 @@ enum {
 
 PDI_FN double pdi_canvas_hypot(double x, double y) { return sqrt(x * x + y * y); }
 
-/* Check the size of a canvas against the limit of pixels. */
+/* PD_ERR_SIZE: a canvas without pixels, or with more than PD_PNG_MAX_PIXELS. */
 static pd_status pdi_canvas_check_size(pd_ctx *ctx, int width, int height)
 {
     if (width >= 1 && height >= 1 && width <= PD_PNG_MAX_PIXELS / height) return PD_OK;
@@ -6206,7 +6283,7 @@ PDI_FN void pdi_canvas_draw_image(pdi_canvas *canvas, int left, int top, const p
     pdi_svg_add_image(canvas->svg, left, top, image);
 }
 
-/* Returns 1 when a path ends in ".svg". */
+/* Returns 1 when a path ends in ".svg" (lower case), else 0. */
 static int pdi_canvas_is_svg_path(const char *path)
 {
     size_t length = strlen(path);
@@ -6271,7 +6348,7 @@ PDI_FN void pdi_canvas_reset_clip(pdi_canvas *canvas)
     pdi_canvas_set_clip(canvas, 0, 0, canvas->image.width, canvas->image.height);
 }
 
-/* Blend a colour into a pixel inside the clip rectangle, with an opacity 0..1. */
+/* Blend a colour into a pixel of the image with an opacity 0..1; outside the clip rectangle nothing changes. */
 static void pdi_canvas_blend_pixel(pdi_canvas *canvas, int x, int y, uint32_t colour, double opacity)
 {
     if (x < canvas->clip_left || x >= canvas->clip_right || y < canvas->clip_top || y >= canvas->clip_bottom) return;
@@ -6320,7 +6397,8 @@ static double pdi_canvas_segment_distance(double x, double y, double xa, double 
     return pdi_canvas_hypot(x - xa - s * dx, y - ya - s * dy);
 }
 
-/* Clip the segment (pa, qa)-(pb, qb) to lo <= p <= hi. Returns 0 when nothing is left. */
+/* Clip the segment (pa, qa)-(pb, qb) in place to lo <= p <= hi. Returns 1; 0: nothing is left, and nothing has
+ * changed. */
 static int pdi_canvas_clip_segment(double *pa, double *qa, double *pb, double *qb, double lo, double hi)
 {
     if ((*pa < lo && *pb < lo) || (*pa > hi && *pb > hi)) return 0;
@@ -6335,7 +6413,8 @@ static int pdi_canvas_clip_segment(double *pa, double *qa, double *pb, double *q
     return 1;
 }
 
-/* Record that a stroke covers this fraction 0..1 of a pixel; the largest fraction of all strokes counts. */
+/* Record that a stroke covers this fraction 0..1 of a pixel; the largest fraction of all strokes counts. Outside the
+ * clip rectangle nothing changes. */
 static void pdi_canvas_set_coverage(pdi_canvas *canvas, int x, int y, double fraction)
 {
     if (x < canvas->clip_left || x >= canvas->clip_right || y < canvas->clip_top || y >= canvas->clip_bottom) return;
@@ -6431,8 +6510,8 @@ static int pdi_canvas_get_bitmap_dot(uint8_t dots[PDI_CANVAS_BITMAP_SIZE][PDI_CA
     return x < 0 || x >= width || y < 0 || y >= height ? 0 : dots[y][x];
 }
 
-/* Enlarge a bitmap of width x height dots in place to 2 width x 2 height by the Scale2x rule. square 1: keep its
- * corners square. */
+/* Enlarge a bitmap of width x height dots in place to 2 width x 2 height by the Scale2x rule. square 1: each dot
+ * becomes 2 x 2 equal ones, so that corners stay square. */
 static void pdi_canvas_scale2x(uint8_t dots[PDI_CANVAS_BITMAP_SIZE][PDI_CANVAS_BITMAP_SIZE], int width, int height,
                                int square)
 {
@@ -6453,7 +6532,8 @@ static void pdi_canvas_scale2x(uint8_t dots[PDI_CANVAS_BITMAP_SIZE][PDI_CANVAS_B
         }
 }
 
-/* First column with ink of a character, and number of columns; digits keep one width so that numbers line up. */
+/* First column with ink of a character (as of pdi_canvas_find_character), and number of columns from there to the last
+ * one; digits take all columns so that numbers line up, a space takes two. */
 static void pdi_canvas_glyph_extent(int letter, int *first, int *columns)
 {
     uint64_t glyph = pdi_canvas_glyphs[letter % PDI_CANVAS_SUPERSCRIPT - 32];
@@ -6469,13 +6549,14 @@ static void pdi_canvas_glyph_extent(int letter, int *first, int *columns)
     *columns = fixed ? PDI_CANVAS_GLYPH_COLUMNS : hi < 0 ? 2 : hi - lo + 1;
 }
 
-/* Pixels from this character to the next one. */
+/* Pixels from the start of this character to that of the next one. columns: those of its glyph. */
 static int pdi_canvas_character_width(int letter, int columns)
 {
     return letter < PDI_CANVAS_SUPERSCRIPT ? 2 * columns + 2 : (4 * columns + 2) / 3 + 1;
 }
 
-/* Character of a Unicode code point, '?' where the font has none. */
+/* Character of a Unicode code point: ASCII, or one of the values above, PDI_CANVAS_SUPERSCRIPT added to superscripts;
+ * '?' where the font has none. */
 static int pdi_canvas_find_character(uint32_t code)
 {
     switch (code) {
@@ -6496,7 +6577,8 @@ static int pdi_canvas_find_character(uint32_t code)
     return code >= 32 && code < 127 ? (int)code : '?';
 }
 
-/* Read the next character of a UTF-8 text; 0 at its end. */
+/* Read the next character of a UTF-8 text and move *text behind it. Returns it as pdi_canvas_find_character does; 0 at
+ * the end of the text. */
 static int pdi_canvas_read_character(const char **text)
 {
     const unsigned char *p = (const unsigned char *)*text;
@@ -6519,7 +6601,8 @@ PDI_FN int pdi_canvas_compute_text_width(const char *text)
     return width ? width - 2 : 0;
 }
 
-/* Enlarged bitmap of a character, four times the size of its glyph. */
+/* Fill dots[y][x] with the enlarged bitmap of a character, four times the size of its glyph, 0 beyond; a superscript is
+ * not smaller here. */
 static void pdi_canvas_build_glyph_bitmap(int letter, uint8_t dots[PDI_CANVAS_BITMAP_SIZE][PDI_CANVAS_BITMAP_SIZE])
 {
     memset(dots, 0, sizeof(uint8_t) * PDI_CANVAS_BITMAP_SIZE * PDI_CANVAS_BITMAP_SIZE);
@@ -6532,7 +6615,8 @@ static void pdi_canvas_build_glyph_bitmap(int letter, uint8_t dots[PDI_CANVAS_BI
     pdi_canvas_scale2x(dots, 2 * PDI_CANVAS_GLYPH_COLUMNS, 2 * PDI_CANVAS_GLYPH_ROWS, square);
 }
 
-/* Draw a text with the bitmap font. (x, y): its corner; it runs along +x, or along -y where upward is 1. */
+/* Draw a text with the bitmap font into an image. (x, y): where it starts, at the top of its capitals; it runs along
+ * +x, or along -y where upward is 1. */
 static void pdi_canvas_draw_bitmap_text(pdi_canvas *canvas, int x, int y, int upward, uint32_t colour, const char *text)
 {
     uint8_t dots[PDI_CANVAS_BITMAP_SIZE][PDI_CANVAS_BITMAP_SIZE];
@@ -6557,7 +6641,8 @@ static void pdi_canvas_draw_bitmap_text(pdi_canvas *canvas, int x, int y, int up
     }
 }
 
-/* Draw the text in SVG, which aligns it itself. Returns 0 when the canvas is an image. */
+/* Draw the text in SVG, which aligns it itself; (x, y) as of pdi_canvas_draw_text. Returns 1; 0: the canvas is an
+ * image, and nothing is drawn. */
 static int pdi_canvas_try_svg_text(pdi_canvas *canvas, int x, int y, pdi_align align, int upward, int bold,
                                    uint32_t colour, const char *text)
 {
@@ -6568,7 +6653,7 @@ static int pdi_canvas_try_svg_text(pdi_canvas *canvas, int x, int y, pdi_align a
     return 1;
 }
 
-/* Pixels from the start of a text to its anchor. */
+/* Pixels from the start of a text to its anchor, in the bitmap font. */
 static int pdi_canvas_alignment_shift(pdi_align align, const char *text)
 {
     int width = align == PDI_ALIGN_START ? 0 : pdi_canvas_compute_text_width(text);
@@ -6611,10 +6696,12 @@ PDI_FN void pdi_canvas_draw_bold_text(pdi_canvas *canvas, int x, int y, uint32_t
 /* unit_label: see unit_label.h */
 #include <string.h>
 
+/* Returns 1 for a decimal digit. */
 static int pdi_unit_label_is_digit(char c) { return c >= '0' && c <= '9'; }
+/* Returns 1 for a letter of ASCII. */
 static int pdi_unit_label_is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 
-/* Append bytes to out[PDI_UNIT_LABEL_SIZE]; what does not fit is left out. */
+/* Append bytes to out[PDI_UNIT_LABEL_SIZE] and advance *used; what does not fit is left out as a whole. */
 static void pdi_unit_label_add_bytes(const char *bytes, size_t size, char *out, size_t *used)
 {
     if (*used + size >= PDI_UNIT_LABEL_SIZE) return;
@@ -6653,7 +6740,7 @@ static size_t pdi_unit_label_format_unit(const char *text, size_t position, char
     return length;
 }
 
-/* Typeset a text; inside 1: it begins within a unit, not before an opening bracket. */
+/* Typeset a text into out. inside 1: it begins within a unit, not before an opening bracket. Returns out. */
 static const char *pdi_unit_label_format_text(const char *text, int inside, char *out)
 {
     size_t used = 0;
@@ -6691,7 +6778,7 @@ PDI_FN const char *pdi_unit_label_format_value(const char *text, char *out)
 #include <stdio.h>
 #include <string.h>
 
-/* Append a tick at a value; an empty label makes a minor tick. */
+/* Append a tick at a value, where there is room for one; an empty label makes a minor tick. */
 static void pdi_axis_ticks_add_tick(pdi_axis_ticks *axis, double value, const char *label)
 {
     if (axis->count >= PDI_AXIS_TICKS_MAX_COUNT) return;
@@ -6707,7 +6794,7 @@ PDI_FN void pdi_axis_ticks_format_power(int exponent, char *text)
     for (const char *d = digits; *d; d++) strcat(text, pdi_unit_label_get_superscript(*d));
 }
 
-/* Smallest of 1, 2, 5 times a power of ten that is at least x. */
+/* Smallest of 1, 2, 5 times a power of ten that is at least x, with a tolerance of 1e-9; x > 0. */
 static double pdi_axis_ticks_round_step(double x)
 {
     double power = pow(10.0, floor(log10(x)));
@@ -6715,7 +6802,8 @@ static double pdi_axis_ticks_round_step(double x)
     return power * (mantissa <= 1 ? 1 : mantissa <= 2 ? 2 : mantissa <= 5 ? 5 : 10);
 }
 
-/* Ticks of a linear axis, or of a logarithmic one within a decade. */
+/* Append the ticks of a linear axis, or of a logarithmic one within a decade. Sets the exponent: a multiple of 3 where
+ * numbers have six digits or many zeros, else 0. */
 static void pdi_axis_ticks_compute_linear(int max_labels, pdi_axis_ticks *axis)
 {
     char label[64];
@@ -6738,7 +6826,8 @@ static void pdi_axis_ticks_compute_linear(int max_labels, pdi_axis_ticks *axis)
     }
 }
 
-/* Ticks of a logarithmic axis: decades with labels, and minor ticks at 2..9 times a power of ten. */
+/* Append the ticks of a logarithmic axis: decades with labels, and up to eight decades minor ticks at 2..9 times a
+ * power of ten, of which up to two decades 2 and 5 have labels. Linear ticks where fewer than two labels result. */
 static void pdi_axis_ticks_compute_logarithmic(int max_labels, pdi_axis_ticks *axis)
 {
     int first = (int)floor(log10(axis->lo) + 1e-9), last = (int)ceil(log10(axis->hi) - 1e-9);
@@ -6830,7 +6919,8 @@ typedef struct pdi_colour_oklab {
     double l, a, b;
 } pdi_colour_oklab;
 
-/* Convert an OKLab colour to linear RGB, rgb[3] (Ottosson 2020). Returns 1 when it lies in the sRGB gamut. */
+/* Convert an OKLab colour to linear RGB, rgb[3] (Ottosson 2020), not clamped. Returns 1 when it lies in the sRGB gamut,
+ * each component in 0..1, else 0. */
 static int pdi_colour_oklab_to_linear_rgb(pdi_colour_oklab c, double *rgb)
 {
     double l = c.l + 0.3963377774 * c.a + 0.2158037573 * c.b, m = c.l - 0.1055613458 * c.a - 0.0638541728 * c.b;
@@ -6896,7 +6986,7 @@ static pdi_colour_oklab pdi_colour_lch_to_oklab(double lightness, double chroma,
     }
 }
 
-/* Catmull-Rom spline through five equidistant values, at t = 0..1. */
+/* Catmull-Rom spline through five values v[5] at t = 0, 1/4, .. 1, evaluated at t = 0..1. */
 static double pdi_colour_interpolate_spline(const double *v, double t)
 {
     int k = t >= 1 ? 3 : (int)(4 * t);
@@ -7046,7 +7136,7 @@ PDI_FN uint32_t pdi_legend_get_colour(const pdi_legend *legend, double value)
                                                                   : pdi_colour_get_label_colour(label);
 }
 
-/* Number of rows for all labels of the series; 0: more than fit. */
+/* Number of rows for all labels of the series; 0: more than fit, or negative labels. */
 static int pdi_legend_count_rows(const pdi_legend *l)
 {
     double rows = l->names ? l->count : floor(l->hi + 0.5) + 1;
@@ -7117,8 +7207,8 @@ static double pdi_contour_get_value(const pdi_contour *c, int i, int j)
     return c->value[(size_t)j * (size_t)c->nx + (size_t)i];
 }
 
-/* Value in the middle of the face of a cell towards its neighbour (di, dj), interpolated, or extrapolated when that has
- * none. */
+/* Value in the middle of the face of a cell with a value towards its neighbour (di, dj), one of them 1 or -1, the other
+ * 0: interpolated, or extrapolated when the neighbour has none. */
 static double pdi_contour_interpolate_face(const pdi_contour *c, int i, int j, int di, int dj)
 {
     double own = pdi_contour_get_value(c, i, j), next = pdi_contour_get_value(c, i + di, j + dj);
@@ -7127,7 +7217,8 @@ static double pdi_contour_interpolate_face(const pdi_contour *c, int i, int j, i
     return isnan(back) ? own : own + 0.5 * (own - back);
 }
 
-/* Value in the corner of a cell towards (di, dj). All cells with a value that share a face get the same one. */
+/* Value in the corner of a cell with a value towards (di, dj), each 1 or -1. All cells with a value that share a face
+ * get the same one. */
 static double pdi_contour_interpolate_corner(const pdi_contour *c, int i, int j, int di, int dj)
 {
     double own = pdi_contour_get_value(c, i, j), x = pdi_contour_get_value(c, i + di, j),
@@ -7147,7 +7238,7 @@ typedef struct pdi_contour_square {
     double x[4], y[4], value[4];
 } pdi_contour_square;
 
-/* Point where the contour crosses the side from corner k to the next one, by linear interpolation. */
+/* Point[2] [cells] where the contour crosses the side from corner k to the next one, by linear interpolation. */
 static void pdi_contour_interpolate_crossing(const pdi_contour_square *s, double level, int k, double *point)
 {
     int next = (k + 1) % 4;
@@ -7156,7 +7247,8 @@ static void pdi_contour_interpolate_crossing(const pdi_contour_square *s, double
     point[1] = s->y[k] + fraction * (s->y[next] - s->y[k]);
 }
 
-/* Segments of a contour in one square (marching squares); a saddle is decided by the mean of its corners. */
+/* Call add_segment for the segments of a contour in one square, none to two (marching squares); a saddle is decided by
+ * the mean of its corners. */
 static void pdi_contour_march_square(const pdi_contour_square *s, double level, pdi_contour_segment_fn add_segment,
                                      void *user)
 {
@@ -7177,7 +7269,7 @@ static void pdi_contour_march_square(const pdi_contour_square *s, double level, 
     add_segment(user, at[(shift + 2) % 4], at[(shift + 3) % 4]);
 }
 
-/* Segments in the quarter of the cell (i, j) towards (di, dj). */
+/* Call add_segment for the segments in the quarter of the cell (i, j) with a value towards (di, dj), each 1 or -1. */
 static void pdi_contour_march_quarter_cell(const pdi_contour *c, int i, int j, int di, int dj, double level,
                                            pdi_contour_segment_fn add_segment, void *user)
 {
@@ -7279,8 +7371,8 @@ static double pdi_streamline_interpolate_face(const pdi_streamline_field *f, int
     return d == axis ? 0.0 : f->velocity[d][own];
 }
 
-/* Velocity component d at the corner of four cells, cell[k] to the right for k & 1, above for k & 2; 0 at a face
- * without flow across d. */
+/* Velocity component d at the corner of four cells, at least one with fluid, cell[k]: of the other column for k & 1, of
+ * the other row for k & 2; -1: no fluid. 0 at a face without flow across d. */
 static double pdi_streamline_interpolate_corner(const pdi_streamline_field *f, const int64_t *cell, int d)
 {
     double sum = 0.0;
@@ -7323,7 +7415,7 @@ PDI_FN double pdi_streamline_compute_max_speed(const pdi_streamline_field *f)
     return fastest;
 }
 
-/* Largest speed [pixel/s]; *cell: where it is, -1: nowhere. */
+/* Largest speed in the picture [pixel/s]; *cell: index of its cell, -1: nothing flows. */
 static double pdi_streamline_find_fastest_cell(const pdi_streamline_field *f, int64_t *cell)
 {
     double fastest = 0.0;
@@ -7340,7 +7432,7 @@ static double pdi_streamline_find_fastest_cell(const pdi_streamline_field *f, in
 
 /* ---- distance to other lines ---- */
 
-/* Head of the bucket that holds the point (x, y). */
+/* Head of the bucket that holds the point (x, y) [pixel]; points outside count to the nearest one. */
 static int64_t *pdi_streamline_find_bucket(const pdi_streamline_work *s, double x, double y)
 {
     int column = (int)(x / s->field->spacing), row = (int)(y / s->field->spacing);
@@ -7349,7 +7441,7 @@ static int64_t *pdi_streamline_find_bucket(const pdi_streamline_work *s, double 
     return &s->bucket_head[(int64_t)row * s->columns + column];
 }
 
-/* Add a point of the current line to its bucket. */
+/* Add a point[2] of the current line to its bucket. arc_length [pixel]: from the seed, negative upstream. */
 static pd_status pdi_streamline_add_to_bucket(pdi_streamline_work *s, const double *point, double arc_length)
 {
     if (s->bucket_point_count == s->bucket_point_capacity) {
@@ -7368,7 +7460,7 @@ static pd_status pdi_streamline_add_to_bucket(pdi_streamline_work *s, const doub
     return PD_OK;
 }
 
-/* Remove the last points from their buckets, down to `marks` points. */
+/* Remove the newest points from their buckets until `marks` points are left. */
 static void pdi_streamline_remove_from_buckets(pdi_streamline_work *s, int64_t marks)
 {
     while (s->bucket_point_count > marks) {
@@ -7377,8 +7469,8 @@ static void pdi_streamline_remove_from_buckets(pdi_streamline_work *s, int64_t m
     }
 }
 
-/* Returns 1 when a point lies within `distance` of the position. own 1: points of the current line, more than half a
- * turn away along it; 0: points of other lines. */
+/* Returns 1 when a point lies within `distance` [pixel], at most the spacing, of the position. own 1: points of the
+ * current line, more than half a turn from arc_length [pixel] along it; 0: points of other lines. */
 static int pdi_streamline_is_point_near(const pdi_streamline_work *s, const double *position, double distance, int own,
                                         double arc_length)
 {
@@ -7399,7 +7491,8 @@ static int pdi_streamline_is_point_near(const pdi_streamline_work *s, const doub
 
 /* ---- one line ---- */
 
-/* Unit vector of the velocity times sense (1 downstream, -1 upstream); 0: no fluid, or at rest. */
+/* Unit vector direction[2] of the velocity in the picture, times sense (1 downstream, -1 upstream). Returns 1; 0: no
+ * fluid, or at rest. */
 static int pdi_streamline_compute_direction(const pdi_streamline_work *s, const double *position, double sense,
                                             double *direction)
 {
@@ -7412,7 +7505,8 @@ static int pdi_streamline_compute_direction(const pdi_streamline_work *s, const 
     return 1;
 }
 
-/* A step of the classical Runge-Kutta method of order 4 along the line; 0: it leaves the fluid. */
+/* A step of this length [pixel] of the classical Runge-Kutta method of order 4 along the line. Returns 1; 0: it leaves
+ * the fluid, or comes to rest. */
 static int pdi_streamline_step_rk4(const pdi_streamline_work *s, const double *from, double sense, double step,
                                    double *to)
 {
@@ -7441,7 +7535,7 @@ static pd_status pdi_streamline_add_point(pdi_streamline_work *s, const double *
     return pdi_streamline_add_to_bucket(s, point, arc_length);
 }
 
-/* Returns 1 when the segment a-b passes the seed, so that the line is closed. */
+/* Returns 1 when the segment a-b passes the seed within PDI_STREAMLINE_CLOSURE_DISTANCE, so that the line is closed. */
 static int pdi_streamline_is_passing_seed(const pdi_streamline_work *s, const double *seed, const double *a,
                                           const double *b)
 {
@@ -7467,16 +7561,17 @@ static int pdi_streamline_is_beside_face(const pdi_streamline_field *f, const do
     return 0;
 }
 
-/* Returns 1 when another line, or the mirror line, is nearer than `distance` [pixel]. */
+/* Returns 1 when another line is nearer than `distance` [pixel], or the mirror line nearer than half of that; else
+ * 0. */
 static int pdi_streamline_is_crowded(const pdi_streamline_work *s, const double *position, double distance)
 {
     return pdi_streamline_is_point_near(s, position, distance, 0, 0.0) ||
            (s->field->mirrored && position[1] < 0.5 * distance);
 }
 
-/* Trace the line from its seed downstream (sense 1) or upstream (-1) and store its points. *length: its length, *closed
- * 1: a closed loop. A line that comes near itself is traced on for a while, since it may close, and cut back there
- * otherwise. */
+/* Trace the line from its seed downstream (sense 1) or upstream (-1) and append its points after the seed. *length
+ * [pixel]: its length, *closed 1: a closed loop. A line that comes near itself is traced on for a while, since it may
+ * close, and cut back there otherwise. */
 static pd_status pdi_streamline_trace_half(pdi_streamline_work *s, const double *seed, double sense, double *length,
                                            int *closed)
 {
@@ -7527,7 +7622,8 @@ static void pdi_streamline_reverse_points(double *points, int64_t count)
         }
 }
 
-/* Trace a line through the seed, where it is far enough from others, and keep it if it is long enough. */
+/* Trace a line through the seed, where the fluid moves, and no other line and no face on one side alone is near, and
+ * add it to the lines if it is long enough or closed; else its points are removed. */
 static pd_status pdi_streamline_try_seed(pdi_streamline_work *s, const double *seed)
 {
     pdi_streamlines *l = s->lines;
@@ -7572,8 +7668,8 @@ static pd_status pdi_streamline_seed_beside_lines(pdi_streamline_work *s, int64_
     return PD_OK;
 }
 
-/* Compute all lines: first through the fastest cell and beside it, then from a grid of seeds in what is not connected
- * with these. */
+/* Compute all lines: first through the middle of the cell `fastest` and beside it, then from a grid of seeds in what is
+ * not connected with these. */
 static pd_status pdi_streamline_trace_all(pdi_streamline_work *s, int64_t fastest)
 {
     const pdi_streamline_field *f = s->field;
@@ -7663,7 +7759,8 @@ PDI_FN void pdi_streamlines_free(pd_ctx *ctx, pdi_streamlines *lines)
 #define PDI_VELOCITY_PLOT_MAX_HEAD_FRACTION 0.45 /* maximum length of the head over that of the arrow */
 #define PDI_VELOCITY_PLOT_MIN_LENGTH 3.0         /* [pixel] shorter arrows are not drawn */
 
-/* Draw an arrow head with its tip at (x, y), of this length [pixel], along the unit vector (dx, dy). */
+/* Add an arrow head to the open strokes, with its tip at (x, y), of this length [pixel], along the unit vector (dx,
+ * dy). */
 static void pdi_velocity_plot_draw_head(pdi_canvas *canvas, double x, double y, double dx, double dy, double length)
 {
     double half = PDI_VELOCITY_PLOT_HEAD_HALF_WIDTH / PDI_VELOCITY_PLOT_HEAD_LENGTH * length;
@@ -7673,7 +7770,7 @@ static void pdi_velocity_plot_draw_head(pdi_canvas *canvas, double x, double y, 
     }
 }
 
-/* Draw an arrow from (xa, ya) to (xb, yb). */
+/* Add an arrow from (xa, ya) to another point (xb, yb) to the open strokes. */
 static void pdi_velocity_plot_draw_arrow(pdi_canvas *canvas, double xa, double ya, double xb, double yb)
 {
     double length = pdi_canvas_hypot(xb - xa, yb - ya),
@@ -7692,8 +7789,8 @@ static pd_status pdi_velocity_plot_begin_strokes(pd_ctx *ctx, pdi_canvas *canvas
 
 /* ---- streamlines ---- */
 
-/* Draw one streamline of `count` points point[][2]; y_sign 1: as it is, -1: mirrored at the bottom. One arrow head
- * stands in its middle, others at equal distances from there. */
+/* Add one streamline of `count` points point[][2] to the open strokes; y_sign 1: as it is, -1: mirrored at the bottom.
+ * One arrow head stands in its middle, others at equal distances from there. */
 static void pdi_velocity_plot_draw_streamline(const pdi_velocity_plot *a, pdi_canvas *canvas, const double *point,
                                               int64_t count, int y_sign)
 {
@@ -7733,8 +7830,8 @@ PDI_FN pd_status pdi_velocity_plot_draw_streamlines(pd_ctx *ctx, const pdi_veloc
 
 /* ---- arrows ---- */
 
-/* Arrow end[2] [pixel], relative to its start, for the velocity at a position; 0: nothing flows there, or the arrow is
- * too short. */
+/* Arrow end[2] [pixel], relative to its start, y upward, for the velocity at a position[2] [pixel]. Returns 1; 0:
+ * nothing flows there, or the arrow is too short. */
 static int pdi_velocity_plot_compute_arrow(const pdi_velocity_plot *a, const double *position, double *end)
 {
     const pdi_streamline_field *f = a->field;
@@ -7811,7 +7908,8 @@ PDI_FN pd_status pdi_velocity_plot_draw_one_arrow(pd_ctx *ctx, pdi_canvas *canva
 #define PDI_FIELD_PLOT_CONTOUR_WIDTH 1.5      /* [pixel] width of contour lines */
 #define PDI_FIELD_PLOT_OUTLINE_WIDTH 3.5      /* [pixel] width of the light outline below them */
 
-/* Scale of one axis: `each` pixels a cell, or `merged` cells a pixel. */
+/* Scale of one axis of `cells` cells: pixels_per_cell pixels a cell, or cells_per_pixel cells a pixel. pixels: length
+ * of the axis. */
 typedef struct pdi_field_plot_scale {
     int cells, pixels_per_cell, cells_per_pixel, pixels;
     int smooth; /* 1: interpolated, with any number of pixels a cell */
@@ -7901,8 +7999,9 @@ PDI_FN void pdi_field_plot_adjust_range(pd_colour_map map, int log_scale, double
     }
 }
 
-/* Range of values of the field, set as range of the bar and the legend; also notes whether solid, walls and blank
- * values occur. */
+/* Set the range of the colour bar and the legend: the given one, or that of the finite values that are shown, adjusted.
+ * Also sets the names, colours and shown labels of the legend, and whether there is a bar, solid, walls and values <= 0
+ * of a log scale. */
 static void pdi_field_plot_compute_range(const pd_field_plot *p, pdi_field_plot_layout *l)
 {
     double lo = INFINITY, hi = -INFINITY;
@@ -7933,7 +8032,9 @@ static void pdi_field_plot_compute_range(const pd_field_plot *p, pdi_field_plot_
     l->has_bar = p->map != PD_COLOUR_MAP_LABELS;
 }
 
-/* Scale of an axis of `cells` cells that are wanted on `wanted` pixels, with at most `max_pixels` pixels. */
+/* Scale of an axis of `cells` cells that are wanted on `wanted` pixels: enlarged where it would have less than
+ * PDI_FIELD_PLOT_MIN_PIXELS, merged where there are more than `max_pixels` cells. smooth 1: any number of pixels a
+ * cell, where there is at least one. */
 static pdi_field_plot_scale pdi_field_plot_fit_axis(int cells, double wanted, int max_pixels, int smooth)
 {
     pdi_field_plot_scale s = {cells, 1, 1, 0, 0};
@@ -7951,7 +8052,9 @@ static pdi_field_plot_scale pdi_field_plot_fit_axis(int cells, double wanted, in
     return s;
 }
 
-/* Merge cells along an axis of which the other one has merged cells, so that the scales of both stay equal. */
+/* Merge cells along an axis of which the other one has merged cells, so that the scales of both stay equal. wanted
+ * [pixel]: length for that. No change where the axis is enlarged, merged or interpolated, or would have less than
+ * PDI_FIELD_PLOT_MIN_PIXELS. */
 static void pdi_field_plot_equalise_scale(double wanted, pdi_field_plot_scale *s)
 {
     int merged = (int)pd_max(1.0, floor(s->cells / pd_max(wanted, 1.0) + 0.5));
@@ -7963,7 +8066,8 @@ static void pdi_field_plot_equalise_scale(double wanted, pdi_field_plot_scale *s
     s->pixels = pixels;
 }
 
-/* Set the ends of an axis [m] in nm, µm, mm or m by its size [m]. Returns the unit. */
+/* Set the ends of an axis to lo and hi [m], converted to nm, µm, mm or m by the largest magnitude `size` [m]. Returns
+ * the name of the unit. */
 static const char *pdi_field_plot_set_axis_unit(double size, double lo, double hi, pdi_axis_ticks *axis)
 {
     double unit = size < 2e-6 ? 1e-9 : size < 2e-3 ? 1e-6 : size < 2 ? 1e-3 : 1;
@@ -7972,7 +8076,8 @@ static const char *pdi_field_plot_set_axis_unit(double size, double lo, double h
     return size < 2e-6 ? "nm" : size < 2e-3 ? "\xC2\xB5m" : size < 2 ? "mm" : "m";
 }
 
-/* Scales, units and ticks of the axes and of the colour bar. */
+/* Scales, aspect, units and ticks of the axes, and ticks of the colour bar. The labels of y have no sign in a mirrored
+ * picture. */
 static void pdi_field_plot_compute_scales(const pd_field_plot *p, pdi_field_plot_layout *l)
 {
     double lx = p->hi[0] - p->lo[0], ly = p->hi[1] - p->lo[1]; /* [m] */
@@ -7998,20 +8103,21 @@ static void pdi_field_plot_compute_scales(const pd_field_plot *p, pdi_field_plot
             memmove(l->axis_y.label[k], l->axis_y.label[k] + 1, strlen(l->axis_y.label[k]));
 }
 
-/* Name of an axis. */
+/* Name of axis 0 or 1: the given one, or x and y. */
 static const char *pdi_field_plot_get_axis_name(const pd_field_plot *p, int axis)
 {
     return p->axes[axis] ? p->axes[axis] : axis ? "y" : "x";
 }
 
-/* Convert a position along an axis from cells to pixels. */
+/* Convert a distance from the low end of an axis from cells to pixels. */
 static double pdi_field_plot_cells_to_pixels(const pdi_field_plot_scale *scale, double cells)
 {
     return scale->smooth ? cells * scale->pixels / scale->cells
                          : cells * scale->pixels_per_cell / scale->cells_per_pixel;
 }
 
-/* The velocity field of the picture, with lengths in the picture in pixels. */
+/* The velocity field of the picture (its array is not copied), with lengths in the picture in pixels. spacing 0: there
+ * are no streamlines. */
 static pdi_streamline_field pdi_field_plot_velocity_field(const pd_field_plot *p, const pdi_field_plot_layout *l)
 {
     pdi_streamline_field f;
@@ -8029,7 +8135,8 @@ static pdi_streamline_field pdi_field_plot_velocity_field(const pd_field_plot *p
     return f;
 }
 
-/* Length of the longest arrow and of the reference arrow. */
+/* Speed and length of the longest arrow, and length and label of the reference arrow, whose length stays 0 without
+ * arrows or flow. */
 static void pdi_field_plot_compute_arrow_scale(const pd_field_plot *p, pdi_field_plot_layout *l)
 {
     if (!p->arrows) return;
@@ -8042,7 +8149,7 @@ static void pdi_field_plot_compute_arrow_scale(const pd_field_plot *p, pdi_field
         pdi_velocity_plot_reference_speed(l->max_speed, l->reference_label) / l->max_speed * l->max_arrow;
 }
 
-/* Width [pixel] of the reference arrow with its label. */
+/* Width [pixel] of the reference arrow with its label and the gap between them. */
 static int pdi_field_plot_reference_width(const pdi_field_plot_layout *l)
 {
     return (int)ceil(l->reference_length) + 10 + pdi_canvas_compute_text_width(l->reference_label);
@@ -8104,7 +8211,8 @@ static int pdi_field_plot_has_bar_colour(const pd_field_plot *p, const pdi_field
            (!l->axis_bar.log || p->values[cell] > 0);
 }
 
-/* Colour of pixel (px, py), interpolated bilinearly between cell centres; cells without a value keep their edges. */
+/* Colour of pixel (px, py), py upward from the bottom of the field, interpolated bilinearly between cell centres; cells
+ * without a value keep their edges. */
 static uint32_t pdi_field_plot_interpolate_colour(const pd_field_plot *p, const pdi_field_plot_layout *l,
                                                   const uint32_t *table, int px, int py)
 {
@@ -8135,7 +8243,8 @@ static uint32_t pdi_field_plot_interpolate_colour(const pd_field_plot *p, const 
     return pdi_colour_bar_get_colour(table, sum / weights);
 }
 
-/* Colour of pixel (px, py): that of its cell, or of several cells the most frequent paint and the mean of the field. */
+/* Colour of pixel (px, py), py upward from the bottom of the field: that of its cell, or of several cells the most
+ * frequent paint and the mean of the field (of labels: the first one). */
 static uint32_t pdi_field_plot_get_pixel_colour(const pd_field_plot *p, const pdi_field_plot_layout *l,
                                                 const uint32_t *table, int px, int py)
 {
@@ -8181,7 +8290,8 @@ static void pdi_field_plot_draw_cells(const pd_ctx *ctx, const pd_field_plot *p,
 
 /* ---- contour lines ---- */
 
-/* Position 0..1 of contour k on the colour bar; outside 0..1 the colours do not show its value. */
+/* Position 0..1 of contour k on the colour bar; outside 0..1 the colours do not show its value. NaN: a value <= 0 of a
+ * log scale. */
 static double pdi_field_plot_contour_position(const pd_field_plot *p, const pdi_field_plot_layout *l, int k)
 {
     if (!p->contours) return (k + 1.0) / (p->contour_count + 1.0);
@@ -8207,7 +8317,8 @@ static void pdi_field_plot_draw_segment(void *user, const double *a, const doubl
                           bottom - pdi_field_plot_cells_to_pixels(&l->y, b[1]));
 }
 
-/* Position 0..1 of each cell on the colour bar, position[nx * ny]; NaN: the cell has no value. */
+/* Position of each cell on the colour bar, position[nx * ny], 0..1 within the range of colours; NaN: the cell has no
+ * value, or an infinite one. */
 static void pdi_field_plot_compute_bar_positions(const pd_field_plot *p, const pdi_field_plot_layout *l,
                                                  double *position)
 {
@@ -8217,7 +8328,7 @@ static void pdi_field_plot_compute_bar_positions(const pd_field_plot *p, const p
     }
 }
 
-/* Draw the contour lines. */
+/* Draw the contour lines, clipped to the field, over a light outline of them. */
 static pd_status pdi_field_plot_draw_contours(pd_ctx *ctx, const pd_field_plot *p, const pdi_field_plot_layout *l,
                                               pdi_canvas *canvas)
 {
@@ -8266,7 +8377,7 @@ static pd_status pdi_field_plot_draw_velocity(pd_ctx *ctx, const pd_field_plot *
     return status;
 }
 
-/* Mark the values of the contours on the colour bar. */
+/* Mark the values of the contours on the colour bar; those outside its range are left out. */
 static void pdi_field_plot_draw_contour_marks(const pd_field_plot *p, const pdi_field_plot_layout *l,
                                               pdi_canvas *canvas)
 {
@@ -8281,7 +8392,7 @@ static void pdi_field_plot_draw_contour_marks(const pd_field_plot *p, const pdi_
     }
 }
 
-/* Draw the cells (in SVG an embedded image), contours and velocity. */
+/* Draw the cells (in SVG an embedded image), the frame around them, contours and velocity. */
 static pd_status pdi_field_plot_draw_field(pd_ctx *ctx, const pd_field_plot *p, const pdi_field_plot_layout *l,
                                            const uint32_t *table, pdi_canvas *canvas)
 {
@@ -8456,7 +8567,7 @@ static void pdi_deformed_plot_displace_corner(const pdi_deformed_plot *w, int i,
     position[1] = p->lo[1] + (j + t) * (p->hi[1] - p->lo[1]) / p->ny + sum[1] / count;
 }
 
-/* Displaced corners at[4][2] [m] of a cell, in turn. */
+/* Displaced corners at[4][2] [m] of a cell, counterclockwise from the lower left one. */
 static void pdi_deformed_plot_displace_cell(const pdi_deformed_plot *w, int cell, double (*at)[2])
 {
     for (int k = 0; k < 4; k++)
@@ -8489,7 +8600,7 @@ PDI_FN pd_status pdi_deformed_plot_extend_range(pd_ctx *ctx, const pdi_deformed_
     return PD_OK;
 }
 
-/* Size of the raster for the extent lo[2] .. hi[2] [m]. */
+/* Set corner, pixel width and size of the raster for the extent lo[2] .. hi[2] [m]; its arrays are not allocated. */
 static void pdi_deformed_plot_init_raster(const pdi_deformed_plot *w, const double *lo, const double *hi,
                                           pdi_deformed_plot_raster *raster)
 {
@@ -8502,7 +8613,8 @@ static void pdi_deformed_plot_init_raster(const pdi_deformed_plot *w, const doub
     for (int d = 0; d < 2; d++) raster->n[d] = (int)pd_max(1.0, ceil(wide[d] / raster->size - 1e-6));
 }
 
-/* Draw the cells without displacement; background where cells have moved away and outside of the picture. */
+/* Set the paint of all pixels: background outside of the picture and where cells have displacements; the others are
+ * drawn in place, with their values. */
 static void pdi_deformed_plot_draw_undisplaced(const pdi_deformed_plot *w, pdi_deformed_plot_raster *raster)
 {
     const pd_field_plot *p = w->undeformed;
@@ -8520,7 +8632,8 @@ static void pdi_deformed_plot_draw_undisplaced(const pdi_deformed_plot *w, pdi_d
         }
 }
 
-/* Returns 1 when the triangle a, b, c contains the point x; the triangle may have either orientation. */
+/* Returns 1 when the triangle a, b, c [pixel] contains the point x, with a tolerance at its sides; the triangle may
+ * have either orientation. */
 static int pdi_deformed_plot_is_in_triangle(const double *a, const double *b, const double *c, const double *x)
 {
     const double *corner[4] = {a, b, c, a};
@@ -8535,7 +8648,7 @@ static int pdi_deformed_plot_is_in_triangle(const double *a, const double *b, co
     return left || right;
 }
 
-/* Draw a displaced cell: all pixels whose centres lie in it. */
+/* Draw a displaced cell over those before it: all pixels whose centres lie in it. */
 static void pdi_deformed_plot_draw_cell(const pdi_deformed_plot *w, int cell, pdi_deformed_plot_raster *raster)
 {
     double at[4][2], lo[2] = {HUGE_VAL, HUGE_VAL}, hi[2] = {-HUGE_VAL, -HUGE_VAL};
@@ -8563,7 +8676,8 @@ static void pdi_deformed_plot_draw_cell(const pdi_deformed_plot *w, int cell, pd
         }
 }
 
-/* Draw all cells, then the picture of the raster into the image, or into the file `path` where image is NULL. */
+/* Draw all cells, then the picture of the raster into the image, or into the file `path` where image is NULL. Allocates
+ * the arrays of the raster, which the caller frees. */
 static pd_status pdi_deformed_plot_draw_raster(pd_ctx *ctx, const pdi_deformed_plot *w,
                                                pdi_deformed_plot_raster *raster, const char *path, pd_image *image)
 {
@@ -8676,7 +8790,8 @@ static pd_status pdi_plot_check(pd_ctx *ctx, const pd_plot *plot)
     return PD_OK;
 }
 
-/* Set the range of an axis: lo..hi as given, or, where lo == hi, that of the data with a margin. */
+/* Set type and range of an axis: lo..hi as given, or, where lo == hi, that of the data with a margin. PD_ERR_ARGUMENT:
+ * the given range is reversed, infinite, or not positive on a logarithmic axis. name: for the message. */
 static pd_status pdi_plot_set_axis_range(pd_ctx *ctx, const char *name, int log_axis, double lo, double hi,
                                          double data_lo, double data_hi, pdi_axis_ticks *axis)
 {
@@ -8692,7 +8807,8 @@ static pd_status pdi_plot_set_axis_range(pd_ctx *ctx, const char *name, int log_
     return PD_OK;
 }
 
-/* Range lo..hi of all x of the series, also of points whose y cannot be shown; 0..1 without any. */
+/* Range lo..hi of all x of the series, also of points whose y cannot be shown; 0..1 (logarithmic: 1..10) without any.
+ * Start with lo above hi. */
 static void pdi_plot_compute_x_range(const pd_plot *plot, double *lo, double *hi)
 {
     for (int k = 0; k < plot->count; k++)
@@ -8707,7 +8823,8 @@ static void pdi_plot_compute_x_range(const pd_plot *plot, double *lo, double *hi
     *hi = plot->x_log ? 10.0 : 1.0;
 }
 
-/* Ranges of both axes, error bars included. */
+/* Set the ranges of both axes, error bars included; where no point can be shown, x as above and y 0..1 (logarithmic:
+ * 1..10). PD_ERR_ARGUMENT: a given range is bad. */
 static pd_status pdi_plot_compute_ranges(pd_ctx *ctx, const pd_plot *plot, pdi_plot_layout *l)
 {
     double x_lo = INFINITY, x_hi = -INFINITY, y_lo = INFINITY, y_hi = -INFINITY;
@@ -8729,7 +8846,7 @@ static pd_status pdi_plot_compute_ranges(pd_ctx *ctx, const pd_plot *plot, pdi_p
     return pdi_plot_set_axis_range(ctx, "y", plot->y_log, plot->y_lo, plot->y_hi, y_lo, y_hi, &l->y);
 }
 
-/* Position of the axes for the width of their labels, and the ticks. */
+/* Set the position of the axes on a canvas of width x height pixels, for the width of their labels, and their ticks. */
 static void pdi_plot_compute_layout(const pd_plot *plot, int width, int height, pdi_plot_layout *l)
 {
     int widest = 0;
@@ -8758,7 +8875,7 @@ static double pdi_plot_y_to_pixel(const pdi_plot_layout *l, double y)
     return l->bottom - pdi_axis_ticks_value_to_fraction(&l->y, y) * (l->bottom - l->top);
 }
 
-/* Draw the common power of ten of the tick labels of an axis. */
+/* Draw the common power of ten of the tick labels of an axis, if they have one; (x, y): anchor of the text. */
 static void pdi_plot_draw_axis_factor(pdi_canvas *canvas, const pdi_axis_ticks *axis, int x, int y, pdi_align align)
 {
     char text[40], power[32];
@@ -8826,7 +8943,8 @@ static void pdi_plot_draw_marker(pdi_canvas *canvas, int k, double x, double y, 
         }
 }
 
-/* Draw a dashed segment; *arc_length: length of the curve so far, which keeps the dashes regular across its points. */
+/* Draw a dashed segment, in pixels; one far longer than the canvas is left out. *arc_length [pixel]: length of the
+ * curve so far, to which the segment is added; it keeps the dashes regular across the points. */
 static void pdi_plot_draw_dashes(pdi_canvas *canvas, double xa, double ya, double xb, double yb, double *arc_length,
                                  uint32_t colour)
 {
@@ -8847,7 +8965,8 @@ static void pdi_plot_draw_dashes(pdi_canvas *canvas, double xa, double ya, doubl
     }
 }
 
-/* Draw the line of series k, solid or dashed, with gaps at points that cannot be shown. */
+/* Draw the line of series k, solid or dashed, with gaps at points that cannot be shown; a series of markers has
+ * none. */
 static void pdi_plot_draw_series(const pd_plot *plot, const pdi_plot_layout *l, int k, pdi_canvas *canvas)
 {
     const pd_series *s = &plot->series[k];
@@ -8889,7 +9008,7 @@ static void pdi_plot_draw_error_bars(const pd_plot *plot, const pdi_plot_layout 
     }
 }
 
-/* Draw the markers of series k inside the axes; those on the frame are not clipped. */
+/* Draw the markers of series k, if it has some, inside the axes; those on the frame are not clipped. */
 static void pdi_plot_draw_markers(const pd_plot *plot, const pdi_plot_layout *l, int k, pdi_canvas *canvas)
 {
     const pd_series *s = &plot->series[k];
@@ -8902,8 +9021,8 @@ static void pdi_plot_draw_markers(const pd_plot *plot, const pdi_plot_layout *l,
     }
 }
 
-/* How much of the curves a rectangle would hide: number of points inside, and of points along the lines between
- * them. */
+/* How much of the curves a rectangle [pixel] would hide: number of points inside, and of 15 points along each line
+ * between them. */
 static int pdi_plot_count_hidden_points(const pd_plot *plot, const pdi_plot_layout *l, int left, int top, int right,
                                         int bottom)
 {
@@ -8934,7 +9053,7 @@ static int pdi_plot_is_in_legend(const pd_plot *plot, const pd_series *s)
     return 0;
 }
 
-/* Draw the legend in the corner where it hides least of the curves. */
+/* Draw the legend of the series that are listed, if any, in the corner where it hides least of the curves. */
 static void pdi_plot_draw_legend(const pd_plot *plot, const pdi_plot_layout *l, pdi_canvas *canvas)
 {
     int rows = 0, widest = 0, best = -1, left = 0, top = 0;
@@ -9052,7 +9171,7 @@ typedef struct pdi_surface_nets_work {
     int32_t *vertex_face;   /* [4 faces] faces at all vertices */
 } pdi_surface_nets_work;
 
-/* Make room for one more vertex. */
+/* Make room for one more vertex and its bounds. PD_ERR_SIZE: more than int32 counts. */
 static pd_status pdi_surface_nets_reserve_vertex(pdi_surface_nets_work *w)
 {
     pdi_surface_nets_mesh *s = w->mesh;
@@ -9068,13 +9187,14 @@ static pd_status pdi_surface_nets_reserve_vertex(pdi_surface_nets_work *w)
     return pd_fail(w->ctx, PD_ERR_SIZE, "surface_nets", "a surface of more than %ld corners", (long)s->vertex_count);
 }
 
-/* Volume fraction of cell (i, j) of a layer; 0: it is not in the set. */
+/* Volume fraction of cell (i, j), from -1 on, of layer 0 or 1 of the work arrays; 0 or less: it is not in the set. */
 static double pdi_surface_nets_get_fraction(const pdi_surface_nets_work *w, int layer, int i, int j)
 {
     return w->fraction[layer][(int64_t)(j + 1) * (w->desc->n[0] + 2) + i + 1];
 }
 
-/* Evaluate the volume fractions of layer k of cells, with a margin of one empty cell. */
+/* Evaluate the volume fractions of the cells of index k along axis 2 into layer 0 or 1 of the work arrays, at most 1,
+ * with a margin of one empty cell; k may lie outside of the grid. */
 static void pdi_surface_nets_set_fractions(pdi_surface_nets_work *w, int layer, int k)
 {
     const int *n = w->desc->n;
@@ -9095,10 +9215,10 @@ static int pdi_surface_nets_is_on_side(const pdi_surface_nets_work *w, const int
     return index[d] == 0 || index[d] == w->desc->n[d];
 }
 
-/* Position of the vertex index[3] in the cube of the eight cell centres around it, 0..1 along each axis: mean of the
- * points where edges of the cube cross the surface. fraction[8]: volume fractions; bit d of their index: upper cell
- * along axis d. On a side of the grid the vertex lies in it, and edges across that side count only where there are no
- * others. Returns 0 without a surface. */
+/* Position[3] of the vertex index[3] in the cube of the eight cell centres around it, 0..1: mean of the points where
+ * edges of the cube cross the surface. fraction[8]: volume fractions; bit d of their index: upper cell along axis d. On
+ * a side of the grid the vertex lies in it; edges across it count only without others. Returns the number of edges, 0:
+ * no surface. */
 static int pdi_surface_nets_vertex_position(const pdi_surface_nets_work *w, const int *index, const double *fraction,
                                             double *position)
 {
@@ -9119,8 +9239,8 @@ static int pdi_surface_nets_vertex_position(const pdi_surface_nets_work *w, cons
     return count[side];
 }
 
-/* Add the vertex index[3] between the eight cells of which index - 1 is the lowest; *number: its number, unchanged
- * without a surface. */
+/* Add the vertex index[3] between the eight cells of which index - 1 is the lowest, with its bounds, in cells; *number:
+ * its number, unchanged without a surface. */
 static pd_status pdi_surface_nets_add_vertex(pdi_surface_nets_work *w, const int *index, const double *fraction,
                                              int32_t *number)
 {
@@ -9136,7 +9256,8 @@ static pd_status pdi_surface_nets_add_vertex(pdi_surface_nets_work *w, const int
     return PD_OK;
 }
 
-/* Add a face with its value, between the cells `in` and `out`. */
+/* Add a face of the vertices corner[4], counterclockwise seen from outside, with its value, between the cells in[3] and
+ * out[3]. */
 static pd_status pdi_surface_nets_add_face(pdi_surface_nets_work *w, const int32_t *corner, const int *in,
                                            const int *out)
 {
@@ -9155,7 +9276,8 @@ static pd_status pdi_surface_nets_add_face(pdi_surface_nets_work *w, const int32
     return PD_OK;
 }
 
-/* Add the faces across the three edges from the lowest of the eight cells of the vertex index[3] upward. */
+/* Add the faces across the edges from the lowest of the eight cells of the vertex index[3] upward along each axis,
+ * where one of the two cells is in the set. Their other vertices have been added before. */
 static pd_status pdi_surface_nets_add_vertex_faces(pdi_surface_nets_work *w, const int *index, const double *fraction)
 {
     for (int d = 0; d < 3; d++) {
@@ -9204,7 +9326,7 @@ static pd_status pdi_surface_nets_march_layers(pdi_surface_nets_work *w)
     return PD_OK;
 }
 
-/* Returns 1 when a face lies in a side of the grid. */
+/* Returns 1 when all of corner[4] lie in one side of the grid, else 0. */
 static int pdi_surface_nets_is_side_face(const pdi_surface_nets_work *w, const int32_t *corner)
 {
     for (int d = 0; d < 3; d++) {
@@ -9218,7 +9340,8 @@ static int pdi_surface_nets_is_side_face(const pdi_surface_nets_work *w, const i
     return 0;
 }
 
-/* Sum the positions of the neighbours of each vertex, without faces in a side of the grid. */
+/* Set sum and weight: sum of the positions of the neighbours of each vertex and their number, without faces in a side
+ * of the grid; a neighbour counts once for each face it shares. */
 static void pdi_surface_nets_sum_neighbours(pdi_surface_nets_work *w)
 {
     const pdi_surface_nets_mesh *s = w->mesh;
@@ -9236,7 +9359,8 @@ static void pdi_surface_nets_sum_neighbours(pdi_surface_nets_work *w)
         }
 }
 
-/* Smooth the vertices (Jacobi sweeps), each within its bounds; vertices in a side of the grid stay in it. */
+/* Smooth the vertices (Jacobi sweeps), in units of cells, each within its bounds; vertices in a side of the grid stay
+ * in it. */
 static void pdi_surface_nets_smooth_vertices(pdi_surface_nets_work *w)
 {
     const pdi_surface_nets_mesh *s = w->mesh;
@@ -9259,7 +9383,7 @@ static void pdi_surface_nets_normalise(double *v)
     for (int d = 0; d < 3 && length > 0.0; d++) v[d] /= length;
 }
 
-/* Unit normals of the faces from the cross product of their diagonals. */
+/* Outward unit normals of the faces from the cross product of their diagonals, into face_normal[0]. */
 static void pdi_surface_nets_compute_face_normals(pdi_surface_nets_work *w)
 {
     const pdi_surface_nets_mesh *s = w->mesh;
@@ -9275,7 +9399,7 @@ static void pdi_surface_nets_compute_face_normals(pdi_surface_nets_work *w)
     }
 }
 
-/* List the faces at each vertex, in CSR form. */
+/* List the faces at each vertex, in CSR form, into first_face and vertex_face. */
 static void pdi_surface_nets_list_vertex_faces(pdi_surface_nets_work *w)
 {
     const pdi_surface_nets_mesh *s = w->mesh;
@@ -9288,8 +9412,8 @@ static void pdi_surface_nets_list_vertex_faces(pdi_surface_nets_work *w)
     w->first_face[s->vertex_count] = 4 * s->face_count;
 }
 
-/* Add the normals of the faces at a vertex as one face sees them: weights fall with the angle to its own normal, to 0
- * at an edge. */
+/* Add to sum[3] the normals of the faces at a vertex `corner` as one face sees them: weights fall with the angle to its
+ * own normal, to 0 at a sharp edge. */
 static void pdi_surface_nets_add_near_normals(const pdi_surface_nets_work *w, int64_t face, int64_t corner, double *sum)
 {
     const double *own = &w->face_normal[0][3 * face];
@@ -9301,7 +9425,8 @@ static void pdi_surface_nets_add_near_normals(const pdi_surface_nets_work *w, in
     }
 }
 
-/* Smooth the face normals, but not across sharp edges; then set the normals of each face at its vertices. */
+/* Compute and smooth the face normals, but not across sharp edges; then set corner_normal, the normals of each face at
+ * its vertices. */
 static void pdi_surface_nets_compute_normals(pdi_surface_nets_work *w)
 {
     pdi_surface_nets_mesh *s = w->mesh;
@@ -9326,7 +9451,7 @@ static void pdi_surface_nets_compute_normals(pdi_surface_nets_work *w)
     }
 }
 
-/* Mean value of the faces at each vertex. */
+/* Set vertex_value, the mean value of the faces at each vertex that have one; NaN: none has. */
 static void pdi_surface_nets_compute_vertex_values(pdi_surface_nets_work *w)
 {
     pdi_surface_nets_mesh *s = w->mesh;
@@ -9528,14 +9653,15 @@ PDI_FN double pdi_renderer_compute_brightness(const pd_rendering *s, const doubl
 
 /* ---- faces ---- */
 
-/* Edge function: twice the signed area of the triangle a, b, (x, y). */
+/* Edge function: twice the signed area [pixel^2] of the triangle a, b, (x, y); y is down, so front faces are
+ * negative. */
 static double pdi_renderer_edge_function(const double *a, const double *b, double x, double y)
 {
     return (b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0]);
 }
 
-/* Rasterise a triangle into the z-buffer, front faces alone. flat 1: one `value`; 0: values interpolated between
- * corners. */
+/* Rasterise a triangle c[3] into the z-buffer where it is nearest, front faces alone. flat 1: one `value`; 0: values
+ * interpolated between corners. */
 static void pdi_renderer_draw_triangle(const pd_rendering *s, const pdi_renderer_corner *const *c, int flat,
                                        double value, pdi_renderer_zbuffer *p)
 {
@@ -9614,7 +9740,7 @@ PDI_FN void pdi_renderer_project_box_edge(const pd_rendering *s, int d, int k, d
     pdi_renderer_project_point(s, x, b);
 }
 
-/* Count a sample for each pixel on the line a-b that no face hides. */
+/* Count a sample in `edge` for each pixel on the line a-b, of its width, that no face hides. */
 static void pdi_renderer_draw_edge(pd_rendering *s, const pdi_renderer_zbuffer *p, const double *a, const double *b)
 {
     double dx = b[0] - a[0], dy = b[1] - a[1], square = dx * dx + dy * dy;
@@ -9660,7 +9786,8 @@ typedef struct pdi_renderer_sums {
     uint8_t *value_count; /* [width * height] number of samples with a value */
 } pdi_renderer_sums;
 
-/* Add one sample of each pixel to the sums; labels 1: the first value counts, since means of labels mean nothing. */
+/* Add one sample of each pixel that the body covers to the sums and to the coverage; labels 1: the first value counts,
+ * since means of labels mean nothing. */
 static void pdi_renderer_add_sample(pd_rendering *s, const pdi_renderer_zbuffer *p, int labels, pdi_renderer_sums *sums)
 {
     for (size_t k = 0; k < (size_t)s->width * (size_t)s->height; k++) {
@@ -9673,7 +9800,7 @@ static void pdi_renderer_add_sample(pd_rendering *s, const pdi_renderer_zbuffer 
     }
 }
 
-/* Render all samples of the pixels and average them. */
+/* Render all samples of the pixels and average them into value, brightness, coverage and edge. The sums start at 0. */
 static void pdi_renderer_draw_samples(pd_rendering *s, const pdi_surface_nets_mesh *shell, int labels,
                                       pdi_renderer_zbuffer *p, pdi_renderer_sums *sums)
 {
@@ -9761,7 +9888,7 @@ typedef struct pdi_surface_plot_layout {
     double scale_bar_length; /* [pixel] length of the scale bar */
 } pdi_surface_plot_layout;
 
-/* Length of the scale bar: the largest of 1, 2 and 5 times a power of ten [m] that fits, and its label. */
+/* Set length [pixel] and label of the scale bar: the largest of 1, 2 and 5 times a power of ten [m] that fits. */
 static void pdi_surface_plot_compute_scale_bar(const pd_rendering *s, pdi_surface_plot_layout *l)
 {
     static const char *const units[] = {"nm", "\xC2\xB5m", "mm", "m"};
@@ -9787,7 +9914,7 @@ static void pdi_surface_plot_init_legend(const pdi_surface_plot *r, pdi_surface_
         if (s->coverage[k]) pdi_legend_mark_shown(&l->legend, (double)s->value[k]);
 }
 
-/* Positions of all parts and the size of the picture. */
+/* Positions of all parts, axis and ticks of the colour bar, and the size of the picture. */
 static void pdi_surface_plot_compute_layout(const pdi_surface_plot *r, pdi_surface_plot_layout *l)
 {
     const pd_rendering *s = r->rendering;
@@ -9821,7 +9948,7 @@ static void pdi_surface_plot_compute_layout(const pdi_surface_plot *r, pdi_surfa
     l->height = l->top + s->height + 14 + PDI_CANVAS_CAPITAL_HEIGHT + 22;
 }
 
-/* Colour of the surface for a value, before shading. */
+/* Colour of the surface for a value, before shading; that of metal for NaN, and for values <= 0 of a log scale. */
 static uint32_t pdi_surface_plot_get_unshaded_colour(const pdi_surface_plot *r, const pdi_surface_plot_layout *l,
                                                      double value)
 {
@@ -9831,7 +9958,8 @@ static uint32_t pdi_surface_plot_get_unshaded_colour(const pdi_surface_plot *r, 
     return pdi_colour_bar_get_colour(l->table, pdi_axis_ticks_value_to_fraction(&l->axis, value));
 }
 
-/* Colour of pixel k: the shaded surface over the background, below the edges of the box. */
+/* Colour of pixel k = row * width + column of the view: the shaded surface over the background, below the edges of the
+ * box. */
 static uint32_t pdi_surface_plot_get_pixel_colour(const pdi_surface_plot *r, const pdi_surface_plot_layout *l, size_t k)
 {
     const pd_rendering *s = r->rendering;
@@ -9979,7 +10107,8 @@ static const char *pdi_vti_get_byte_order(void)
     return first ? "LittleEndian" : "BigEndian";
 }
 
-/* Escape a text for an XML attribute. Returns 0 when it does not fit or holds a control character. */
+/* Escape a text for an XML attribute, into out[size]. Returns 1; 0: it does not fit or holds a control character, and
+ * out is not terminated. */
 static int pdi_vti_escape_xml(const char *text, char *out, size_t size)
 {
     size_t used = 0;
@@ -10007,7 +10136,7 @@ static int64_t pdi_vti_count_cells(const pd_grid *grid)
     return cells;
 }
 
-/* Check the time, the grid and the fields. */
+/* Check the time, the grid and the fields. PD_ERR_ARGUMENT names the wrong one. */
 static pd_status pdi_vti_check_fields(pd_ctx *ctx, const pd_grid *grid, double time, const pd_vti_field *fields,
                                       int count)
 {
@@ -10030,7 +10159,8 @@ static pd_status pdi_vti_check_fields(pd_ctx *ctx, const pd_grid *grid, double t
     return PD_OK;
 }
 
-/* Convert one component of a field at a node to the number type of the file; components beyond PD_DIM are 0. */
+/* Convert one component of a field at a node to the number type of the file, into out; components beyond PD_DIM, or
+ * beyond one of a scalar, are 0. */
 static void pdi_vti_convert_value(const pd_grid *grid, const pd_vti_field *f, int component, int32_t node, uint8_t *out)
 {
     size_t size = pdi_vti_type_sizes[f->type];
@@ -10048,7 +10178,8 @@ static void pdi_vti_convert_value(const pd_grid *grid, const pd_vti_field *f, in
     } else memcpy(out, (const uint8_t *)f->data + at * size, size);
 }
 
-/* Write the data of a field, one row of the box (axis 0) at a time. row: buffer. */
+/* Write the data of a field: their length in 8 bytes, then one row of the box (axis 0) at a time, the components of a
+ * cell together. row: buffer of 24 n[0] bytes. */
 static pd_status pdi_vti_write_data(pd_ctx *ctx, pd_file *file, const pd_grid *grid, const pd_vti_field *f,
                                     uint8_t *row)
 {
@@ -10073,7 +10204,8 @@ static pd_status pdi_vti_write_data(pd_ctx *ctx, pd_file *file, const pd_grid *g
     return PD_OK;
 }
 
-/* Write the XML header: extent, origin, spacing, time. */
+/* Write the XML header: extent, origin, spacing (the smallest one for missing dimensions), and the start of the field
+ * data with the time. */
 static pd_status pdi_vti_write_header(pd_ctx *ctx, pd_file *file, const pd_grid *grid, double time)
 {
     char text[PDI_VTI_TEXT_SIZE], extent[96], number[7][PDI_FILE_NUMBER_SIZE];
@@ -10122,7 +10254,8 @@ static pd_status pdi_vti_write_value_names(pd_ctx *ctx, pd_file *file, const pd_
     return pdi_file_write_text(ctx, file, "</Array>\n");
 }
 
-/* Write the string arrays, and open the piece and its cell data with the active scalar and vector. */
+/* Write the string arrays, end the field data, and open the piece and its cell data with the active scalar and
+ * vector. */
 static pd_status pdi_vti_begin_cell_data(pd_ctx *ctx, pd_file *file, const pd_grid *grid, const pd_vti_field *fields,
                                          int count)
 {
@@ -10144,7 +10277,7 @@ static pd_status pdi_vti_begin_cell_data(pd_ctx *ctx, pd_file *file, const pd_gr
     return pdi_file_write_text(ctx, file, text);
 }
 
-/* Write the DataArray tag of a field; offset [byte] in the appended data. */
+/* Write the DataArray tag of a field; offset [byte] in the appended data. A unit that does not fit is left out. */
 static pd_status pdi_vti_write_array_tag(pd_ctx *ctx, pd_file *file, const pd_vti_field *f, uint64_t offset)
 {
     char text[PDI_VTI_TEXT_SIZE], name[256], unit[64] = "";
@@ -10215,7 +10348,8 @@ PDI_FN void pdi_pvd_free(pd_ctx *ctx, pd_pvd *pvd)
     memset(pvd, 0, sizeof *pvd);
 }
 
-/* Path of a file relative to the folder of the collection, where it lies below that. */
+/* Path of a file relative to the folder of the collection, where it lies below that, else as it is: a part of
+ * `file`. */
 static const char *pdi_vti_relative_path(const pd_pvd *pvd, const char *file)
 {
     size_t length = strlen(pvd->path);
@@ -10418,7 +10552,8 @@ PDI_FN pd_status pdi_paraview_write_script(pd_ctx *ctx, const char *path)
 
 /* Writing. */
 
-/* Check the number of columns and their names. */
+/* Check the number of columns and names[columns]. PD_ERR_ARGUMENT: a name is NULL, empty, there twice, or has a control
+ * character. */
 static pd_status pdi_csv_check_names(pd_ctx *ctx, const char *path, const char *const *names, int columns)
 {
     if (columns < 1 || columns > PD_CSV_MAX_COLUMNS)
@@ -10458,7 +10593,7 @@ static pd_status pdi_csv_write_header(pd_ctx *ctx, pd_file *file, const char *co
     return pdi_file_write_text(ctx, file, "\n");
 }
 
-/* Write one row of numbers. */
+/* Write values[columns] as one row. */
 static pd_status pdi_csv_write_values(pd_ctx *ctx, pd_file *file, const double *values, int columns)
 {
     char row[PD_CSV_MAX_COLUMNS * PDI_FILE_NUMBER_SIZE];
@@ -10531,7 +10666,7 @@ static pd_status pdi_csv_fail_at_line(pd_ctx *ctx, const pdi_csv_reader *r, cons
     return pd_fail(ctx, PD_ERR_PARSE, "csv", "%s:%d: %s", r->table->path, r->line, text);
 }
 
-/* Append the offset of a field to the table. */
+/* Append the offset of a field to the table, whose capacity grows, and count the field. */
 static pd_status pdi_csv_add_field(pd_ctx *ctx, pdi_csv_reader *r, size_t offset)
 {
     pd_table *t = r->table;
@@ -10569,7 +10704,8 @@ static pd_status pdi_csv_read_quoted_field(pd_ctx *ctx, pdi_csv_reader *r, size_
     return PD_OK;
 }
 
-/* Read an unquoted field in the same way; white space around it is dropped. */
+/* Read an unquoted field; the position moves to the separator behind it. *stop: where its terminating 0 belongs, before
+ * the white space at its end. */
 static pd_status pdi_csv_read_plain_field(pd_ctx *ctx, pdi_csv_reader *r, size_t *stop)
 {
     char *text = r->table->text;
@@ -10581,7 +10717,8 @@ static pd_status pdi_csv_read_plain_field(pd_ctx *ctx, pdi_csv_reader *r, size_t
     return PD_OK;
 }
 
-/* Read all fields of a line; the position moves to the next line. *fields: their number. */
+/* Read all fields of a line, each terminated by 0 in place; the position moves to the next line. *fields: their number.
+ * PD_ERR_PARSE. */
 static pd_status pdi_csv_read_line(pd_ctx *ctx, pdi_csv_reader *r, int *fields)
 {
     char *text = r->table->text;
@@ -10598,7 +10735,7 @@ static pd_status pdi_csv_read_line(pd_ctx *ctx, pdi_csv_reader *r, int *fields)
     }
 }
 
-/* Take the first line as the column names, and check that none is empty or occurs twice. */
+/* Take the fields read so far, `fields` of them, as the column names. PD_ERR_PARSE: one is empty or occurs twice. */
 static pd_status pdi_csv_set_column_names(pd_ctx *ctx, pdi_csv_reader *r, int fields)
 {
     pd_table *t = r->table;
@@ -10612,7 +10749,8 @@ static pd_status pdi_csv_set_column_names(pd_ctx *ctx, pdi_csv_reader *r, int fi
     return PD_OK;
 }
 
-/* Append a row to the table, and check its number of fields. */
+/* Append a row, whose `fields` fields have been read, to the table. PD_ERR_PARSE: their number is not that of the
+ * columns. */
 static pd_status pdi_csv_add_row(pd_ctx *ctx, pdi_csv_reader *r, int fields)
 {
     pd_table *t = r->table;
@@ -10628,7 +10766,8 @@ static pd_status pdi_csv_add_row(pd_ctx *ctx, pdi_csv_reader *r, int fields)
     return PD_OK;
 }
 
-/* Parse table->text: header line and rows. */
+/* Parse table->text in place: header line and rows; lines that are blank or begin with '#' are skipped. PD_ERR_PARSE: a
+ * byte 0, no header line, or a fault in a line. */
 static pd_status pdi_csv_parse(pd_ctx *ctx, pd_table *table)
 {
     pdi_csv_reader r = {table, 0, 0, 0};
@@ -10752,7 +10891,8 @@ PDI_FN int pdi_tokenizer_skip_line(pdi_tokenizer *s)
     return nothing;
 }
 
-/* Report the word that was found and what was expected, as PD_ERR_PARSE. */
+/* Report the word of `size` characters that was found (0: the end of the text) and what was expected, as
+ * PD_ERR_PARSE. */
 static pd_status pdi_tokenizer_fail_expected(const pdi_tokenizer *s, const char *word, size_t size,
                                              const char *expected)
 {
@@ -10857,14 +10997,14 @@ typedef struct pdi_gmsh_reader {
     pdi_gmsh_cell_key *slot;                   /* [slots] hash table of cells by their nodes, at most half full */
 } pdi_gmsh_reader;
 
-/* Order of nodes by id, for qsort and bsearch. */
+/* Order of nodes by ascending id, for qsort and bsearch. */
 static int pdi_gmsh_compare_nodes(const void *a, const void *b)
 {
     const pdi_gmsh_node *p = (const pdi_gmsh_node *)a, *q = (const pdi_gmsh_node *)b;
     return (p->id > q->id) - (p->id < q->id);
 }
 
-/* Order of entities by id, for qsort and bsearch. */
+/* Order of entities by ascending id, for qsort and bsearch. */
 static int pdi_gmsh_compare_entities(const void *a, const void *b)
 {
     const pdi_gmsh_entity *p = (const pdi_gmsh_entity *)a, *q = (const pdi_gmsh_entity *)b;
@@ -10881,7 +11021,8 @@ static pd_status pdi_gmsh_skip_numbers(pdi_gmsh_reader *m, const char *what, int
 
 /* ---- $MeshFormat, $Entities, $Nodes ---- */
 
-/* Read the section $MeshFormat: version and file type. */
+/* Read the section $MeshFormat and set the version. PD_ERR_PARSE: another version than 2.2 and 4.1, or a binary
+ * file. */
 static pd_status pdi_gmsh_read_format(pdi_gmsh_reader *m)
 {
     const char *at = m->tokenizer->position;
@@ -10897,7 +11038,7 @@ static pd_status pdi_gmsh_read_format(pdi_gmsh_reader *m)
     return pdi_tokenizer_expect_word(m->tokenizer, "$EndMeshFormat");
 }
 
-/* Read the list of physical groups of an entity; *tag: the first one, 0 without any. */
+/* Read the list of physical groups of an entity; *tag: the first one without its sign, 0 without any. */
 static pd_status pdi_gmsh_read_groups(pdi_gmsh_reader *m, int64_t *tag)
 {
     int64_t count, group;
@@ -10910,7 +11051,8 @@ static pd_status pdi_gmsh_read_groups(pdi_gmsh_reader *m, int64_t *tag)
     return PD_OK;
 }
 
-/* Read the section $Entities of format 4.1, and keep the groups of entities of PD_DIM dimensions. */
+/* Read the section $Entities of format 4.1, and keep the groups of entities of PD_DIM dimensions, sorted by id, in new
+ * memory. */
 static pd_status pdi_gmsh_read_entities(pdi_gmsh_reader *m)
 {
     int64_t count[4], id, tag, bounds;
@@ -10935,7 +11077,7 @@ static pd_status pdi_gmsh_read_entities(pdi_gmsh_reader *m)
     return pdi_tokenizer_expect_word(s, "$EndEntities");
 }
 
-/* Read the three coordinates of a node. */
+/* Read the three coordinates of a node, in units of the file. PD_ERR_PARSE: one is not below 1e100. */
 static pd_status pdi_gmsh_read_coordinates(pdi_gmsh_reader *m, pdi_gmsh_node *node)
 {
     for (int d = 0; d < 3; d++) {
@@ -10947,7 +11089,8 @@ static pd_status pdi_gmsh_read_coordinates(pdi_gmsh_reader *m, pdi_gmsh_node *no
     return PD_OK;
 }
 
-/* Read the blocks of nodes of format 4.1: ids, then coordinates, which parameters may follow on their line. */
+/* Read the blocks of nodes of format 4.1, node_count in all, in the order of the file: ids, then coordinates, which
+ * parameters may follow on their line. */
 static pd_status pdi_gmsh_read_node_blocks(pdi_gmsh_reader *m, int64_t blocks)
 {
     int64_t value, count, done = 0;
@@ -10974,7 +11117,8 @@ static pd_status pdi_gmsh_read_node_blocks(pdi_gmsh_reader *m, int64_t blocks)
                               (double)m->node_count);
 }
 
-/* Read the section $Nodes, sort the nodes by id, and measure their extent. PD_ERR_PARSE: a number twice. */
+/* Read the section $Nodes into new memory, sort the nodes by id, and set the extent of the cells: the largest distance
+ * from the first node along an axis. PD_ERR_PARSE: a number twice. */
 static pd_status pdi_gmsh_read_nodes(pdi_gmsh_reader *m)
 {
     int64_t blocks = 0, bound;
@@ -11012,7 +11156,8 @@ static pd_points_cell_type pdi_gmsh_find_cell_type(int64_t type, int *dimension)
     return type >= 1 && type <= 7 ? (pd_points_cell_type)type : PD_POINTS_CELL_NONE;
 }
 
-/* *is_used 1: elements of this type become points. PD_ERR_PARSE: unknown, of higher dimension or of higher order. */
+/* *is_used 1: elements of this type become points; 0: they have a lower dimension and are skipped. position: for the
+ * message. PD_ERR_PARSE: unknown, of higher dimension or of higher order. */
 static pd_status pdi_gmsh_check_element_type(pdi_gmsh_reader *m, const char *position, int64_t type, int *is_used)
 {
     int dimension;
@@ -11055,8 +11200,8 @@ static pd_status pdi_gmsh_grow_hash_table(pdi_gmsh_reader *m)
     return PD_OK;
 }
 
-/* Enter a cell into the hash table. *is_repeated 1: a cell of these nodes has been read before (Gmsh repeats a cell for
- * each of its groups). */
+/* Enter a cell into the hash table. node_index: indices of its corners in the list of nodes, plus 1. *is_repeated 1: a
+ * cell of these nodes has been read before (Gmsh repeats a cell for each of its groups). */
 static pd_status pdi_gmsh_add_cell_key(pdi_gmsh_reader *m, pd_points_cell_type form, const int32_t *node_index,
                                        int *is_repeated)
 {
@@ -11075,8 +11220,8 @@ static pd_status pdi_gmsh_add_cell_key(pdi_gmsh_reader *m, pd_points_cell_type f
     return PD_OK;
 }
 
-/* Read the nodes of a cell from the rest of its line, and add its point and faces. surface: its entity; within one
- * entity all cells have one orientation. */
+/* Read the nodes of a cell from the rest of its line, and add its point and faces; a repeated cell is only checked.
+ * surface: its entity; within one entity all cells have one orientation. PD_ERR_PARSE. */
 static pd_status pdi_gmsh_read_cell(pdi_gmsh_reader *m, pd_points_cell_type form, int64_t surface, int32_t tag)
 {
     const double *corner[8];
@@ -11109,7 +11254,8 @@ static pd_status pdi_gmsh_read_cell(pdi_gmsh_reader *m, pd_points_cell_type form
                               pd_points_count_corners(form));
 }
 
-/* Read an element of format 2.2: number, type, tags (physical group first), nodes. */
+/* Read an element of format 2.2: number, type, tags (physical group, then entity), nodes. It becomes a point where it
+ * has PD_DIM dimensions. */
 static pd_status pdi_gmsh_read_element(pdi_gmsh_reader *m)
 {
     int64_t id, type, count, tag[2] = {0, 0}, value;
@@ -11130,7 +11276,8 @@ static pd_status pdi_gmsh_read_element(pdi_gmsh_reader *m)
     return PD_OK;
 }
 
-/* Read a block of elements of format 4.1; *remaining: number of elements that remain in the section. */
+/* Read a block of elements of format 4.1; those of PD_DIM dimensions become points with the group of their entity.
+ * *remaining: number of elements that remain in the section, reduced by those of the block. */
 static pd_status pdi_gmsh_read_element_block(pdi_gmsh_reader *m, int64_t *remaining)
 {
     int64_t dimension, type, count, id;
@@ -11180,7 +11327,7 @@ static pd_status pdi_gmsh_read_elements(pdi_gmsh_reader *m)
 
 /* ---- sections ---- */
 
-/* Skip an unused section to its end. */
+/* Skip an unused section name[size], with its '$', up to its end mark. PD_ERR_PARSE: it has none. */
 static pd_status pdi_gmsh_skip_section(pdi_gmsh_reader *m, const char *name, size_t size)
 {
     const char *word;
@@ -11190,7 +11337,8 @@ static pd_status pdi_gmsh_skip_section(pdi_gmsh_reader *m, const char *name, siz
     return pdi_tokenizer_fail(m->tokenizer, name, "the section %.*s has no end", size < 40 ? (int)size : 40, name);
 }
 
-/* Read all sections of the file. */
+/* Read all sections of the file, $MeshFormat first. PD_ERR_PARSE: none of elements, a partitioned or parametric
+ * mesh. */
 static pd_status pdi_gmsh_read_sections(pdi_gmsh_reader *m)
 {
     const char *word;
@@ -11303,7 +11451,8 @@ static int pdi_vtu_is_text(pdi_vtu_text text, const char *word)
 /* Returns 1 for white space. */
 static int pdi_vtu_is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
 
-/* Read the next tag before the limit, skipping comments and declarations. *found 0: there is none. */
+/* Read the next tag before xml_end and move behind it, skipping comments and declarations. *found 0: there is none.
+ * PD_ERR_PARSE: a tag does not end. */
 static pd_status pdi_vtu_read_tag(pdi_vtu_reader *v, pdi_vtu_xml_tag *tag, int *found)
 {
     pdi_tokenizer *s = v->tokenizer;
@@ -11338,7 +11487,7 @@ static pd_status pdi_vtu_read_tag(pdi_vtu_reader *v, pdi_vtu_xml_tag *tag, int *
     return PD_OK;
 }
 
-/* Value of an attribute of a tag. Returns 0 when the tag has none of this name; *value is unchanged then. */
+/* Value of an attribute of a tag. Returns 1; 0: the tag has none of this name, and *value is unchanged. */
 static int pdi_vtu_find_attribute(const pdi_vtu_xml_tag *tag, const char *name, pdi_vtu_text *value)
 {
     const char *at = tag->attributes.begin, *end = at + tag->attributes.size;
@@ -11397,7 +11546,8 @@ static int pdi_vtu_base64_digit(char c)
     return found ? (int)(found - digits) : -1;
 }
 
-/* Decode the next four base64 characters. Returns 0 at the end, or when they are no base64. */
+/* Decode the next four base64 characters into the empty buffer of the stream. Returns 1; 0: at the end, or they are no
+ * base64. */
 static int pdi_vtu_decode_base64(pdi_vtu_byte_stream *s)
 {
     uint32_t bits = 0;
@@ -11416,7 +11566,7 @@ static int pdi_vtu_decode_base64(pdi_vtu_byte_stream *s)
     return 1;
 }
 
-/* Read `size` bytes from the stream. Returns 0 when there are fewer. */
+/* Read `size` bytes from the stream, decoded. Returns 1; 0: there are fewer, or they are no base64. */
 static int pdi_vtu_read_bytes(pdi_vtu_byte_stream *s, uint8_t *out, size_t size)
 {
     if (s->raw) {
@@ -11444,7 +11594,7 @@ static uint64_t pdi_vtu_decode_integer(const pdi_vtu_reader *v, const uint8_t *b
     return value;
 }
 
-/* Read a size of 4 or 8 bytes from the stream. Returns 0 at its end. */
+/* Read a size, of 4 or 8 bytes as of the header, from the stream. Returns 1; 0: at its end. */
 static int pdi_vtu_read_size(const pdi_vtu_reader *v, pdi_vtu_byte_stream *s, uint64_t *size)
 {
     uint8_t bytes[8];
@@ -11454,7 +11604,8 @@ static int pdi_vtu_read_size(const pdi_vtu_reader *v, pdi_vtu_byte_stream *s, ui
     return 1;
 }
 
-/* Inflate the zlib blocks of an array into out[size]. *fault: an error text, NULL when all is well. */
+/* Inflate the zlib blocks of an array, from their sizes on, into out[size]. *fault: an error text, NULL when all is
+ * well; it may be set with PD_OK. */
 static pd_status pdi_vtu_inflate_blocks(const pdi_vtu_reader *v, pdi_vtu_byte_stream *s, uint8_t *out, size_t size,
                                         const char **fault)
 {
@@ -11527,7 +11678,7 @@ static double pdi_vtu_decode_number(const pdi_vtu_reader *v, const uint8_t *byte
     return value;
 }
 
-/* Open the stream of an array, inline or appended. */
+/* Set the stream to the start of an array, inline or appended. PD_ERR_PARSE: beyond the appended data. */
 static pd_status pdi_vtu_open_array(const pdi_vtu_reader *v, const pdi_vtu_array *a, pdi_vtu_byte_stream *s)
 {
     pdi_vtu_text format;
@@ -11545,7 +11696,8 @@ static pd_status pdi_vtu_open_array(const pdi_vtu_reader *v, const pdi_vtu_array
     return PD_OK;
 }
 
-/* Decode a binary array of `count` numbers. */
+/* Decode a binary array of `count` numbers into value[count]. PD_ERR_PARSE: too few or too many, or one not below
+ * 1e100. */
 static pd_status pdi_vtu_decode_binary(const pdi_vtu_reader *v, const pdi_vtu_array *a, int64_t count, double *value)
 {
     pdi_vtu_text text = {"", 0};
@@ -11571,7 +11723,8 @@ static pd_status pdi_vtu_decode_binary(const pdi_vtu_reader *v, const pdi_vtu_ar
     return fault && status == PD_OK ? pdi_tokenizer_fail(v->tokenizer, a->tag.begin, "%s", fault) : status;
 }
 
-/* Parse a text array of `count` numbers. */
+/* Parse a text array of `count` numbers into value[count]. PD_ERR_PARSE: too few or too many, or one not below
+ * 1e100. */
 static pd_status pdi_vtu_parse_ascii(const pdi_vtu_reader *v, const pdi_vtu_array *a, int64_t count, double *value)
 {
     pdi_tokenizer part = *v->tokenizer;
@@ -11586,7 +11739,8 @@ static pd_status pdi_vtu_parse_ascii(const pdi_vtu_reader *v, const pdi_vtu_arra
     return pdi_tokenizer_fail(&part, word, "an array of more than its %.0f numbers", (double)count);
 }
 
-/* Decode the array `which`, of `count` numbers, into new memory. what: its name for messages. */
+/* Decode the array `which`, of `count` numbers, into new memory, v->value[which], and set its length. what: its name
+ * for messages. PD_ERR_PARSE: missing, of an unknown type or format, or of another number. */
 static pd_status pdi_vtu_decode_array(pdi_vtu_reader *v, int which, const char *what, int64_t count)
 {
     const pdi_vtu_array *a = &v->array[which];
@@ -11639,7 +11793,7 @@ static pd_points_cell_type pdi_vtu_find_cell_type(int type, int *dimension)
     return type > 0 && type < 15 ? (pd_points_cell_type)form[type] : PD_POINTS_CELL_NONE;
 }
 
-/* Region (tag) number k of an array; 0 without the array. */
+/* *tag: region (tag) number k of an array; 0 without the array. PD_ERR_PARSE: it is no whole number of 32 bits. */
 static pd_status pdi_vtu_get_region(const pdi_vtu_reader *v, int which, int64_t k, int32_t *tag)
 {
     double value = v->value[which] ? v->value[which][k] : 0.0;
@@ -11651,8 +11805,8 @@ static pd_status pdi_vtu_get_region(const pdi_vtu_reader *v, int which, int64_t 
     return PD_OK;
 }
 
-/* Add cell k, whose nodes begin at `first` of the connectivity, as a point; *count_used is incremented when it has
- * PD_DIM dimensions. */
+/* Add cell k as a point, and its faces; its nodes, `corners` of them, begin at `first` of the connectivity. *count_used
+ * is incremented when it has PD_DIM dimensions; one of fewer is skipped. PD_ERR_PARSE. */
 static pd_status pdi_vtu_add_cell(pdi_vtu_reader *v, int64_t k, int64_t first, int64_t corners, int64_t *count_used)
 {
     static const int8_t swapped[8] = {0, 1, 3, 2, 4, 5, 7, 6};
@@ -11686,7 +11840,8 @@ static pd_status pdi_vtu_add_cell(pdi_vtu_reader *v, int64_t k, int64_t first, i
     return pd_boundary_faces_add_cell(v->tokenizer->ctx, &v->faces, form, number, corner, v->cells.points->count - 1);
 }
 
-/* Decode the cells of a piece and add them as points. */
+/* Decode the cells of a piece and add them as points. *count_used is incremented by the number of those of PD_DIM
+ * dimensions. */
 static pd_status pdi_vtu_add_cells(pdi_vtu_reader *v, int64_t *count_used)
 {
     double last = 0.0;
@@ -11710,7 +11865,8 @@ static pd_status pdi_vtu_add_cells(pdi_vtu_reader *v, int64_t *count_used)
     return PD_OK;
 }
 
-/* Add the points of a piece themselves, with their volumes. */
+/* Add the points of a piece themselves, with their volumes and tags. PD_ERR_PARSE: a volume is not positive, or a
+ * coordinate beyond PD_DIM differs. */
 static pd_status pdi_vtu_add_points(pdi_vtu_reader *v)
 {
     double scale = 1.0;
@@ -11740,7 +11896,8 @@ static pd_status pdi_vtu_add_points(pdi_vtu_reader *v)
     return PD_OK;
 }
 
-/* Add the cells, or else the points, of a piece whose arrays have been located. */
+/* Decode the points of a piece whose arrays have been located, update the extent of the mesh, and add its cells of
+ * PD_DIM dimensions, or else its points. begin: start of the piece, for messages. PD_ERR_PARSE: it has neither. */
 static pd_status pdi_vtu_add_piece(pdi_vtu_reader *v, const char *begin)
 {
     int64_t counts = 0, components;
@@ -11764,7 +11921,7 @@ static pd_status pdi_vtu_add_piece(pdi_vtu_reader *v, const char *begin)
                               "a piece without cells of %d dimensions, and without point data 'volume'", PD_DIM);
 }
 
-/* Free the arrays of a piece. */
+/* Free the decoded arrays of a piece, and forget where its arrays are. */
 static void pdi_vtu_free_arrays(pdi_vtu_reader *v)
 {
     for (int k = 0; k < PDI_VTU_ARRAYS; k++) {
@@ -11775,7 +11932,8 @@ static void pdi_vtu_free_arrays(pdi_vtu_reader *v)
     v->region_rank = 99;
 }
 
-/* Which of the known arrays a DataArray tag is, by its section and name; -1: none. */
+/* Which of the known arrays a DataArray tag is, by its section and name; -1: none, or a tag array when one of higher
+ * priority (in point data: any) has been found. Sets the priority of the cell tags. */
 static int pdi_vtu_find_array(pdi_vtu_reader *v, const pdi_vtu_xml_tag *tag)
 {
     static const char *const tags[] = {"tag", "region", "material", "gmsh:physical"};
@@ -11798,7 +11956,7 @@ static int pdi_vtu_find_array(pdi_vtu_reader *v, const pdi_vtu_xml_tag *tag)
     return -1;
 }
 
-/* Note the position of a DataArray that is needed. */
+/* Note tag and text of a DataArray that is needed; the text begins at the position of the tokenizer. */
 static void pdi_vtu_set_array(pdi_vtu_reader *v, const pdi_vtu_xml_tag *tag)
 {
     int which = pdi_vtu_find_array(v, tag);
@@ -11813,7 +11971,8 @@ static void pdi_vtu_set_array(pdi_vtu_reader *v, const pdi_vtu_xml_tag *tag)
 
 /* ---- the file ---- */
 
-/* Read the VTKFile tag: type, byte order, size of headers, compressor. */
+/* Take byte order, size of headers and compression from the VTKFile tag. PD_ERR_PARSE: no unstructured grid, or another
+ * compressor than zlib. */
 static pd_status pdi_vtu_read_header(pdi_vtu_reader *v, const pdi_vtu_xml_tag *tag)
 {
     const uint16_t probe = 1;
@@ -11832,7 +11991,8 @@ static pd_status pdi_vtu_read_header(pdi_vtu_reader *v, const pdi_vtu_xml_tag *t
     return PD_OK;
 }
 
-/* Locate the appended data, which begin behind an underscore. */
+/* Locate the appended data, which begin behind an underscore, and the end of the XML before them; the position is at
+ * the start of the text afterwards. PD_ERR_PARSE. */
 static pd_status pdi_vtu_find_appended(pdi_vtu_reader *v)
 {
     pdi_vtu_xml_tag tag;
@@ -11864,7 +12024,8 @@ static int pdi_vtu_find_section(pdi_vtu_text name)
                                                 : 0;
 }
 
-/* Handle an opening tag. *headed 1: VTKFile has been read; *piece: begin of the current piece, NULL outside. */
+/* Handle an opening tag: header, numbers of a piece, array or section. *headed 1: VTKFile has been read; *piece: start
+ * of the current piece, NULL outside. PD_ERR_PARSE. */
 static pd_status pdi_vtu_begin_tag(pdi_vtu_reader *v, const pdi_vtu_xml_tag *tag, int *headed, const char **piece)
 {
     if (pdi_vtu_is_text(tag->name, "VTKFile")) {
@@ -11882,7 +12043,8 @@ static pd_status pdi_vtu_begin_tag(pdi_vtu_reader *v, const pdi_vtu_xml_tag *tag
     return PD_OK;
 }
 
-/* Read the file tag by tag; a piece is converted at its closing tag. */
+/* Read the file tag by tag up to the end of the grid; a piece is converted, and its arrays freed, at its closing tag.
+ * PD_ERR_PARSE. */
 static pd_status pdi_vtu_read_file(pdi_vtu_reader *v)
 {
     int more = 1, headed = 0, ended = 0;
@@ -11942,7 +12104,8 @@ enum { PDI_POINTS_FILE_VOLUME = 3, PDI_POINTS_FILE_TAG, PDI_POINTS_FILE_COLUMNS 
 /* Lower-case form of an ASCII letter. */
 static char pdi_points_file_to_lower(char c) { return (char)(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c); }
 
-/* Returns 1 when a column header names the quantity, case ignored: "Volume [m3]" is volume. */
+/* Returns 1 when a column header names the quantity, case ignored: "Volume [m3]" is volume; else 0. name: in lower
+ * case. */
 static int pdi_points_file_is_column_name(const char *text, const char *name)
 {
     for (; *name; text++, name++)
@@ -11950,7 +12113,8 @@ static int pdi_points_file_is_column_name(const char *text, const char *name)
     return !*text || *text == ' ' || *text == '[' || *text == '(';
 }
 
-/* Find the column of each quantity, column[PDI_POINTS_FILE_COLUMNS]; -1: there is none. */
+/* Find the column of each quantity, column[PDI_POINTS_FILE_COLUMNS]; -1: there is none. PD_ERR_PARSE: a coordinate of
+ * PD_DIM or the volume is missing, or a quantity has two columns. */
 static pd_status pdi_points_file_find_columns(pd_ctx *ctx, const pd_table *t, int *column)
 {
     static const char *const names[PDI_POINTS_FILE_COLUMNS] = {"x", "y", "z", "volume", "tag"};
@@ -11969,7 +12133,7 @@ static pd_status pdi_points_file_find_columns(pd_ctx *ctx, const pd_table *t, in
     return PD_OK;
 }
 
-/* Parse a field of the table as a finite number. */
+/* Parse a field of the table as a number of a magnitude below 1e100. PD_ERR_PARSE with path:line. */
 static pd_status pdi_points_file_parse_number(pd_ctx *ctx, const pd_table *t, int row, int column, double *value)
 {
     const char *text = pd_table_get_text(t, row, column);
@@ -11978,7 +12142,8 @@ static pd_status pdi_points_file_parse_number(pd_ctx *ctx, const pd_table *t, in
                    t->row_line[row], pd_table_get_text(t, -1, column), text);
 }
 
-/* Add the point of a row. constant[3]: coordinates beyond PD_DIM, set by the first row and equal in all others. */
+/* Add the point of a row. column: -1 for none (z, tag: 0 then). constant[3]: coordinates beyond PD_DIM, set by the
+ * first row and equal in all others. PD_ERR_PARSE: they differ, the volume is not positive, the tag is no int32. */
 static pd_status pdi_points_file_add_row(pd_ctx *ctx, const pd_table *t, const int *column, int row, double scale,
                                          double *constant, pd_points *points)
 {
@@ -12023,7 +12188,7 @@ static pd_status pdi_points_file_read_table(pd_ctx *ctx, const char *path, doubl
 
 /* ---- files ---- */
 
-/* Returns 1 when a path has this extension, case ignored. */
+/* Returns 1 when a path has this extension (with its point, in lower case), case of the path ignored; else 0. */
 static int pdi_points_file_has_extension(const char *path, const char *ending)
 {
     size_t size = strlen(path), more = strlen(ending);
@@ -12038,7 +12203,7 @@ static int pdi_points_file_has_prefix(const char *text, const char *with)
     return strncmp(text, with, strlen(with)) == 0;
 }
 
-/* Read a file in the format that its extension or its first bytes show. */
+/* Read a file in the format that its extension or its first bytes show; without either it is read as a table. */
 static pd_status pdi_points_file_read_any_format(pd_ctx *ctx, const char *path, double scale, pd_points *points)
 {
     char *text;
@@ -12111,7 +12276,8 @@ static double pdi_stl_transform(const pdi_stl_triangles *c, double x, int axis)
     return x * c->scale + c->shift[axis];
 }
 
-/* Read `count` binary triangles: normal, three corners and two bytes each, numbers little-endian. */
+/* Take `count` binary triangles from a whole file that holds them: normal, three corners and two bytes each, numbers
+ * little-endian. Sets the count. */
 static pd_status pdi_stl_parse_binary(pd_ctx *ctx, const char *text, uint32_t count, pdi_stl_triangles *c)
 {
     PD_TRY(pdi_stl_reserve(ctx, c, count));
@@ -12127,7 +12293,8 @@ static pd_status pdi_stl_parse_binary(pd_ctx *ctx, const char *text, uint32_t co
     return PD_OK;
 }
 
-/* Read a triangle as text: facet normal N N N outer loop vertex X Y Z (three times) endloop endfacet. */
+/* Read a triangle as text behind its word facet: normal N N N outer loop vertex X Y Z (three times) endloop
+ * endfacet. */
 static pd_status pdi_stl_parse_facet(pdi_tokenizer *s, pdi_stl_triangles *c)
 {
     const char *word;
@@ -12150,7 +12317,7 @@ static pd_status pdi_stl_parse_facet(pdi_tokenizer *s, pdi_stl_triangles *c)
     return PD_OK;
 }
 
-/* Returns 1 when nothing but padding stands between begin and end. */
+/* Returns 1 when nothing but padding (white space, 0, control-Z) stands between begin and end, else 0. */
 static int pdi_stl_is_padding(const char *begin, const char *end)
 {
     while (begin < end && (*begin == '\0' || *begin == '\x1A' || *begin == ' ' || *begin == '\t' || *begin == '\r' ||
@@ -12159,7 +12326,7 @@ static int pdi_stl_is_padding(const char *begin, const char *end)
     return begin == end;
 }
 
-/* Read a text file: solid NAME .. endsolid NAME, once or more often. */
+/* Read a text file, case ignored: solid NAME .. endsolid NAME, once or more often. PD_ERR_PARSE. */
 static pd_status pdi_stl_parse_text(pdi_tokenizer *s, pdi_stl_triangles *c)
 {
     const char *word;
@@ -12180,7 +12347,8 @@ static pd_status pdi_stl_parse_text(pdi_tokenizer *s, pdi_stl_triangles *c)
     return open ? pdi_tokenizer_fail(s, s->end, "the file ends before endsolid") : PD_OK;
 }
 
-/* Read a file, binary when its size fits its number of triangles, else text. */
+/* Take the triangles of a file, binary when its size holds its number of triangles, else text. PD_ERR_PARSE:
+ * neither. */
 static pd_status pdi_stl_parse(pd_ctx *ctx, const char *path, const char *text, size_t size, pdi_stl_triangles *c)
 {
     double count = size >= PDI_STL_HEADER_SIZE ? (double)pdi_stl_get_u32(text + PDI_STL_HEADER_SIZE - 4) : -1.0;
