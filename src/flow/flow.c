@@ -605,7 +605,7 @@ static void pdi_flow_update_stabilisation(pd_flow *flow)
     double rate = 0.0;
     for (int d = 0; d < PD_DIM; d++)
         rate += (flow->nu / flow->grid->h[d] + 0.5 * flow->velocity_scale) / flow->grid->h[d];
-    flow->stabilisation = 1.0 / rate;
+    if (!flow->is_weakly_compressible) flow->stabilisation = 1.0 / rate;
     flow->isotropic_blending =
         pdi_isotropic_stencil_compute_blending(&flow->isotropic_stencil, flow->velocity_scale / flow->nu);
 }

@@ -51,6 +51,7 @@ typedef struct pd_flow {
     double velocity_scale, length_scale;
     double reference_speed, reference_length; /* [m/s] [m] for reports alone */
     double stabilisation;   /* [s] weight tau of the pressure flux (eq. 4.4, 4.5) */
+    int is_weakly_compressible; /* 1: that weight is the diffusion of density, which does not follow U */
     double *pressure_impulse; /* [total] [m2/s] pressure impulse, which the pressure flux of implicit flow is made of
                                * (eq. 4.15c); NULL: it is tau times p. Borrowed from the integrator, as the next two */
     double *pressure_impulse_grad; /* [PD_DIM][total] [m/s] its gradient */

@@ -63,6 +63,7 @@ static pd_status pdi_weakly_compressible_try_build(pd_ctx *ctx, pd_flow *flow, c
     for (int d = 1; d < PD_DIM; d++) spacing = pd_min(spacing, grid->h[d]);
     /* eta c0 delta lap rho, written for the pressure: d rho = rho0 dp/(rho0 c0^2) */
     flow->stabilisation = un->desc.density_diffusion * s->m * spacing / un->desc.sound_speed;
+    flow->is_weakly_compressible = 1;
     PD_TRY(pdi_array_registry_build(ctx, pdi_weakly_compressible_list, un));
     for (int32_t i = 0; i < grid->total; i++) {
         un->density[i] = 1.0;

@@ -1223,6 +1223,7 @@ def declare(dim):
         ('reference_speed', c_double),
         ('reference_length', c_double),
         ('stabilisation', c_double),
+        ('is_weakly_compressible', c_int),
         ('pressure_impulse', POINTER(c_double)),
         ('pressure_impulse_grad', POINTER(c_double)),
         ('pressure_impulse_flux', POINTER(c_double)),
