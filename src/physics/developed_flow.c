@@ -84,14 +84,14 @@ static pd_status pdi_developed_flow_solve(pd_ctx *ctx, const pd_flow *flow, int 
 }
 
 /* Allocate inlet->profile[side] and store the axial velocities of the duct there, scaled so that their flux is
- * inlet->area: those of a mean velocity of 1. Cells that are not fluid get 0. */
+ * inlet->opening: those of a mean velocity of 1. Cells that are not fluid get 0. */
 static pd_status pdi_developed_flow_store_profile(pd_ctx *ctx, pd_inlet *inlet, int side, pdi_developed_flow *d)
 {
     int axis = side / 2, i[PD_DIM];
     int64_t cells = pdi_inlet_count_side_cells(inlet->grid, side), place = 0;
     const double *u = d->flow.u + (int64_t)axis * d->grid.total;
     PD_TRY(PD_NEW(ctx, "inlet", cells, inlet->profile[side]));
-    double scale = inlet->area[side] / pd_flow_integrate_section(ctx, &d->flow, axis, 1);
+    double scale = inlet->opening[side] / pd_flow_integrate_section(ctx, &d->flow, axis, 1);
     memset(i, 0, sizeof i);
     for (place = 0; place < cells; place++) {
         int64_t rest = place;

@@ -357,6 +357,7 @@ static pd_status pdi_inlet_build_inner(pd_ctx *ctx, const pd_setup *setup, const
         double opening = PD_DIM == 3 && !pdi_inlet_is_inside_box(grid, side, inlet)
                              ? pdi_inlet_integrate_open_area(grid, side)
                              : area;
+        inlet->opening[side] = area;
         if (PD_DIM == 2 && !grid->circumference && s->flow_rate > 0.0)
             area = 0.25 * PD_PI * inlet->width[side] * inlet->width[side];
         inlet->area[side] = area;

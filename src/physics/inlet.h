@@ -13,6 +13,7 @@ typedef struct pd_inlet {
     int inlets;                 /* number of inlet sides */
     double mean[2 * PD_DIM];    /* [m/s] into the box at time 0, 0 for other sides */
     double area[2 * PD_DIM];    /* [m2] area by which a flow rate is divided */
+    double opening[2 * PD_DIM]; /* [m^(d-1)] of the opening; with rings of the whole ring */
     /* [-] area of the opening over that of its cell faces: factor on uniform profiles */
     double area_ratio[2 * PD_DIM];
     double scale[2 * PD_DIM];   /* [s/m] factor that, times the mean velocity, scales an expression to the flow rate

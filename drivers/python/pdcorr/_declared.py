@@ -3968,6 +3968,7 @@ def declare(dim):
         ('inlets', c_int),
         ('mean', c_double * (2 * dim)),
         ('area', c_double * (2 * dim)),
+        ('opening', c_double * (2 * dim)),
         ('area_ratio', c_double * (2 * dim)),
         ('scale', c_double * (2 * dim)),
         ('width', c_double * (2 * dim)),
