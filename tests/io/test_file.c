@@ -1,9 +1,12 @@
 /* file, csv, progress: complete files or none, paths, numbers, tables, the progress line. dims: 2 */
+#define _XOPEN_SOURCE 700
 #include "io/csv.h"
 #include "io/file.h"
 #include "io/progress.h"
 #include "fault.h"
 #include <locale.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #define DIRECTORY "build/files_of_test_file"
 
@@ -272,9 +275,16 @@ TEST(numbers_are_short_and_come_back_bit_for_bit)
     static const struct {
         double value;
         const char *text;
-    } cases[] = {{0.1, "0.1"}, {1.0 / 3, "0.3333333333333333"}, {-0.0, "-0"}, {1e-9, "1e-09"}, {71500, "71500"},
-                 {5e-324, "4.94065645841247e-324"}, {1.7976931348623157e308, "1.7976931348623157e+308"},
-                 {INFINITY, "inf"}, {-INFINITY, "-inf"}, {NAN, "nan"}};
+    } cases[] = {{0.1, "0.1"},
+                 {1.0 / 3, "0.3333333333333333"},
+                 {-0.0, "-0"},
+                 {1e-9, "1e-09"},
+                 {71500, "71500"},
+                 {5e-324, "4.94065645841247e-324"},
+                 {1.7976931348623157e308, "1.7976931348623157e+308"},
+                 {INFINITY, "inf"},
+                 {-INFINITY, "-inf"},
+                 {NAN, "nan"}};
     char text[PDI_FILE_NUMBER_SIZE];
     double value;
     for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
@@ -420,8 +430,8 @@ TEST(a_broken_table_names_its_line)
         const char *text, *message;
     } cases[] = {{"a,b\n1,2\n3\n", ":3: 1 fields, expected 2"}, {"a,b\n1,2,3\n", ":2: 3 fields, expected 2"},
                  {"a,b\n1,\"2\n", ":2: a quote is not closed"}, {"a,b\n\n\"1\"x,2\n", ":3: text behind a closing"},
-                 {"# only\n", "no line of column names"}, {"", "no line of column names"},
-                 {"a,b,a\n", ":1: two columns are named 'a'"}, {"a,\n", ":1: a column has no name"}};
+                 {"# only\n", "no line of column names"},       {"", "no line of column names"},
+                 {"a,b,a\n", ":1: two columns are named 'a'"},  {"a,\n", ":1: a column has no name"}};
     pd_ctx ctx;
     pd_table table;
     start(&ctx);
@@ -499,9 +509,20 @@ TEST(times_are_printed_in_the_unit_that_suits)
     static const struct {
         double seconds;
         const char *text;
-    } cases[] = {{0, "0.00 s"}, {0.25, "0.25 s"}, {9.996, "10.0 s"}, {12.34, "12.3 s"}, {59.94, "59.9 s"},
-                 {59.96, "1 min 00 s"}, {125, "2 min 05 s"}, {3599.4, "59 min 59 s"}, {3599.6, "1 h 00 min"},
-                 {11220, "3 h 07 min"}, {1051200, "12 d 4 h"}, {-1, "?"}, {NAN, "?"}, {INFINITY, "?"}};
+    } cases[] = {{0, "0.00 s"},
+                 {0.25, "0.25 s"},
+                 {9.996, "10.0 s"},
+                 {12.34, "12.3 s"},
+                 {59.94, "59.9 s"},
+                 {59.96, "1 min 00 s"},
+                 {125, "2 min 05 s"},
+                 {3599.4, "59 min 59 s"},
+                 {3599.6, "1 h 00 min"},
+                 {11220, "3 h 07 min"},
+                 {1051200, "12 d 4 h"},
+                 {-1, "?"},
+                 {NAN, "?"},
+                 {INFINITY, "?"}};
     char text[64];
     for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
         pdi_progress_format_duration(cases[k].seconds, text, sizeof text);
@@ -527,13 +548,43 @@ TEST(the_progress_line_shows_the_time_left)
     remove(DIRECTORY);
 }
 
-TEST_MAIN(ENTRY(a_whole_file_is_read) ENTRY(a_file_that_cannot_be_read_is_an_error)
-          ENTRY(only_plain_files_are_read) ENTRY(reading_counts)
-          ENTRY(the_final_name_holds_a_complete_file_or_the_old_one)
-          ENTRY(a_commit_onto_a_directory_fails_and_leaves_nothing) ENTRY(a_full_disk_is_noticed)
-          ENTRY(directories_are_made_with_their_parents) ENTRY(names_are_joined_and_numbered)
-          ENTRY(numbers_are_short_and_come_back_bit_for_bit) ENTRY(numbers_do_not_follow_the_locale)
-          ENTRY(rows_are_in_the_file_as_soon_as_they_are_written) ENTRY(a_table_needs_proper_names)
-          ENTRY(a_written_table_is_read_back) ENTRY(tables_of_others_are_read) ENTRY(a_broken_table_names_its_line)
-          ENTRY(every_failing_allocation_is_reported) ENTRY(damaged_tables_do_no_harm)
-          ENTRY(times_are_printed_in_the_unit_that_suits) ENTRY(the_progress_line_shows_the_time_left))
+/* Nothing is appended to a file that is reached by a link, soft or hard, and the refusal leaves no file open. */
+TEST(links_are_not_appended_to)
+{
+    struct rlimit all, few;
+    pd_ctx ctx;
+    pd_file file;
+    start(&ctx);
+    memset(&file, 0, sizeof file);
+    put("own", "a\n", 2);
+    remove(at("hard"));
+    remove(at("soft"));
+    CHECK(getrlimit(RLIMIT_NOFILE, &all) == 0);
+    few = all;
+    few.rlim_cur = 32;
+    CHECK(setrlimit(RLIMIT_NOFILE, &few) == 0);
+    if (CHECK(link(at("own"), at("hard")) == 0) && CHECK(symlink("own", at("soft")) == 0))
+        for (int k = 0; k < 100; k++) {
+            const char *name = k % 2 ? "hard" : "soft";
+            CHECK_INT(pdi_file_open_append(&ctx, at(name), &file), PD_ERR_FILE);
+            if (!CHECK(strstr(ctx.message, "it is a link") != NULL)) NOTE("%s: %s", name, ctx.message);
+        }
+    remove(at("hard"));
+    remove(at("soft"));
+    CHECK_OK(&ctx, pdi_file_open_append(&ctx, at("own"), &file));
+    pdi_file_abandon(&file);
+    CHECK(setrlimit(RLIMIT_NOFILE, &all) == 0);
+}
+
+TEST_MAIN(ENTRY(a_whole_file_is_read) ENTRY(a_file_that_cannot_be_read_is_an_error) ENTRY(only_plain_files_are_read)
+              ENTRY(reading_counts) ENTRY(the_final_name_holds_a_complete_file_or_the_old_one)
+                  ENTRY(a_commit_onto_a_directory_fails_and_leaves_nothing) ENTRY(a_full_disk_is_noticed)
+                      ENTRY(directories_are_made_with_their_parents) ENTRY(names_are_joined_and_numbered)
+                          ENTRY(numbers_are_short_and_come_back_bit_for_bit) ENTRY(numbers_do_not_follow_the_locale)
+                              ENTRY(rows_are_in_the_file_as_soon_as_they_are_written) ENTRY(a_table_needs_proper_names)
+                                  ENTRY(a_written_table_is_read_back) ENTRY(tables_of_others_are_read)
+                                      ENTRY(a_broken_table_names_its_line) ENTRY(every_failing_allocation_is_reported)
+                                          ENTRY(damaged_tables_do_no_harm)
+                                              ENTRY(times_are_printed_in_the_unit_that_suits)
+                                                  ENTRY(the_progress_line_shows_the_time_left)
+                                                      ENTRY(links_are_not_appended_to))

@@ -167,6 +167,37 @@ TEST(no_root)
     CHECK_INT(pd_newton_solve(&ctx, &e, &d, &g), PD_ERR_ARGUMENT);
 }
 
+/* As many lengths are tried as the limit says, and no more: atan x from 1.6 needs one halving, from 20 many. */
+TEST(trials)
+{
+    pd_ctx ctx;
+    pd_ctx_init(&ctx);
+    for (int search = PD_NEWTON_BY_NORM; search <= PD_NEWTON_BY_WORK; search++) {
+        problem p = of(atan_of, atan_slope, 1e-12);
+        pd_newton_progress g;
+        pd_newton_equations e = {&p, "test", residual, solve_step, move, work};
+        pd_newton_desc d;
+        memset(&d, 0, sizeof d);
+        d.search = (pd_newton_search)search;
+        d.max_steps = 1;
+        d.max_trials = search == PD_NEWTON_BY_NORM ? 1 : 2; /* by work the whole step is a trial */
+        d.max_growth = 1.0;
+        d.max_forcing = 0.1;
+        p.x = 1.6;
+        p.damping = 1.0;
+        CHECK_INT(pd_newton_solve(&ctx, &e, &d, &g), PD_NOT_CONVERGED);
+        CHECK_INT(p.residuals, 3);
+        CHECK(g.length > 0.0 && g.length < 1.0 && g.norm < g.previous);
+        d.max_trials--;
+        p.x = 1.6;
+        p.residuals = p.solves = 0;
+        CHECK_INT(pd_newton_solve(&ctx, &e, &d, &g), search == PD_NEWTON_BY_NORM ? PD_NOT_CONVERGED : PD_RETRY);
+        CHECK_INT(p.residuals, 3); /* the first one, the whole step, and where it is taken back */
+        CHECK_NEAR(p.x, 1.6, 0.0);
+        CHECK_NEAR(g.length, 0.0, 0.0);
+    }
+}
+
 /* A step that no halving helps is taken back to the same bits, and solve_step is told. */
 TEST(takes_back)
 {
@@ -251,5 +282,5 @@ TEST(not_finite)
     CHECK_INT(g.steps, 0);
 }
 
-TEST_MAIN(ENTRY(order_two) ENTRY(runs_away) ENTRY(no_root) ENTRY(takes_back) ENTRY(leaves_domain) ENTRY(kinks)
-              ENTRY(forcing) ENTRY(not_finite))
+TEST_MAIN(ENTRY(order_two) ENTRY(runs_away) ENTRY(no_root) ENTRY(trials) ENTRY(takes_back) ENTRY(leaves_domain)
+              ENTRY(kinks) ENTRY(forcing) ENTRY(not_finite))
