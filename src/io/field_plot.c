@@ -158,7 +158,7 @@ static pdi_field_plot_scale pdi_field_plot_fit_axis(int cells, double wanted, in
         return s;
     }
     /* The small shift lets equal spacings round alike. */
-    if (wanted > cells) s.pixels_per_cell = (int)floor(wanted / cells + 0.5 + 1e-6);
+    if (wanted > cells && cells <= max_pixels) s.pixels_per_cell = (int)floor(wanted / cells + 0.5 + 1e-6);
     if (cells > max_pixels) s.cells_per_pixel = (cells + max_pixels - 1) / max_pixels;
     if (cells * s.pixels_per_cell < PDI_FIELD_PLOT_MIN_PIXELS)
         s.pixels_per_cell = (PDI_FIELD_PLOT_MIN_PIXELS + cells - 1) / cells;

@@ -52,7 +52,7 @@ typedef struct pdi_vtu_reader {
     int64_t point_offset;                   /* number of points of the pieces before it */
     pd_boundary_faces faces;               /* faces of the cells */
     int section;            /* 0: none; 'P', 'C', 'c', 'p': Points, Cells, CellData, PointData */
-    int region_rank;        /* priority of the name of the region array found so far; 0: highest */
+    int region_rank[2];     /* priority of the tag array found so far, of cells and of points; 0: highest */
     pdi_vtu_array array[PDI_VTU_ARRAYS];
     double *value[PDI_VTU_ARRAYS]; /* decoded arrays */
     int64_t length[PDI_VTU_ARRAYS];
@@ -547,11 +547,11 @@ static void pdi_vtu_free_arrays(pdi_vtu_reader *v)
         v->length[k] = 0;
     }
     memset(v->array, 0, sizeof v->array);
-    v->region_rank = 99;
+    v->region_rank[0] = v->region_rank[1] = 99;
 }
 
 /* Which of the known arrays a DataArray tag is, by its section and name; -1: none, or a tag array when one of higher
- * priority (in point data: any) has been found. Sets the priority of the cell tags. */
+ * priority has been found. Sets the priority of the tags of cells or points. */
 static int pdi_vtu_find_array(pdi_vtu_reader *v, const pdi_vtu_xml_tag *tag)
 {
     static const char *const tags[] = {"tag", "region", "material", "gmsh:physical"};
@@ -566,10 +566,10 @@ static int pdi_vtu_find_array(pdi_vtu_reader *v, const pdi_vtu_xml_tag *tag)
     if (v->section == 'p' && pdi_vtu_is_text(name, "volume")) return PDI_VTU_VOLUME;
     for (int k = 0; k < 4; k++)
         if ((v->section == 'c' || v->section == 'p') && pdi_vtu_is_text(name, tags[k])) {
-            if (v->section == 'p') return v->array[PDI_VTU_POINT_REGION].found ? -1 : PDI_VTU_POINT_REGION;
-            if (k > v->region_rank) return -1;
-            v->region_rank = k;
-            return PDI_VTU_CELL_REGION;
+            int *rank = &v->region_rank[v->section == 'p'];
+            if (k > *rank) return -1;
+            *rank = k;
+            return v->section == 'p' ? PDI_VTU_POINT_REGION : PDI_VTU_CELL_REGION;
         }
     return -1;
 }
@@ -696,7 +696,7 @@ PDI_FN pd_status pdi_vtu_read(pdi_tokenizer *scan, double scale, pd_points *poin
     v.tokenizer = scan;
     v.cells.points = points;
     v.cells.scale = scale;
-    v.region_rank = 99;
+    v.region_rank[0] = v.region_rank[1] = 99;
     pd_status status = pdi_vtu_read_file(&v);
     pdi_vtu_free_arrays(&v);
     if (status == PD_OK) status = pd_boundary_faces_finish(scan->ctx, &v.faces, scale, points);

@@ -194,6 +194,29 @@ TEST(pictures_of_any_shape_have_a_sensible_size)
     static double values[3000 * 2000];
     pd_ctx ctx;
     pd_ctx_init(&ctx);
+    /* more cells than pixels: a magnification shows all of the field, too: the last column in its colour at the right
+     */
+    for (int magnification = 0; magnification < 4; magnification++) {
+        pd_field_plot picture;
+        pd_image image;
+        int last = 0;
+        memset(&picture, 0, sizeof picture);
+        picture.nx = 2000;
+        picture.ny = 100;
+        picture.hi[0] = 20e-3;
+        picture.hi[1] = 1e-3;
+        picture.values = values;
+        picture.magnification = magnification;
+        picture.range_hi = 1.0;
+        for (int i = 0; i < 2000 * 100; i++) values[i] = i % 2000 >= 1900 ? 1.0 : 0.0;
+        if (!CHECK_OK(&ctx, pd_field_plot_draw_image(&ctx, &picture, &image))) return;
+        uint32_t table[256];
+        pdi_colour_fill_table(picture.map, table);
+        for (int x = 0; x < image.width - 150; x++) last += pixel(&image, x, image.height / 2) == table[255];
+        CHECK(last >= 20 && last <= 120);
+        pd_image_free(&ctx, &image);
+    }
+    memset(values, 0, sizeof values);
     for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++)
         for (int map = 0; map <= PD_COLOUR_MAP_VIRIDIS; map++) {
             pd_field_plot picture;

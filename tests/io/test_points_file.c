@@ -735,5 +735,37 @@ TEST(damaged_vtk)
 #else
 #define RING
 #endif
+/* Of several arrays that may be tags the first one of tag, region, material and gmsh:physical counts, in any order. */
+TEST(names_of_tags)
+{
+    static const char *const names[] = {"tag", "region", "material", "gmsh:physical"};
+    for (int best = 0; best < 4; best++)
+        for (int first = 0; first < 2; first++) {
+            pd_ctx ctx;
+            pd_points points;
+            page.size = 0;
+            pd_ctx_init(&ctx);
+            say("<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\"><UnstructuredGrid>\n"
+                "<Piece NumberOfPoints=\"2\" NumberOfCells=\"2\"><PointData>\n");
+            for (int n = 0; n < 4 - best; n++) {
+                int k = first ? best + n : 3 - n;
+                say("<DataArray type=\"Int32\" Name=\"%s\" format=\"ascii\">%d %d</DataArray>\n", names[k], 10 * k + 1,
+                    10 * k + 2);
+            }
+            say("<DataArray type=\"Float64\" Name=\"volume\" format=\"ascii\">1 1</DataArray></PointData>\n"
+                "<Points><DataArray type=\"Float64\" NumberOfComponents=\"3\" format=\"ascii\">0 0 0 1 0 0</DataArray>"
+                "</Points><Cells>\n<DataArray type=\"Int32\" Name=\"connectivity\" format=\"ascii\">0 1</DataArray>\n"
+                "<DataArray type=\"Int32\" Name=\"offsets\" format=\"ascii\">1 2</DataArray>\n"
+                "<DataArray type=\"UInt8\" Name=\"types\" format=\"ascii\">1 1</DataArray></Cells></Piece>\n"
+                "</UnstructuredGrid></VTKFile>\n");
+            if (!CHECK_OK(&ctx, pd_points_read(&ctx, put("tags.vtu", page.text, page.size), 1.0, &points))) return;
+            CHECK_INT(points.count, 2);
+            CHECK_INT(points.tag[0], 10 * best + 1);
+            CHECK_INT(points.tag[1], 10 * best + 2);
+            pd_points_free(&ctx, &points);
+            CHECK_INT(ctx.in_use, 0);
+        }
+}
+
 TEST_MAIN(ENTRY(cubes) ENTRY(bodies) RING CURVED VTK ENTRY(point_data) ENTRY(tables) ENTRY(bad_tables) ENTRY(bad_gmsh)
-              ENTRY(lengths_out_of_range) ENTRY(bad_vtk) ENTRY(damaged))
+              ENTRY(lengths_out_of_range) ENTRY(bad_vtk) ENTRY(damaged) ENTRY(names_of_tags))
