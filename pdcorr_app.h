@@ -1021,7 +1021,7 @@ typedef struct pd_run_desc {
     int check_only;          /* 1: build and summarise, run nothing, write nothing; what the run would be refused for is
                               * refused, with `resume` also for its checkpoint */
     int no_files;            /* 1: run, write nothing */
-    pd_scalar_outputs *figures; /* zeroed; gets the last figures of the run (`check`: those before it), for
+    pd_scalar_outputs *figures; /* zeroed; gets the last figures of the run (check_only: those before it), for
                                  * pd_scalar_outputs_free. NULL: not wanted */
     double *computed_at_points; /* [points] [unit of the columns in SI] of all measured sections: gets what the run
                                  * computes there, NaN where it does not come. NULL: not wanted */
@@ -1925,9 +1925,9 @@ typedef struct pdi_streamline {
 /* All lines of a field. Zero-initialise. */
 typedef struct pdi_streamlines {
     int64_t count, capacity;         /* number of lines, and capacity */
-    pdi_streamline *line;            /* [room] */
+    pdi_streamline *line;            /* [capacity] */
     int64_t point_count, point_capacity; /* number of points, and capacity */
-    double *point;                       /* [point_room][2] [pixel] points of all lines, in flow direction */
+    double *point;                       /* [point_capacity][2] [pixel] points of all lines, in flow direction */
 } pdi_streamlines;
 
 /* Interpolated velocity[2] at position[2] [pixel], scaled to the picture [pixel/s]. Returns 1; 0: no fluid there, or
@@ -1955,7 +1955,7 @@ PDI_FN void pdi_streamlines_free(pd_ctx *ctx, pdi_streamlines *lines);
 typedef struct pdi_velocity_plot {
     const pdi_streamline_field *field; /* velocity field; its lengths in the picture are in pixels */
     double left, bottom;      /* [pixel] lower left corner of the field on the canvas; y is upward from there */
-    double max_speed;         /* [m/s] speed of an arrow of the length `longest` */
+    double max_speed;         /* [m/s] speed of an arrow of the length max_length */
     double max_length;        /* [pixel] length of the longest arrow, and distance between arrows */
 } pdi_velocity_plot;
 
@@ -2040,12 +2040,12 @@ typedef struct pdi_surface_nets_desc {
 /* The mesh: quadrilaterals. Zero-initialise. */
 typedef struct pdi_surface_nets_mesh {
     int64_t vertex_count, vertex_capacity; /* number of vertices, and capacity */
-    double *x;       /* [corner_room][3] [m] positions of vertices */
-    double *vertex_value; /* [corner_room] [-] mean value of the faces at a vertex; NaN: none */
+    double *x;                             /* [vertex_capacity][3] [m] positions of vertices */
+    double *vertex_value;                  /* [vertex_capacity] [-] mean value of the faces at a vertex; NaN: none */
     int64_t face_count, face_capacity, value_capacity; /* number of faces, and capacities */
-    int32_t *face_vertex; /* [face_room][4] vertices of each face, counterclockwise seen from outside */
-    double *face_value;   /* [value_room] [-] values of faces */
-    /* [face_room][4][3] [-] outward unit normals of each face at its vertices; they jump at edges */
+    int32_t *face_vertex; /* [face_capacity][4] vertices of each face, counterclockwise seen from outside */
+    double *face_value;   /* [value_capacity] [-] values of faces */
+    /* [face_capacity][4][3] [-] outward unit normals of each face at its vertices; they jump at edges */
     float *corner_normal;
 } pdi_surface_nets_mesh;
 
@@ -8044,7 +8044,7 @@ static pdi_field_plot_scale pdi_field_plot_fit_axis(int cells, double wanted, in
         return s;
     }
     /* The small shift lets equal spacings round alike. */
-    if (wanted > cells) s.pixels_per_cell = (int)floor(wanted / cells + 0.5 + 1e-6);
+    if (wanted > cells && cells <= max_pixels) s.pixels_per_cell = (int)floor(wanted / cells + 0.5 + 1e-6);
     if (cells > max_pixels) s.cells_per_pixel = (cells + max_pixels - 1) / max_pixels;
     if (cells * s.pixels_per_cell < PDI_FIELD_PLOT_MIN_PIXELS)
         s.pixels_per_cell = (PDI_FIELD_PLOT_MIN_PIXELS + cells - 1) / cells;
@@ -9161,7 +9161,7 @@ typedef struct pdi_surface_nets_work {
     int m[3];                 /* possible vertices along each axis: number of cells + 1 */
     double *fraction[2];      /* [(n[0] + 2) * (n[1] + 2)] volume fractions of two layers of cells */
     int32_t *vertex_index[2]; /* [m[0] * m[1]] vertex indices of two layers, -1: none */
-    /* [low_room][3] [cells] bounds of a vertex: low .. low + 1, the adjacent cell centres */
+    /* [bound_capacity][3] [cells] bounds of a vertex: lower_bound .. lower_bound + 1, the adjacent cell centres */
     double *lower_bound;
     int64_t bound_capacity;
     double *sum;            /* [corners][3] sum over the neighbours of a vertex */
@@ -11434,7 +11434,7 @@ typedef struct pdi_vtu_reader {
     int64_t point_offset;                   /* number of points of the pieces before it */
     pd_boundary_faces faces;               /* faces of the cells */
     int section;            /* 0: none; 'P', 'C', 'c', 'p': Points, Cells, CellData, PointData */
-    int region_rank;        /* priority of the name of the region array found so far; 0: highest */
+    int region_rank[2];     /* priority of the tag array found so far, of cells and of points; 0: highest */
     pdi_vtu_array array[PDI_VTU_ARRAYS];
     double *value[PDI_VTU_ARRAYS]; /* decoded arrays */
     int64_t length[PDI_VTU_ARRAYS];
@@ -11929,11 +11929,11 @@ static void pdi_vtu_free_arrays(pdi_vtu_reader *v)
         v->length[k] = 0;
     }
     memset(v->array, 0, sizeof v->array);
-    v->region_rank = 99;
+    v->region_rank[0] = v->region_rank[1] = 99;
 }
 
 /* Which of the known arrays a DataArray tag is, by its section and name; -1: none, or a tag array when one of higher
- * priority (in point data: any) has been found. Sets the priority of the cell tags. */
+ * priority has been found. Sets the priority of the tags of cells or points. */
 static int pdi_vtu_find_array(pdi_vtu_reader *v, const pdi_vtu_xml_tag *tag)
 {
     static const char *const tags[] = {"tag", "region", "material", "gmsh:physical"};
@@ -11948,10 +11948,10 @@ static int pdi_vtu_find_array(pdi_vtu_reader *v, const pdi_vtu_xml_tag *tag)
     if (v->section == 'p' && pdi_vtu_is_text(name, "volume")) return PDI_VTU_VOLUME;
     for (int k = 0; k < 4; k++)
         if ((v->section == 'c' || v->section == 'p') && pdi_vtu_is_text(name, tags[k])) {
-            if (v->section == 'p') return v->array[PDI_VTU_POINT_REGION].found ? -1 : PDI_VTU_POINT_REGION;
-            if (k > v->region_rank) return -1;
-            v->region_rank = k;
-            return PDI_VTU_CELL_REGION;
+            int *rank = &v->region_rank[v->section == 'p'];
+            if (k > *rank) return -1;
+            *rank = k;
+            return v->section == 'p' ? PDI_VTU_POINT_REGION : PDI_VTU_CELL_REGION;
         }
     return -1;
 }
@@ -12078,7 +12078,7 @@ PDI_FN pd_status pdi_vtu_read(pdi_tokenizer *scan, double scale, pd_points *poin
     v.tokenizer = scan;
     v.cells.points = points;
     v.cells.scale = scale;
-    v.region_rank = 99;
+    v.region_rank[0] = v.region_rank[1] = 99;
     pd_status status = pdi_vtu_read_file(&v);
     pdi_vtu_free_arrays(&v);
     if (status == PD_OK) status = pd_boundary_faces_finish(scan->ctx, &v.faces, scale, points);

@@ -26,7 +26,7 @@
 /* A matrix with a row for each joined component and a column for each member. */
 typedef double pdi_components_matrix[PD_SPECIES_MAX][PD_SPECIES_MAX];
 
-/* Solver state of one volume: the most frequent independent members, the basis `head`, form the others by the rows of
+/* Solver state of one volume: the most frequent independent members, `basis`, form the others by the rows of
  * `m`. */
 typedef struct pdi_components_work {
     const pd_components *system;

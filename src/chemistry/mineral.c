@@ -249,8 +249,9 @@ typedef struct pdi_mineral_work {
     const pd_mineral_start *start;
     double base_amount[PD_MINERAL_MAX]; /* [mol/m3] amounts that `total` belongs to */
     double total[PD_SPECIES_MAX];       /* [mol/m3] dissolved with these */
-    double growth[PD_MINERAL_MAX]; /* [mol/m3] amounts above `base`: beside much of a mineral they are far smaller */
-    double amount[PD_MINERAL_MAX], conc[PD_SPECIES_MAX]; /* n: base + grown, but for its rounding */
+    /* [mol/m3] amounts above base_amount: beside much of a mineral they are far smaller */
+    double growth[PD_MINERAL_MAX];
+    double amount[PD_MINERAL_MAX], conc[PD_SPECIES_MAX]; /* n: base_amount + growth, but for rounding */
     double guess[PD_SPECIES_MAX];                        /* [mol/m3] to begin from anew */
     int infeasible;                 /* 1: the last amounts have no concentrations */
     int solves_left;                /* number of equilibria that may still be solved */

@@ -53,7 +53,7 @@ typedef struct pd_solid_coupling_precrack {
 typedef struct pd_solid_coupling_desc {
     double horizon_ratio; /* [-] horizon over the spacing, which is the same along all axes */
     pd_solid_coupling_material material;
-    /* `stiff` and `loose` are those of the structure; of springs young, plane, influence */
+    /* stiffness_factor and detach_singular are set by the build; of springs only young, plane and influence count */
     pd_correspondence_desc elastic;
     pd_bond_failure_desc bond_failure; /* failure criterion of bonds, in statics; zero: none breaks. Not for springs */
     double fracture;         /* [J/m2] energy of a crack per area, of springs; 0: nothing breaks */

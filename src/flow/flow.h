@@ -44,7 +44,7 @@ typedef struct pd_flow {
     double force[PD_DIM];   /* [m/s2] */
     pd_velocity_fn body_force_fn; /* [m/s2] callback of the position-dependent body force */
     void *body_force_user;
-    double *body_force;     /* [PD_DIM][total] [m/s2] body force by `push` at nodes; NULL: none */
+    double *body_force;     /* [PD_DIM][total] [m/s2] body force of body_force_fn at nodes; NULL: none */
     double *clock, time;    /* [s] `time`: of the boundary data and of the body force */
     double p_out;           /* [m2/s2] kinematic */
     /* [m/s] [m] scales U and L of the problem (eq. 4.5b), for tolerances and stabilisation */

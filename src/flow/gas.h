@@ -46,7 +46,7 @@ typedef struct pd_gas {
                           * wall; in a concave edge or corner the part of each wall */
     double *wall_distance; /* [rows][PD_DIM walls] [m] distance of the wall along wall_face */
     int32_t rows;        /* of the bonds at build */
-    int32_t *open_side_nodes; /* [opens] fluid nodes with bonds through inlets and outlets */
+    int32_t *open_side_nodes; /* [open_side_node_count] fluid nodes with bonds through inlets and outlets */
     int32_t open_side_node_count;
     /* [total] the node fell back to first order in this stage, to stay positive; work */
     uint8_t *first_order_flag;

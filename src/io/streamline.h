@@ -32,9 +32,9 @@ typedef struct pdi_streamline {
 /* All lines of a field. Zero-initialise. */
 typedef struct pdi_streamlines {
     int64_t count, capacity;         /* number of lines, and capacity */
-    pdi_streamline *line;            /* [room] */
+    pdi_streamline *line;            /* [capacity] */
     int64_t point_count, point_capacity; /* number of points, and capacity */
-    double *point;                       /* [point_room][2] [pixel] points of all lines, in flow direction */
+    double *point;                       /* [point_capacity][2] [pixel] points of all lines, in flow direction */
 } pdi_streamlines;
 
 /* Interpolated velocity[2] at position[2] [pixel], scaled to the picture [pixel/s]. Returns 1; 0: no fluid there, or

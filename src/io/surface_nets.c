@@ -20,7 +20,7 @@ typedef struct pdi_surface_nets_work {
     int m[3];                 /* possible vertices along each axis: number of cells + 1 */
     double *fraction[2];      /* [(n[0] + 2) * (n[1] + 2)] volume fractions of two layers of cells */
     int32_t *vertex_index[2]; /* [m[0] * m[1]] vertex indices of two layers, -1: none */
-    /* [low_room][3] [cells] bounds of a vertex: low .. low + 1, the adjacent cell centres */
+    /* [bound_capacity][3] [cells] bounds of a vertex: lower_bound .. lower_bound + 1, the adjacent cell centres */
     double *lower_bound;
     int64_t bound_capacity;
     double *sum;            /* [corners][3] sum over the neighbours of a vertex */

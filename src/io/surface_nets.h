@@ -26,12 +26,12 @@ typedef struct pdi_surface_nets_desc {
 /* The mesh: quadrilaterals. Zero-initialise. */
 typedef struct pdi_surface_nets_mesh {
     int64_t vertex_count, vertex_capacity; /* number of vertices, and capacity */
-    double *x;       /* [corner_room][3] [m] positions of vertices */
-    double *vertex_value; /* [corner_room] [-] mean value of the faces at a vertex; NaN: none */
+    double *x;                             /* [vertex_capacity][3] [m] positions of vertices */
+    double *vertex_value;                  /* [vertex_capacity] [-] mean value of the faces at a vertex; NaN: none */
     int64_t face_count, face_capacity, value_capacity; /* number of faces, and capacities */
-    int32_t *face_vertex; /* [face_room][4] vertices of each face, counterclockwise seen from outside */
-    double *face_value;   /* [value_room] [-] values of faces */
-    /* [face_room][4][3] [-] outward unit normals of each face at its vertices; they jump at edges */
+    int32_t *face_vertex; /* [face_capacity][4] vertices of each face, counterclockwise seen from outside */
+    double *face_value;   /* [value_capacity] [-] values of faces */
+    /* [face_capacity][4][3] [-] outward unit normals of each face at its vertices; they jump at edges */
     float *corner_normal;
 } pdi_surface_nets_mesh;
 

@@ -9,7 +9,7 @@
 typedef struct pdi_velocity_plot {
     const pdi_streamline_field *field; /* velocity field; its lengths in the picture are in pixels */
     double left, bottom;      /* [pixel] lower left corner of the field on the canvas; y is upward from there */
-    double max_speed;         /* [m/s] speed of an arrow of the length `longest` */
+    double max_speed;         /* [m/s] speed of an arrow of the length max_length */
     double max_length;        /* [pixel] length of the longest arrow, and distance between arrows */
 } pdi_velocity_plot;
 

@@ -17,7 +17,7 @@
 
 /* Matrix of the normal equations of a fit. */
 typedef struct pdi_reconstruct_normal_matrix {
-    double sum[PDI_RECONSTRUCT_TERMS * PDI_RECONSTRUCT_TERMS]; /* later scaled by `unit` on both sides and factored */
+    double sum[PDI_RECONSTRUCT_TERMS * PDI_RECONSTRUCT_TERMS]; /* later scaled by `scale` on both sides and factored */
     double scale[PDI_RECONSTRUCT_TERMS];                       /* 1/sqrt of the diagonal for a full family */
 } pdi_reconstruct_normal_matrix;
 

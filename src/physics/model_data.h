@@ -41,7 +41,7 @@ typedef struct pd_model {
     pd_stencil interface_stencil; /* of bonds between metal and fluid */
     pd_grid grid;
     pd_bonds bonds;
-    pd_bond_paths paths; /* of `across`; both absent when nothing needs surfaces */
+    pd_bond_paths paths; /* of interface_stencil; both absent when nothing needs surfaces */
     pd_inlet inlet;
     pd_arena arena;           /* of flow and transport, which never solve at the same time */
     pd_flow flow;

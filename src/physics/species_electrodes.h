@@ -24,7 +24,7 @@ typedef struct pd_species_electrodes {
     double decreasing_from, decreasing_to; /* [V] within this range of potentials */
     double *saved_rates;                   /* [kinds + 1][total] [m/s], [mol/m2/s] saved speeds and electron
                                             * fluxes, with `falls`; else NULL */
-    int64_t saved_count;                   /* length of `former` */
+    int64_t saved_count;                   /* length of saved_rates */
 } pd_species_electrodes;
 
 #define pd_species_electrodes_compute_total_current PD_NAME(pd_species_electrodes_compute_total_current)

@@ -19,7 +19,7 @@ typedef struct pd_run_desc {
     int check_only;          /* 1: build and summarise, run nothing, write nothing; what the run would be refused for is
                               * refused, with `resume` also for its checkpoint */
     int no_files;            /* 1: run, write nothing */
-    pd_scalar_outputs *figures; /* zeroed; gets the last figures of the run (`check`: those before it), for
+    pd_scalar_outputs *figures; /* zeroed; gets the last figures of the run (check_only: those before it), for
                                  * pd_scalar_outputs_free. NULL: not wanted */
     double *computed_at_points; /* [points] [unit of the columns in SI] of all measured sections: gets what the run
                                  * computes there, NaN where it does not come. NULL: not wanted */

@@ -60,7 +60,7 @@ typedef struct pd_expr {
     const pd_expr_table *tables; /* those of desc */
     pd_expr_fn fn; /* user function in place of the code; NULL: none */
     void *user;
-    /* [break_count] [-] values of variable `clock` (time) at which fn is discontinuous, ascending */
+    /* [discontinuity_count] [-] values of variable time_variable at which fn is discontinuous, ascending */
     double *discontinuities;
     int discontinuity_count, time_variable;
 } pd_expr;

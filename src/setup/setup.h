@@ -101,7 +101,7 @@ typedef struct pd_setup_side {
     pd_profile profile;
     double mean_speed;        /* [m/s] mean inflow speed; unused with flow_rate or with an unscaled expression */
     int is_scaled;            /* 1: the profile expression is scaled to mean or flow_rate */
-    double flow_rate;         /* [m3/s] volume flow rate. 0: mean is used instead. With a time-dependent `stream` any
+    double flow_rate;         /* [m3/s] volume flow rate. 0: mean is used instead. With inflow_of_time any
                                * positive value. Planar 2D: of a tube as wide as the open part of the side */
     pd_expr inflow_of_time;   /* mean [m/s] or flow_rate [m3/s] as a function of t, when it changes in time */
     pd_expr velocity[PD_DIM]; /* [m/s] of x, y, z, t: inlet velocity of profile = expression */
@@ -200,7 +200,7 @@ typedef struct pd_setup_measured {
     pd_dims dims;
 } pd_setup_measured;
 
-/* Solver settings that the `accuracy` preset may choose when the scene does not give them. */
+/* Solver settings that the preset `accuracy` of a scene may choose when the scene does not give them. */
 typedef enum pd_solver_setting {
     PD_SOLVER_SETTING_STEADY = 0,
     PD_SOLVER_SETTING_FLOW_RTOL,
@@ -284,7 +284,7 @@ typedef struct pd_setup_image_options {
     int animate;                     /* 1: an animation of each field */
     unsigned formats;                /* bit 0: PNG, bit 1: SVG; 0: PNG */
     int contours[PD_FIELD_COUNT];    /* number of contour lines */
-    /* 1: contour values are in `level`; 0: evenly spaced over the colour range */
+    /* 1: contour values are in contour_value; 0: evenly spaced over the colour range */
     int has_contour_values[PD_FIELD_COUNT];
     double contour_value[PD_FIELD_COUNT][PD_SETUP_CONTOURS]; /* [unit of the field] contour values */
     int streamlines[PD_FIELD_COUNT]; /* density of streamlines drawn over the field, as of pd_field_plot; 0: none */
@@ -319,18 +319,18 @@ typedef struct pd_setup_electrode {
     double *potential, *current; /* [points] [V] [A/m2] table of the polarisation curve */
     double table_range[2];    /* [V] range of measured tables inside the curve, constant beyond; infinite: no table */
     double film_resistance;   /* [m2/S] area-specific film resistance */
-    int has_current_factor;   /* 1: the current density is multiplied by `share` */
+    int has_current_factor;   /* 1: the current density is multiplied by current_factor */
     pd_expr current_factor;   /* [-] of x, y, z, t and all surface states */
-    /* 1: potential control, 1: current control, with the value in `given` */
+    /* 1: potential control, 1: current control, with the value in fixed_value */
     int has_fixed_potential, has_fixed_current;
     /* [V] or [A] (per m in planar 2D, per m2 in 1D) of t: prescribed potential or current */
     pd_expr fixed_value;
     int circuit; /* connected electrodes share one number: the index of the first of them */
     /* 1: with migrating ions, no polarisation curve beside the rate law of its metal */
     int has_no_curve;
-    int has_species_curve;           /* 1: with migrating ions, the polarisation curve is `law` */
+    int has_species_curve;           /* 1: with migrating ions, the polarisation curve is species_curve */
     pd_expr species_curve;           /* [A/m2] of E, pH and species: polarisation curve */
-    int species_count;               /* number of species variables of `law`, which follow pH */
+    int species_count;               /* number of species variables of species_curve, which follow pH */
     int species_index[PD_EXPR_VARS]; /* their indices in the electrolyte */
     int has_reaction;                /* 1: its half-reaction releases or consumes species */
     /* [-] moles of each species per mole of electrons that pass from fluid to metal */
@@ -405,7 +405,7 @@ typedef struct pd_setup {
     double mu;              /* [Pa s] */
     double force[PD_DIM];   /* [m/s2] constant body force per mass */
     pd_expr body_force[PD_DIM]; /* [m/s2] of x, y, z, t: body force per mass that is not constant */
-    int has_body_force_expr;    /* 1: `body` is used in place of `force` */
+    int has_body_force_expr;    /* 1: body_force is used in place of `force` */
     double p_out;           /* [Pa] outlet pressure */
     double speed;           /* [m/s] reference speed; 0: mean speed of the inlet */
     double length;          /* [m] reference length; 0: width of the inlet */
@@ -424,8 +424,8 @@ typedef struct pd_setup {
     /* transport */
     double diffusivity;     /* [m2/s] */
     double medium_diffusivity; /* [m2/s] of fluid inside the medium */
-    double inlet_c;            /* [mol/m3] concentration of all inlets when `enters` is 0 */
-    int has_inlet_c_by_side;   /* 1: each side has its own inlet concentration, `entering` */
+    double inlet_c;            /* [mol/m3] concentration of all inlets when has_inlet_c_by_side is 0 */
+    int has_inlet_c_by_side;   /* 1: each side has its own inlet concentration, side[].inlet_c */
     pd_expr initial_c;         /* [mol/m3] of x, y, z: initial concentration */
     pd_advection advection;
     double limiter_tolerance; /* [-] tolerance of the flux limiter iteration; 0: default of transport.h */

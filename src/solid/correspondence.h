@@ -46,7 +46,7 @@ typedef struct pd_correspondence {
     double *surface_vector;   /* [count][PD_DIM] [1/m] see pd_correspondence_update */
     pd_point_batch band;      /* batches of points for the sums over bonds */
     pd_j2_plasticity plastic; /* plastic strains; plastic.count 0: none */
-    int64_t detached_bonds;   /* bonds broken at points whose bonds did not span all directions (desc.loose) */
+    int64_t detached_bonds; /* bonds broken at points whose bonds did not span all directions (desc.detach_singular) */
 } pd_correspondence;
 
 #define pd_correspondence_build PD_NAME(pd_correspondence_build)

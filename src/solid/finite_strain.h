@@ -53,11 +53,11 @@ typedef struct pd_finite_strain {
     double *force_state; /* [bonds][PD_DIM] [N/m^(2d)] force states of the bonds: work */
     double *work;      /* [count] [Pa] of sweeps */
     double *state;     /* [bonds or count][state] [-] J2 */
-    double *moduli;    /* [bonds or count][] [Pa] with `keep`: derivative of the stress at u */
+    double *moduli;    /* [bonds or count][] [Pa] with desc.store_tangent: derivative of the stress at u */
     int tangent_valid; /* 1: moduli are those of u */
     double *out_of_plane_stress; /* [count] [Pa] in 2D: out-of-plane normal stress of the last stresses */
     double plastic_work;         /* [J] (per m in 2D, per m2 in 1D) plastic work up to the last state */
-    int64_t detached_bonds;      /* bonds broken at points whose bonds did not span all directions (desc.loose) */
+    int64_t detached_bonds; /* bonds broken at points whose bonds did not span all directions (desc.detach_singular) */
 } pd_finite_strain;
 
 #define pd_finite_strain_build PD_NAME(pd_finite_strain_build)

@@ -21,7 +21,7 @@
 /* Crack growth in cells: a period, once the tip has left the pre-crack. */
 #define PDI_FRACTURE_CALIBRATION_ADVANCE 3
 /* Fraction of the bonds beyond the critical energy that break at a time, as in quasi_static. */
-#define PDI_FRACTURE_CALIBRATION_EAGER 0.5
+#define PDI_FRACTURE_CALIBRATION_BREAK_FRACTION 0.5
 /* Relative tolerance of the equilibrium, and the margin over the critical energy at which bonds break: rounding. */
 #define PDI_FRACTURE_CALIBRATION_RTOL 1e-5
 #define PDI_FRACTURE_CALIBRATION_MARGIN 1e-9
@@ -156,7 +156,7 @@ static pd_status pdi_fracture_calibration_break_bonds(pd_ctx *ctx, pdi_fracture_
     pd_bond_failure_find_first(ctx, &t->criterion, t->unit_solution, &first);
     t->factor = pd_max(t->factor, first.factor * (1.0 + PDI_FRACTURE_CALIBRATION_MARGIN));
     for (int64_t k = 0; k < (int64_t)t->count * PD_DIM; k++) t->loaded[k] = t->factor * t->unit_solution[k];
-    if (pd_bond_failure_break(ctx, &t->criterion, t->loaded, PDI_FRACTURE_CALIBRATION_EAGER)) return PD_OK;
+    if (pd_bond_failure_break(ctx, &t->criterion, t->loaded, PDI_FRACTURE_CALIBRATION_BREAK_FRACTION)) return PD_OK;
     return pd_fail(ctx, PD_ERR_STATE, "fracture_calibration", "a crack in a strip of the lattice does not run");
 }
 
@@ -234,6 +234,6 @@ PDI_FN pd_status pdi_fracture_calibration_compute_critical(pd_ctx *ctx, const pd
 #undef PDI_FRACTURE_CALIBRATION_MIN_HORIZON
 #undef PDI_FRACTURE_CALIBRATION_MAX_HORIZON
 #undef PDI_FRACTURE_CALIBRATION_ADVANCE
-#undef PDI_FRACTURE_CALIBRATION_EAGER
+#undef PDI_FRACTURE_CALIBRATION_BREAK_FRACTION
 #undef PDI_FRACTURE_CALIBRATION_RTOL
 #undef PDI_FRACTURE_CALIBRATION_MARGIN

@@ -56,7 +56,8 @@ typedef struct pd_ordinary_state {
     uint8_t *influential;
     double *alpha;      /* [count] [Pa/m^(d+2)] */
     double *energy_bound;   /* [count] [Pa/m^(d+2)] bound of the energy of a family over sum w V_j e^2/2 */
-    int64_t detached_bonds; /* bonds broken at points whose bonds did not determine all strains (desc.loose) */
+    /* bonds broken at points whose bonds did not determine all strains (desc.detach_singular) */
+    int64_t detached_bonds;
     double *law;        /* [count][tensors] [Pa/m^(2d+4)] symmetric L: W = A.L A/2 + (alpha/2) sum w V_j e^2 */
     /* [count][PD_DIM] [1/m] as of pd_correspondence_update, best fit: exact in sum over a layer */
     double *surface_vector;

@@ -4,8 +4,8 @@
 #include <math.h>
 #include <string.h>
 
-/* Default of `eager`. */
-#define PDI_QUASI_STATIC_DEFAULT_EAGER 0.5
+/* [-] Default of break_fraction. */
+#define PDI_QUASI_STATIC_DEFAULT_BREAK_FRACTION 0.5
 /* Most iterations of boundary values that depend on the solution. */
 #define PDI_QUASI_STATIC_MAX_ROUNDS 60
 /* Bonds that a mechanism rotates by less than this share of the fastest one count as not moving. */
@@ -50,7 +50,7 @@ pd_status pd_quasi_static_build(pd_ctx *ctx, const pd_material_interface *solid,
                        "expected 0 to 1",
                        desc->break_fraction, desc->rtol);
     q->desc = *desc;
-    if (!(desc->break_fraction >= 0.0)) q->desc.break_fraction = PDI_QUASI_STATIC_DEFAULT_EAGER;
+    if (!(desc->break_fraction >= 0.0)) q->desc.break_fraction = PDI_QUASI_STATIC_DEFAULT_BREAK_FRACTION;
     q->solid = *solid;
     q->n = (int64_t)solid->body->count * PD_DIM;
     q->separation_time = -1.0;
@@ -468,7 +468,7 @@ pd_physics pd_quasi_static_process(pd_quasi_static *q)
     return p;
 }
 
-#undef PDI_QUASI_STATIC_DEFAULT_EAGER
+#undef PDI_QUASI_STATIC_DEFAULT_BREAK_FRACTION
 #undef PDI_QUASI_STATIC_MAX_ROUNDS
 #undef PDI_QUASI_STATIC_MIN_ROTATION
 #undef PDI_QUASI_STATIC_MAX_HALVINGS

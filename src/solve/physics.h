@@ -27,7 +27,7 @@ typedef struct pd_step {
     double time;      /* [s] start of the step */
     double latest_end; /* [s] latest end of the step */
     double dt;        /* [s] step size of the next attempt */
-    double end;       /* [s] end of the attempt: limit, or time + dt */
+    double end;       /* [s] end of the attempt: latest_end, or time + dt */
     double error;     /* [-] error of the attempt over its tolerance, for `accept` and `reject` of the process */
     int rejected;     /* rejected attempts of this step */
     int ends_substeps; /* 1: set by `accept`: the processes after this one have to step before it steps again */
@@ -42,7 +42,7 @@ typedef struct pd_step {
                                                              * time-dependent inputs; NULL: there are none */
     void *time_limit_user;
     pd_attempt *progress;           /* receives progress information; NULL: not wanted */
-    const int32_t *converted_nodes; /* [turned_count] set by `accept`: the solid nodes that became fluid */
+    const int32_t *converted_nodes; /* [converted_count] set by `accept`: the solid nodes that became fluid */
     int32_t converted_count;
 } pd_step;
 
@@ -96,7 +96,7 @@ typedef struct pd_physics {
     /* End of a step of the run at t [s]. Quasi-steady processes: after the mass balance; others: when they reach t. */
     pd_status (*finish)(pd_ctx *ctx, void *self, double t);
     /* Solid nodes [count] became fluid; the bonds have been updated. */
-    pd_status (*nodes_converted)(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count);
+    pd_status (*nodes_converted)(pd_ctx *ctx, void *self, const int32_t *converted, int32_t count);
     /* Write the state to a checkpoint, or read it. */
     pd_status (*checkpoint)(pd_ctx *ctx, void *self, pd_archive *archive);
     /* Add the present amounts of element k of this process to the mass balance. */
