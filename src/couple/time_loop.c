@@ -38,10 +38,12 @@ pd_status pd_time_loop_add_process(pd_ctx *ctx, pd_time_loop *c, pd_physics proc
 {
     if (c->count == PD_TIME_LOOP_MAX_PROCESSES)
         return pd_fail(ctx, PD_ERR_SIZE, "time_loop", "more than %d processes", PD_TIME_LOOP_MAX_PROCESSES);
-    for (int k = 0; k < process.elements; k++) {
+    for (int k = 0, elements = c->elements; k < process.elements; k++) {
         int e = pdi_time_loop_find_ledger(c, &process.element[k]);
-        if (e == PD_TIME_LOOP_MAX_ELEMENTS)
+        if (e == PD_TIME_LOOP_MAX_ELEMENTS) {
+            c->elements = elements;
             return pd_fail(ctx, PD_ERR_SIZE, "time_loop", "more than %d elements", PD_TIME_LOOP_MAX_ELEMENTS);
+        }
         c->element[e] = process.element[k];
         if (e == c->elements) c->elements++;
     }
@@ -106,8 +108,8 @@ static pd_status pdi_time_loop_check_balance(pd_ctx *ctx, pd_time_loop *c)
         double scale = pd_max(l->solid_start > 0.0 ? l->solid_start : l->start, pd_max(fabs(l->in), fabs(l->out)));
         /* below DBL_MIN numbers have lost their digits */
         l->relative_imbalance = fabs(l->imbalance) > DBL_MIN ? fabs(l->imbalance) / scale : 0.0;
-        double rounding = DBL_EPSILON * (double)(c->steps + 8) * (fabs(l->in) + fabs(l->out) + fabs(l->dissolved)) +
-                          DBL_MIN;
+        double rounding =
+            DBL_EPSILON * (double)(c->steps + 8) * (fabs(l->in) + fabs(l->out) + fabs(l->dissolved)) + DBL_MIN;
         if (!(fabs(l->imbalance) <= c->desc.ledger_tolerance * scale + rounding))
             return pd_fail(ctx, PD_ERR_BALANCE, "time_loop",
                            "at t = %g s solid %.9g + dissolved %.9g + out %.9g - in %.9g %s of %s misses the start "
@@ -141,7 +143,7 @@ static void pdi_time_loop_set_current(pd_time_loop *c, int n, double t)
 }
 
 /* Solves all quasi-steady processes at time t [s]: the callback pd_step.solve_at; user: the pd_time_loop. Returns PD_OK
- * or an error: a PD_NOT_CONVERGED of a process is dropped. After an error c->current names the process. */
+ * or an error: a process that misses its tolerance sets c->has_missed. After an error c->current names the process. */
 static pd_status pdi_time_loop_solve_quasi_steady(pd_ctx *ctx, void *user, double t)
 {
     pd_time_loop *c = (pd_time_loop *)user;
@@ -149,20 +151,35 @@ static pd_status pdi_time_loop_solve_quasi_steady(pd_ctx *ctx, void *user, doubl
     for (int n = 0; n < c->count; n++) {
         if (!c->process[n].solve_at) continue;
         pdi_time_loop_set_current(c, n, t);
-        PD_TRY(c->process[n].solve_at(ctx, c->process[n].self, t));
+        pd_status status = c->process[n].solve_at(ctx, c->process[n].self, t);
+        if (status < 0) return status;
+        if (status > 0) c->has_missed = 1;
     }
     c->current = around;
     return PD_OK;
+}
+
+/* Counts a step, or the start, in which a process missed its tolerance. Returns PD_NOT_CONVERGED then, else PD_OK. */
+static pd_status pdi_time_loop_count_missed(pd_time_loop *c)
+{
+    pd_status status = c->has_missed ? PD_NOT_CONVERGED : PD_OK;
+    c->unsolved += c->has_missed;
+    c->has_missed = 0;
+    return status;
 }
 
 pd_status pd_time_loop_start(pd_ctx *ctx, pd_time_loop *c)
 {
     for (int n = 0; n < c->count; n++) {
         pdi_time_loop_set_current(c, n, c->time);
-        if (c->process[n].start) PD_TRY(c->process[n].start(ctx, c->process[n].self, c->time));
+        if (!c->process[n].start) continue;
+        pd_status status = c->process[n].start(ctx, c->process[n].self, c->time);
+        if (status < 0) return status;
+        if (status > 0) c->has_missed = 1;
     }
     memset(&c->current, 0, sizeof c->current);
     c->started = 1;
+    pdi_time_loop_count_missed(c);
     return pdi_time_loop_check_balance(ctx, c);
 }
 
@@ -212,34 +229,39 @@ static pd_status pdi_time_loop_choose_step(pd_ctx *ctx, const pd_time_loop *c, p
     return PD_OK;
 }
 
+/* Calls `finish` of a process at time t [s]. A process that misses its tolerance sets c->has_missed. */
+static pd_status pdi_time_loop_finish_process(pd_ctx *ctx, pd_time_loop *c, const pd_physics *p, double t)
+{
+    pd_status status = p->finish ? p->finish(ctx, p->self, t) : PD_OK;
+    if (status > 0) c->has_missed = 1;
+    return status < 0 ? status : PD_OK;
+}
+
 /* Advances a process from s->time to s->latest_end, or until those behind it have to follow (s->ends_substeps), or by
- * one step (once 1); s->end: the time reached. Updates geometry after each step and calls `finish`. Returns the worst
- * status. */
+ * one step (once 1); s->end: the time reached. Updates geometry after each step and calls `finish`. A step that misses
+ * its tolerance sets c->has_missed. */
 static pd_status pdi_time_loop_advance_process(pd_ctx *ctx, pd_time_loop *c, const pd_physics *p, int once, pd_step *s)
 {
-    pd_status worst = PD_OK;
     pdi_physics_progress pace = {s->time, 0};
     double limit = s->latest_end;
     do {
         s->latest_end = limit;
         pd_status status = pdi_physics_step(ctx, p, s);
         if (status < 0) return status;
-        if (status > 0) worst = status;
+        if (status > 0) c->has_missed = 1;
         pdi_time_loop_clear_new_fluid(c, (int)(p - c->process));
         PD_TRY(pdi_time_loop_update_geometry(ctx, c, s->converted_nodes, s->converted_count));
         s->time = s->end;
         if (!once) PD_TRY(pdi_physics_check_progress(ctx, p->name, &pace, s->time, limit));
     } while (!once && !s->ends_substeps && s->time < limit);
-    if (p->finish) PD_TRY(p->finish(ctx, p->self, s->end));
-    return worst;
+    return pdi_time_loop_finish_process(ctx, c, p, s->end);
 }
 
 /* Advances the processes from number n on from time `from` [s] to `end` [s]; quasi-steady ones are skipped. Where one
- * stops before `end`, those behind it follow to that time first. Returns the worst status. */
+ * stops before `end`, those behind it follow to that time first. */
 static pd_status pdi_time_loop_advance_followers(pd_ctx *ctx, pd_time_loop *c, int n, double from, double end,
                                                  pd_step *s)
 {
-    pd_status worst = PD_OK;
     for (; n < c->count; n++) {
         const pd_physics *p = &c->process[n];
         double reached = from;
@@ -248,24 +270,19 @@ static pd_status pdi_time_loop_advance_followers(pd_ctx *ctx, pd_time_loop *c, i
             s->time = reached;
             s->latest_end = end;
             s->dissolved = pdi_time_loop_lost_solid(c, p);
-            pd_status status = pdi_time_loop_advance_process(ctx, c, p, 0, s);
+            PD_TRY(pdi_time_loop_advance_process(ctx, c, p, 0, s));
             reached = s->end;
-            if (status >= 0 && reached < end) {
-                worst = status > 0 ? status : worst;
-                status = pdi_time_loop_advance_followers(ctx, c, n + 1, from, reached, s);
-                from = reached;
-            }
-            if (status < 0) return status;
-            if (status > 0) worst = status;
             if (!(reached < end)) break;
+            PD_TRY(pdi_time_loop_advance_followers(ctx, c, n + 1, from, reached, s));
+            from = reached;
         }
     }
-    return worst;
+    return PD_OK;
 }
 
 /* One step of all processes in their order, from c->time, which stays. *end, *dt [s]: end and length of the step; on
  * entry the limit and the time left to it. If no process steps in time, the step is at most max_step, and quasi-steady
- * processes are solved at its end. Returns the worst status. */
+ * processes are solved at its end. */
 static pd_status pdi_time_loop_advance_all(pd_ctx *ctx, pd_time_loop *c, double *end, double *dt)
 {
     pd_step s;
@@ -286,12 +303,10 @@ static pd_status pdi_time_loop_advance_all(pd_ctx *ctx, pd_time_loop *c, double 
         s.latest_end = *end;
         if (p->has_substeps) PD_TRY(pdi_time_loop_choose_step(ctx, c, &s));
         s.dissolved = pdi_time_loop_lost_solid(c, p);
-        pd_status worst = pdi_time_loop_advance_process(ctx, c, p, !p->has_substeps, &s);
-        if (worst < 0) return worst;
+        PD_TRY(pdi_time_loop_advance_process(ctx, c, p, !p->has_substeps, &s));
         *end = s.end;
         *dt = p->has_substeps ? *end - c->time : s.dt;
-        pd_status status = pdi_time_loop_advance_followers(ctx, c, n + 1, c->time, *end, &s);
-        return status ? status : worst;
+        return pdi_time_loop_advance_followers(ctx, c, n + 1, c->time, *end, &s);
     }
     if (c->desc.max_step > 0.0 && c->desc.max_step < *dt) {
         *dt = pdi_physics_equal_steps(*dt, c->desc.max_step);
@@ -308,15 +323,13 @@ pd_status pd_time_loop_step(pd_ctx *ctx, pd_time_loop *c, double t_limit)
     pd_status status = pdi_time_loop_advance_all(ctx, c, &end, &dt);
     memset(&c->current, 0, sizeof c->current);
     if (status < 0) return status;
-    c->unsolved += status > 0;
     c->dt = dt;
     c->time = end;
     c->steps++;
     PD_TRY(pdi_time_loop_check_balance(ctx, c));
     for (int n = 0; n < c->count; n++)
-        if (c->process[n].solve_at && c->process[n].finish)
-            PD_TRY(c->process[n].finish(ctx, c->process[n].self, c->time));
-    return status;
+        if (c->process[n].solve_at) PD_TRY(pdi_time_loop_finish_process(ctx, c, &c->process[n], c->time));
+    return pdi_time_loop_count_missed(c);
 }
 
 pd_status pd_time_loop_run(pd_ctx *ctx, pd_time_loop *c, double t_end, double every, pd_observer_fn observer,

@@ -54,7 +54,8 @@ typedef struct pd_time_loop {
     pd_attempt current;  /* the process and time that are computed at the moment, for progress messages */
     int started;
     int64_t steps;       /* or those that a process counts */
-    int64_t unsolved;    /* steps in which a linear solver missed its tolerance */
+    int64_t unsolved;    /* steps, and the start, in which a process missed its tolerance */
+    int has_missed;      /* 1: a process missed it since the last step ended */
     int64_t solid_nodes_start;
     uint8_t *new_fluid; /* [nodes of the grid] bit n: the node has become fluid since the last step of process n, which
                          * has no values there yet; borrowed, all 0 at first. NULL: not used */
@@ -76,13 +77,15 @@ typedef int (*pd_observer_fn)(void *user, const pd_time_loop *couple);
 /* Grid and bonds are borrowed; nothing is allocated, so there is no free. PD_ERR_ARGUMENT: a number is out of range. */
 PD_API pd_status pd_time_loop_build(pd_ctx *ctx, const pd_time_loop_desc *desc, pd_grid *grid, pd_bonds *bonds,
                                     pd_time_loop *couple);
-/* Append a process; its elements join the ledgers by name. PD_ERR_SIZE: there are too many processes or elements. */
+/* Append a process; its elements join the ledgers by name. PD_ERR_SIZE: there are too many processes or elements, and
+ * nothing is appended. */
 PD_API pd_status pd_time_loop_add_process(pd_ctx *ctx, pd_time_loop *couple, pd_physics process);
-/* Starts all processes at couple->time and sets the initial amounts of the ledgers. Errors: as of a step. */
+/* Starts all processes at couple->time and sets the initial amounts of the ledgers. A process that misses its tolerance
+ * counts in `unsolved`. Errors: as of a step. */
 PD_API pd_status pd_time_loop_start(pd_ctx *ctx, pd_time_loop *couple);
 /* One step that does not pass t_limit [s]; updates time, dt, steps and ledgers. PD_ERR_BALANCE: amounts are not
- * conserved. PD_NOT_CONVERGED: the step is done, but a linear solver missed its tolerance; what is missing is owed to
- * the next step. */
+ * conserved. PD_NOT_CONVERGED: the step is done, but a process missed its tolerance; what transport and species miss is
+ * owed to the next step. */
 PD_API pd_status pd_time_loop_step(pd_ctx *ctx, pd_time_loop *couple, double t_limit);
 /* Start unless that is done, then steps up to t_end [s]; observer may be NULL. Steps end exactly on multiples of
  * `every` [s] (0: only on t_end). PD_NOT_CONVERGED: done, with such steps; `unsolved` counts them. */

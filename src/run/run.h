@@ -72,7 +72,7 @@ typedef struct pd_run_result {
     double current_balance; /* [-] sum of all currents, over the sum of their sizes and of what 0.1 mV drives */
     double current;       /* [A] per m in planar 2D, per m2 in 1D: what leaves metal, and enters it elsewhere */
     int64_t evaluations, steps, unknowns;
-    int64_t unconverged_steps; /* steps in which the linear solver of transport missed its tolerance */
+    int64_t unconverged_steps; /* steps, and the start, in which a process missed its tolerance */
     int threads;          /* at most in use */
     double bytes_per_node; /* [byte] peak memory over fluid and solid nodes */
 } pd_run_result;

@@ -431,6 +431,110 @@ TEST(equal_steps)
     }
 }
 
+/* ---- processes that miss their tolerance ---- */
+
+/* A quasi-steady process, or one that steps in time, which returns PD_NOT_CONVERGED where it is told to. */
+typedef struct loose_process {
+    int start, solve_at, finish, attempt; /* 1: misses its tolerance there */
+} loose_process;
+
+static pd_status loose_start(pd_ctx *ctx, void *self, double t)
+{
+    (void)ctx, (void)t;
+    return ((loose_process *)self)->start ? PD_NOT_CONVERGED : PD_OK;
+}
+
+static pd_status loose_solve_at(pd_ctx *ctx, void *self, double t)
+{
+    (void)ctx, (void)t;
+    return ((loose_process *)self)->solve_at ? PD_NOT_CONVERGED : PD_OK;
+}
+
+static pd_status loose_finish(pd_ctx *ctx, void *self, double t)
+{
+    (void)ctx, (void)t;
+    return ((loose_process *)self)->finish ? PD_NOT_CONVERGED : PD_OK;
+}
+
+/* Two steps of its own in each of the run; it asks for what is quasi-steady at the end of each, and misses its
+ * tolerance in the first. */
+static pd_status loose_attempt(pd_ctx *ctx, void *self, pd_step *step)
+{
+    step->end = step->latest_end;
+    if (step->dt < step->end - step->time) step->end = step->time + step->dt;
+    PD_TRY(step->solve_at(ctx, step->solve_at_user, step->end));
+    return ((loose_process *)self)->attempt && step->end < step->latest_end ? PD_NOT_CONVERGED : PD_OK;
+}
+
+static pd_status loose_limit(pd_ctx *ctx, void *self, pd_step *step)
+{
+    (void)ctx, (void)self;
+    step->dt = 0.5;
+    return PD_OK;
+}
+
+/* A step counts once, whichever process misses its tolerance, and wherever: a quasi-steady one at its start, when it is
+ * solved for a step or at the end of one, or one in time within a step. */
+TEST(missed_tolerances_are_counted)
+{
+    for (int in_time = 0; in_time < 2; in_time++)
+        for (int where = 0; where < 5; where++) {
+            pd_ctx ctx;
+            pd_time_loop_desc desc;
+            pd_time_loop loop;
+            pd_grid grid;
+            pd_physics steady, moving;
+            loose_process at_rest, moves;
+            pd_ctx_init(&ctx);
+            memset(&desc, 0, sizeof desc), memset(&grid, 0, sizeof grid);
+            memset(&steady, 0, sizeof steady), memset(&moving, 0, sizeof moving);
+            memset(&at_rest, 0, sizeof at_rest), memset(&moves, 0, sizeof moves);
+            desc.max_step = 1.0;
+            steady.name = "steady", steady.self = &at_rest;
+            steady.start = loose_start, steady.solve_at = loose_solve_at, steady.finish = loose_finish;
+            moving.name = "moving", moving.self = &moves, moving.has_substeps = 1;
+            moving.limit = loose_limit, moving.attempt = loose_attempt, moving.finish = loose_finish;
+            CHECK_OK(&ctx, pd_time_loop_build(&ctx, &desc, &grid, NULL, &loop));
+            CHECK_OK(&ctx, pd_time_loop_add_process(&ctx, &loop, steady));
+            if (in_time) CHECK_OK(&ctx, pd_time_loop_add_process(&ctx, &loop, moving));
+            at_rest.start = where == 0;
+            CHECK_OK(&ctx, pd_time_loop_start(&ctx, &loop));
+            CHECK_INT(loop.unsolved, where == 0);
+            at_rest.solve_at = where == 1;
+            at_rest.finish = where == 2;
+            moves.attempt = where == 3;
+            moves.finish = where == 4;
+            int misses = where == 1 || where == 2 || (in_time && where > 2);
+            CHECK_INT(pd_time_loop_step(&ctx, &loop, 1.0), misses ? PD_NOT_CONVERGED : PD_OK);
+            CHECK_INT(loop.unsolved, where == 0 || misses);
+            memset(&at_rest, 0, sizeof at_rest), memset(&moves, 0, sizeof moves);
+            CHECK_OK(&ctx, pd_time_loop_step(&ctx, &loop, 2.0)); /* the next one counts for itself */
+            CHECK_INT(loop.unsolved, where == 0 || misses);
+            CHECK_INT(loop.steps, 2);
+        }
+}
+
+/* A process with too many elements leaves none behind. */
+TEST(refused_processes_leave_nothing)
+{
+    static const pd_element element[PD_TIME_LOOP_MAX_ELEMENTS] = {
+        {"a", "mol"}, {"b", "mol"}, {"c", "mol"}, {"d", "mol"}, {"e", "mol"}, {"f", "mol"}, {"g", "mol"}, {"h", "mol"}};
+    scene *s = &first_scene;
+    uint32_t seed = 3;
+    pd_physics p;
+    if (!random_scene(s, &random_pin, &seed, 0)) return;
+    pd_time_loop loop = s->couple;
+    int elements = loop.elements, processes = loop.count;
+    CHECK(elements > 0);
+    memset(&p, 0, sizeof p);
+    p.element = element;
+    p.elements = PD_TIME_LOOP_MAX_ELEMENTS;
+    CHECK_INT(pd_time_loop_add_process(&s->ctx, &loop, p), PD_ERR_SIZE);
+    CHECK_INT(loop.elements, elements);
+    CHECK_INT(loop.count, processes);
+    scene_free(s);
+}
+
 #if PD_DIM == 2
 #define OF_DIM ENTRY(step_size) SLOW_ENTRY(random_geometries_in_flow)
 #else
@@ -438,4 +542,5 @@ TEST(equal_steps)
 #endif
 
 TEST_MAIN(SLOW_ENTRY_IF(PD_DIM == 3, pin_run) OF_DIM ENTRY(units_do_not_matter) SLOW_ENTRY(random_geometries)
-              ENTRY(arguments) ENTRY(steps_meet_the_interval) ENTRY(equal_steps))
+              ENTRY(arguments) ENTRY(steps_meet_the_interval) ENTRY(equal_steps) ENTRY(missed_tolerances_are_counted)
+                  ENTRY(refused_processes_leave_nothing))

@@ -3428,6 +3428,7 @@ def declare(dim):
         ('started', c_int),
         ('steps', c_int64),
         ('unsolved', c_int64),
+        ('has_missed', c_int),
         ('solid_nodes_start', c_int64),
         ('new_fluid', POINTER(c_uint8)),
         ('has_new_fluid', c_int),

@@ -281,7 +281,7 @@ class Sim:
 
     @property
     def unsolved(self) -> int:
-        """Steps in which a linear solver missed its tolerance; the next one makes up for what was left."""
+        """Steps, and the start, in which a solver missed its tolerance. The next step adds what transport and species left."""
         return self._open().model.time_loop.unsolved
 
     @property
@@ -576,7 +576,7 @@ class Result:
     front: float | None  # [m] bond-based corrosion: how far metal has turned fluid
     flux: float | None  # [-] worst deviation of the flow far downstream from that far upstream
     unknowns: int
-    unsolved: int  # steps in which a linear solver missed its tolerance
+    unsolved: int  # steps, and the start, in which a solver missed its tolerance
     bytes_per_node: float
     line: str  # for scripts, as pd2d prints it
     estimate: Estimate | None = member(repr=False)  # of the errors; None: not asked for, or impossible, see notes
