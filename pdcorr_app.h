@@ -14625,8 +14625,9 @@ static pd_status pdi_key_value_fail_bounds(pd_ctx *ctx, const pd_text *text, int
     pd_setup_format_value(row->low, unit, bottom);
     pd_setup_format_value(high, unit, top);
     if (high < PD_KEY_MAX_NUMBER || value > high || row->low < 0.0 || row->low > 0.0)
-        return pdi_text_fail_key(ctx, text, section, key, "found %s, expected a value %s %s and at most %s", found,
-                                 row->low_is_open ? "above" : "from", bottom, top);
+        return pdi_text_fail_key(ctx, text, section, key, "found %s, expected a value %s %s %s %s", found,
+                                 row->low_is_open ? "above" : "from", bottom, row->low_is_open ? "and at most" : "to",
+                                 top);
     return pdi_text_fail_key(ctx, text, section, key, "found %s, expected %s", found,
                              row->low_is_open ? "a positive value" : "a value of at least 0");
 }
@@ -18961,8 +18962,8 @@ static pd_status pdi_read_param_file_number(pd_ctx *ctx, pd_text *text, const ch
 {
     PD_TRY(pdi_text_get_number(ctx, text, 0, key, "", fallback, value));
     if ((open ? *value > low : *value >= low) && *value <= high) return PD_OK;
-    return pdi_text_fail_key(ctx, text, 0, key, "found %.6g, expected a value %s %g and at most %g", *value,
-                             open ? "above" : "from", low, high);
+    return pdi_text_fail_key(ctx, text, 0, key, "found %.6g, expected a value %s %g %s %g", *value,
+                             open ? "above" : "from", low, open ? "and at most" : "to", high);
 }
 
 /* Read all numbers of PDI_READ_PARAM_FILE_NUMBERS. */

@@ -4,7 +4,7 @@ cat > cube.scene << 'EOF'
 [shape b]   box = 0 .. 1 m, 0 .. 1 m, 0 .. 1 m   kind = solid
 [side x-]   traction = -1 MPa, 0 Pa, 0 Pa
 [side x+]   traction = 1 MPa, 0 Pa, 0 Pa
-[solid]     material = springs   E = 72 GPa   m = 3   motion = yes   density = 2440 kg/m3
+[solid]     model = bond_based  E = 72 GPa   m = 3   dynamics = yes   density = 2440 kg/m3
 [run]       until = 1 us
 [output]    every = 1 s   fields = none   images = none
 EOF
@@ -29,4 +29,4 @@ cost() {
     echo "peer ${name}_step=$(calc "1e3 * $step") ${name}_bond=$(calc "1e9 * $step / $bonds")"
 }
 cost spring 20 80
-cost ordinary 5 25 solid.material=ordinary solid.nu=0.25
+cost ordinary 5 25 solid.model=ordinary solid.nu=0.25

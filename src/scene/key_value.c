@@ -59,8 +59,9 @@ static pd_status pdi_key_value_fail_bounds(pd_ctx *ctx, const pd_text *text, int
     pd_setup_format_value(row->low, unit, bottom);
     pd_setup_format_value(high, unit, top);
     if (high < PD_KEY_MAX_NUMBER || value > high || row->low < 0.0 || row->low > 0.0)
-        return pdi_text_fail_key(ctx, text, section, key, "found %s, expected a value %s %s and at most %s", found,
-                                 row->low_is_open ? "above" : "from", bottom, top);
+        return pdi_text_fail_key(ctx, text, section, key, "found %s, expected a value %s %s %s %s", found,
+                                 row->low_is_open ? "above" : "from", bottom, row->low_is_open ? "and at most" : "to",
+                                 top);
     return pdi_text_fail_key(ctx, text, section, key, "found %s, expected %s", found,
                              row->low_is_open ? "a positive value" : "a value of at least 0");
 }

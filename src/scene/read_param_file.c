@@ -84,8 +84,8 @@ static pd_status pdi_read_param_file_number(pd_ctx *ctx, pd_text *text, const ch
 {
     PD_TRY(pdi_text_get_number(ctx, text, 0, key, "", fallback, value));
     if ((open ? *value > low : *value >= low) && *value <= high) return PD_OK;
-    return pdi_text_fail_key(ctx, text, 0, key, "found %.6g, expected a value %s %g and at most %g", *value,
-                             open ? "above" : "from", low, high);
+    return pdi_text_fail_key(ctx, text, 0, key, "found %.6g, expected a value %s %g %s %g", *value,
+                             open ? "above" : "from", low, open ? "and at most" : "to", high);
 }
 
 /* Read all numbers of PDI_READ_PARAM_FILE_NUMBERS. */

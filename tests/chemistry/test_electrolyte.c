@@ -215,7 +215,7 @@ TEST(examples)
     pd_ctx_init(&ctx);
     CHECK_INT(pd_electrolyte_read(&ctx, "examples/electrolytes/sbf.electrolyte", sulphate, 1, &e), PD_ERR_ARGUMENT);
     CHECK(strstr(ctx.message, "the charges sum to -7.4 mol/m3") != NULL);
-    CHECK(strstr(ctx.message, "balance = Cl-") != NULL);
+    CHECK(strstr(ctx.message, "balance_ion = Cl-") != NULL);
     CHECK_INT(ctx.in_use, 0);
 }
 
@@ -248,8 +248,8 @@ TEST(bad_input)
     refuse(6, WATER "[chemistry] pH = 7  counter_ion = H2O\n", "which is no ion");
     refuse(6, WATER "[chemistry] pH = 7  counter_ion = H+\n", "expected another ion");
     refuse(6, WATER "[chemistry] pH = 0.5  counter_ion = Na+\n", "cannot be reached with Na+");
-    refuse(6, WATER "[chemistry] pH = 17  counter_ion = Na+\n", "expected a pH from -2 to 16");
-    refuse(6, WATER "[chemistry] temperature = 37 K\n", "expected water from 273 to 373 K");
+    refuse(6, WATER "[chemistry] pH = 17  counter_ion = Na+\n", "expected a value from -2 to 16");
+    refuse(6, WATER "[chemistry] temperature = 37 K\n", "expected a value from 273 K to 373.2 K");
     refuse(6, WATER "[constants] T = 300 K\n", "found beside species, where T is their temperature");
     refuse(6, WATER "[reaction r] H+ + OH- = H2O  K = 1e14 L2/mol2  activation_energy = 1 J/mol\n",
            "found without a rate");

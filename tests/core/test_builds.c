@@ -561,7 +561,7 @@ BUILD(facets, pd_facets)
 
 BUILD(points, pd_points) { return pd_points_read(ctx, path_of(l->wrong ? "pit.csv" : "points.csv"), 1.0, o); }
 
-INNER(image, pd_image) { return pd_png_read(ctx, path_of(l->wrong ? "pit.csv" : "dot.png"), o); }
+BUILD(image, pd_image) { return pd_png_read(ctx, path_of(l->wrong ? "pit.csv" : "dot.png"), o); }
 
 /* Takes no memory. */
 static void pd_speciation_free(pd_ctx *ctx, pd_speciation *s)

@@ -61,7 +61,7 @@ TEST(m_from_1_to_6)
     if (PD_DIM > 1) hard_done("couple", failures, flux, "flow_far_down_against_far_up", 0.0, NULL);
     hard_override = "m=0.5";
     hard_refused(h, FRONT STILL LAW "[run] until = 1 h\n", "m_0.5",
-                 "m: found 0.5, expected a value from 1 and at most 6", PD_ERR_ARGUMENT);
+                 "m: found 0.5, expected a value from 1 to 6", PD_ERR_ARGUMENT);
 }
 
 #if PD_DIM > 1

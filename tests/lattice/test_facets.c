@@ -744,7 +744,7 @@ TEST(bad_scenes)
     CHECK_NEAR(pd_shape_distance(u.shape, u.solid, x), 1e-6, 1e-20);
     leave(&ctx, &u);
     refused(SCENE("stl = c.stl"), "scale");
-    refused(SCENE("stl = c.stl  scale = 0 um"), "expected a positive length");
+    refused(SCENE("stl = c.stl  scale = 0 um"), "expected a positive value");
     refused(SCENE("stl = none.stl  scale = 1 um"), "stl: ");
     refused(SCENE("stl = c.stl  scale = 1 um  shift = 1 um"), "found 1 number, expected 3");
     put("c.stl", bytes, 84 + 50 * 11);

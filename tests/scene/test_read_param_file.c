@@ -304,7 +304,7 @@ TEST(refusals)
     refused("C_solid_init = 0.1\n", "C_thresh: found 0.2, expected less than C_solid_init = 0.1");
     refused("axisymmetric = 0.5\n", "axisymmetric: found 0.5");
     refused("D_grain = 1e-16\nC_thresh = 0\n", "C_thresh: found 0 without k_corr");
-    refused("m_ratio = 7\n", "flat.cfg:1: m_ratio: found 7, expected a value from 1 and at most 6");
+    refused("m_ratio = 7\n", "flat.cfg:1: m_ratio: found 7, expected a value from 1 to 6");
 }
 
 TEST_MAIN(ENTRY(file_of_the_project) ENTRY(defaults_without_the_file) ENTRY(refining_keeps_the_speed) ENTRY(without_pin)

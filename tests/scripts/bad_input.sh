@@ -184,7 +184,7 @@ spoil "one range" 's/, -60 um .. 60 um//' "bad.scene:1: box: found 1 range, expe
 pd1d runs scenes in 1D"
 spoil "range backwards" 's/-60 um .. 60 um/60 um .. -60 um/' \
     "bad.scene:1: column 57: found a range from 6e-05 to -6e-05, expected its start below its end"
-spoil "m too large" 's/m = 3/m = 9/' "bad.scene:1: m: found 9, expected a value from 1 and at most 6"
+spoil "m too large" 's/m = 3/m = 9/' "bad.scene:1: m: found 9, expected a value from 1 to 6"
 spoil "negative density" 's/rho = 1000/rho = -1000/' "bad.scene:5: rho: found -1000 kg/m3, expected a positive value"
 spoil "unknown side" 's/side x+/side w+/' "bad.scene:4: side: found [side w+], expected one of x-, x+, y-, y+ in 2D"
 spoil "unknown profile" 's/parabola/parabole/' \
@@ -361,7 +361,7 @@ pits "Csat above Cs" 's/5 mol\/L/200 mol\/L/' \
     "4: Csat: found 200 kmol/m3, expected a value above 0 mol/m3 and at most 142.805 kmol/m3"
 pits "no D" 's/D = 1e-9 m2\/s//' "4: found no 'D' in [corrode], expected D = a diffusivity [m2/s]"
 pits "negative bulk" 's/D =/bulk = -1 mol\/m3   D =/' \
-    "4: bulk: found -1 mol/m3, expected a value from 0 mol/m3 and at most 5 kmol/m3"
+    "4: bulk: found -1 mol/m3, expected a value from 0 mol/m3 to 5 kmol/m3"
 pits "charge of none" 's/D =/charge = 0   D =/' "4: charge: found 0, expected a value above 0 and at most 10"
 pits "unknown control" 's/D =/control = mixed   D =/' \
     "4: column 56: found 'mixed', expected one of diffusion, activation"
@@ -494,7 +494,7 @@ rejects "flat: not a number" \
 printf 'R_wire = 200e-6\n' > bad.scene
 rejects "flat: pin wider than tube" "bad.scene:1: R_wire: found 0.0002, expected less than R_tube = 0.00015"
 printf 'C_thresh = 1.5\n' > bad.scene
-rejects "flat: out of range" "bad.scene:1: C_thresh: found 1.5, expected a value from 0 and at most 0.99"
+rejects "flat: out of range" "bad.scene:1: C_thresh: found 1.5, expected a value from 0 to 0.99"
 printf '\000\001\002' > bad.scene
 rejects "not text" "bad.scene:1: found byte 0x00, expected text"
 : > bad.scene

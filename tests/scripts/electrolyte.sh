@@ -69,7 +69,7 @@ refuses() {
 }
 cp "$fluids"/*.electrolyte .
 refuses "sbf.electrolyte:5: chemistry: the charges sum to -7.4 mol/m3, 4.41 % of the ionic strength, expected 0: \
-correct a concentration, or name the ion that makes up for it by balance = Cl-" \
+correct a concentration, or name the ion that makes up for it by balance_ion = Cl-" \
     sbf.electrolyte --speciate "species.SO4-2.initial=4.2 mM"
 refuses "command line: found the section [species Zn2+], expected one of hbss.electrolyte (its labels: Na+, K+, Mg2+, \
 Ca2+, Cl-, HCO3-, H2PO4-, HPO4-2, SO4-2, Mg(OH)2(s), CaCO3(s), Ca5(PO4)3OH(s), CaHPO4:2H2O(s), MgHPO4:3H2O(s), \
