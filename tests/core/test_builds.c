@@ -550,7 +550,7 @@ BUILD(setup, pd_setup)
 static void pd_scene_free(pd_ctx *ctx, pd_setup *setup) { pd_setup_free(ctx, setup); }
 BUILD(scene, pd_setup) { return pd_scene_parse(ctx, "pin", l->wrong ? "no scene" : pin, NULL, 0, o); }
 
-INNER(table, pd_table) { return pd_table_read(ctx, path_of(l->wrong ? "none.csv" : "pit.csv"), o); }
+BUILD(table, pd_table) { return pd_table_read(ctx, path_of(l->wrong ? "none.csv" : "pit.csv"), o); }
 
 BUILD(facets, pd_facets)
 {
