@@ -43,7 +43,9 @@ rejects_usage() {
     rejecting=$1
     printf '%s: %s; see %s --help\n' "$1" "$2" "$1" > "$dir/wanted"
     shift 2
-    "$build/$rejecting" "$@" > "$dir/out" 2> "$dir/log"
+    folder=$build
+    case $rejecting in pd[123]d) folder=$programs ;; esac
+    "$folder/$rejecting" "$@" > "$dir/out" 2> "$dir/log"
     [ $? = 2 ] && [ ! -s "$dir/out" ] && cmp -s "$dir/log" "$dir/wanted"
     said=$?
     verdict "$rejecting $*: expected status 2 and '$(cat "$dir/wanted")'; found" $said
