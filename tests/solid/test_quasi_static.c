@@ -453,7 +453,7 @@ TEST(bad_input)
         if (way == 2) desc.break_fraction = 2.0;
         if (way == 3) desc.rtol = 1.0;
         CHECK_INT(pd_quasi_static_build(&c->ctx, &solid, &desc, &rest), PD_ERR_ARGUMENT);
-        CHECK(strstr(c->ctx.message, way < 2 ? "criterion: " : "quasi_static: ") == c->ctx.message);
+        CHECK(strstr(c->ctx.message, way < 2 ? "bond_failure: " : "quasi_static: ") == c->ctx.message);
     }
     end(c);
 }
