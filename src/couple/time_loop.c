@@ -142,6 +142,13 @@ static void pdi_time_loop_set_current(pd_time_loop *c, int n, double t)
     c->current.time = t;
 }
 
+/* Keeps the status of a process: one that misses its tolerance sets c->has_missed. Returns the error, or PD_OK. */
+static pd_status pdi_time_loop_keep_status(pd_time_loop *c, pd_status status)
+{
+    if (status > 0) c->has_missed = 1;
+    return status < 0 ? status : PD_OK;
+}
+
 /* Solves all quasi-steady processes at time t [s]: the callback pd_step.solve_at; user: the pd_time_loop. Returns PD_OK
  * or an error: a process that misses its tolerance sets c->has_missed. After an error c->current names the process. */
 static pd_status pdi_time_loop_solve_quasi_steady(pd_ctx *ctx, void *user, double t)
@@ -151,9 +158,7 @@ static pd_status pdi_time_loop_solve_quasi_steady(pd_ctx *ctx, void *user, doubl
     for (int n = 0; n < c->count; n++) {
         if (!c->process[n].solve_at) continue;
         pdi_time_loop_set_current(c, n, t);
-        pd_status status = c->process[n].solve_at(ctx, c->process[n].self, t);
-        if (status < 0) return status;
-        if (status > 0) c->has_missed = 1;
+        PD_TRY(pdi_time_loop_keep_status(c, c->process[n].solve_at(ctx, c->process[n].self, t)));
     }
     c->current = around;
     return PD_OK;
@@ -173,9 +178,7 @@ pd_status pd_time_loop_start(pd_ctx *ctx, pd_time_loop *c)
     for (int n = 0; n < c->count; n++) {
         pdi_time_loop_set_current(c, n, c->time);
         if (!c->process[n].start) continue;
-        pd_status status = c->process[n].start(ctx, c->process[n].self, c->time);
-        if (status < 0) return status;
-        if (status > 0) c->has_missed = 1;
+        PD_TRY(pdi_time_loop_keep_status(c, c->process[n].start(ctx, c->process[n].self, c->time)));
     }
     memset(&c->current, 0, sizeof c->current);
     c->started = 1;
@@ -229,14 +232,6 @@ static pd_status pdi_time_loop_choose_step(pd_ctx *ctx, const pd_time_loop *c, p
     return PD_OK;
 }
 
-/* Calls `finish` of a process at time t [s]. A process that misses its tolerance sets c->has_missed. */
-static pd_status pdi_time_loop_finish_process(pd_ctx *ctx, pd_time_loop *c, const pd_physics *p, double t)
-{
-    pd_status status = p->finish ? p->finish(ctx, p->self, t) : PD_OK;
-    if (status > 0) c->has_missed = 1;
-    return status < 0 ? status : PD_OK;
-}
-
 /* Advances a process from s->time to s->latest_end, or until those behind it have to follow (s->ends_substeps), or by
  * one step (once 1); s->end: the time reached. Updates geometry after each step and calls `finish`. A step that misses
  * its tolerance sets c->has_missed. */
@@ -246,15 +241,13 @@ static pd_status pdi_time_loop_advance_process(pd_ctx *ctx, pd_time_loop *c, con
     double limit = s->latest_end;
     do {
         s->latest_end = limit;
-        pd_status status = pdi_physics_step(ctx, p, s);
-        if (status < 0) return status;
-        if (status > 0) c->has_missed = 1;
+        PD_TRY(pdi_time_loop_keep_status(c, pdi_physics_step(ctx, p, s)));
         pdi_time_loop_clear_new_fluid(c, (int)(p - c->process));
         PD_TRY(pdi_time_loop_update_geometry(ctx, c, s->converted_nodes, s->converted_count));
         s->time = s->end;
         if (!once) PD_TRY(pdi_physics_check_progress(ctx, p->name, &pace, s->time, limit));
     } while (!once && !s->ends_substeps && s->time < limit);
-    return pdi_time_loop_finish_process(ctx, c, p, s->end);
+    return p->finish ? pdi_time_loop_keep_status(c, p->finish(ctx, p->self, s->end)) : PD_OK;
 }
 
 /* Advances the processes from number n on from time `from` [s] to `end` [s]; quasi-steady ones are skipped. Where one
@@ -328,7 +321,8 @@ pd_status pd_time_loop_step(pd_ctx *ctx, pd_time_loop *c, double t_limit)
     c->steps++;
     PD_TRY(pdi_time_loop_check_balance(ctx, c));
     for (int n = 0; n < c->count; n++)
-        if (c->process[n].solve_at) PD_TRY(pdi_time_loop_finish_process(ctx, c, &c->process[n], c->time));
+        if (c->process[n].solve_at && c->process[n].finish)
+            PD_TRY(pdi_time_loop_keep_status(c, c->process[n].finish(ctx, c->process[n].self, c->time)));
     return pdi_time_loop_count_missed(c);
 }
 

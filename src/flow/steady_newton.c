@@ -120,6 +120,17 @@ static pd_status pdi_steady_newton_solve_stage_step(pd_ctx *ctx, void *self, con
     return pdi_steady_solve_newton_step(ctx, s, p->forcing, n->result, &n->effort);
 }
 
+/* Equations of a solver for a tolerance of the residuals; those of a stage unless boost is set. */
+static pdi_steady_newton pdi_steady_newton_equations(pd_steady *s, double tolerance, pd_steady_result *result)
+{
+    pdi_steady_newton n;
+    memset(&n, 0, sizeof n);
+    n.steady = s;
+    n.result = result;
+    n.tolerance = tolerance;
+    return n;
+}
+
 /* Newton's method for the state in flow, with the callback `solve_step` and options. Sets momentum_weight, and
  * evaluations and converged of n->result. */
 static pd_status pdi_steady_newton_iterate(pd_ctx *ctx, pdi_steady_newton *n, const pd_newton_desc *desc,
@@ -145,13 +156,9 @@ static pd_status pdi_steady_newton_iterate(pd_ctx *ctx, pdi_steady_newton *n, co
  * of steps. PD_ERR_DIVERGED: the residual is not finite. */
 static pd_status pdi_steady_newton_solve_steady_state(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
 {
-    pdi_steady_newton newton;
+    pdi_steady_newton newton = pdi_steady_newton_equations(s, s->desc.tolerance, result);
     pd_newton_desc desc;
     pd_newton_progress progress;
-    memset(&newton, 0, sizeof newton);
-    newton.steady = s;
-    newton.result = result;
-    newton.tolerance = s->desc.tolerance;
     newton.boost = newton.min_boost = s->reference_norm > 0.0 ? PDI_STEADY_NEWTON_FIRST_RATE_AGAIN : 1.0;
     memset(&desc, 0, sizeof desc);
     desc.search = PD_NEWTON_BY_NORM;
@@ -192,13 +199,9 @@ pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
 static pd_status pdi_steady_newton_solve_stage_newton(pd_ctx *ctx, pd_steady *s, double tolerance,
                                                       pd_steady_result *result)
 {
-    pdi_steady_newton newton;
+    pdi_steady_newton newton = pdi_steady_newton_equations(s, tolerance, result);
     pd_newton_desc desc;
     pd_newton_progress progress;
-    memset(&newton, 0, sizeof newton);
-    newton.steady = s;
-    newton.result = result;
-    newton.tolerance = tolerance;
     memset(&desc, 0, sizeof desc);
     desc.search = PD_NEWTON_FULL_STEP;
     desc.max_steps = PDI_STEADY_NEWTON_STAGE_MAX_STEPS;
