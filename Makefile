@@ -53,7 +53,7 @@ DRIVERS := $(foreach d,$(patsubst drivers/%.c,%,$(wildcard drivers/*.c)),\
              $(foreach k,$(DIMS),$(BUILD)/$(if $(filter scene,$d),pd,$d)$kd))
 # tests/ROOM/test_x.c with `dims: 1 3` in its first five lines becomes build/test_x_1d and build/test_x_3d, and
 # tests/hard/test_x.c becomes build/hard_x_1d. Behind `slow:` stand the dimensions that `make test` leaves to
-# `make test-all`; in a shell test that word is `slow: yes`.
+# `make test-all`; in a shell test that word is `slow: yes`, or `slow: weekly` where CI leaves it to its weekly run, too.
 marked = $(shell awk -v usual='$(3)' 'function say() { \
         n = split(dims, d, " "); for (k = 1; k <= n; k++) print "$(BUILD)/$(4)" name "_" d[k] "d" } \
     FNR == 1 { say(); name = FILENAME; sub(/.*\/(test_)?/, "", name); sub(/\.c$$/, "", name); dims = usual; found = 0 } \
@@ -66,7 +66,8 @@ TESTS := $(call marked,dims,$(TEST_SOURCES),2,test_)
 HARD_TESTS := $(call marked,dims,tests/hard/test_*.c,2,hard_)
 SLOW_TESTS := $(call marked,slow,$(TEST_SOURCES),,test_) $(call marked,slow,tests/hard/test_*.c,,hard_)
 SCRIPTS := $(wildcard tests/scripts/*.sh)
-SLOW_SCRIPTS := $(shell awk 'FNR <= 5 && /slow: yes/ { print FILENAME }' $(SCRIPTS))
+SLOW_SCRIPTS := $(shell awk 'FNR <= 5 && /slow: (yes|weekly)/ { print FILENAME }' $(SCRIPTS))
+WEEKLY_SCRIPTS := $(shell awk 'FNR <= 5 && /slow: weekly/ { print FILENAME }' $(SCRIPTS))
 LOGS = $(BUILD)/logs
 TEST_LOGS := $(TESTS:$(BUILD)/%=$(LOGS)/%.log) $(HARD_TESTS:$(BUILD)/%=$(LOGS)/%.log)
 SCRIPT_LOGS := $(SCRIPTS:tests/scripts/%.sh=$(LOGS)/%.log)
@@ -78,8 +79,9 @@ METAMORPHIC_LOGS := $(DIMS:%=$(LOGS)/metamorphic_%d.log)
 ALL_LOGS := $(LONGEST_LOGS) $(LOGS)/amalgam.log $(LOGS)/lint.log $(filter-out $(LONGEST_LOGS),$(SCRIPT_LOGS)) $(TEST_LOGS) \
             $(METAMORPHIC_LOGS)
 FAST_LOGS := $(filter-out $(SLOW_TESTS:$(BUILD)/%=$(LOGS)/%.log) $(SLOW_SCRIPTS:tests/scripts/%.sh=$(LOGS)/%.log),$(ALL_LOGS))
-# Every script, and the programs of `make test`.
-CI_LOGS := $(filter $(FAST_LOGS) $(SCRIPT_LOGS) $(LOGS)/hard_random_2d.log,$(ALL_LOGS))
+# The programs of `make test`, and every script that is not weekly.
+CI_LOGS := $(filter-out $(WEEKLY_SCRIPTS:tests/scripts/%.sh=$(LOGS)/%.log),\
+                        $(filter $(FAST_LOGS) $(SCRIPT_LOGS) $(LOGS)/hard_random_2d.log,$(ALL_LOGS)))
 # As many at a time as there are cores, unless make has a -j.
 JOBS = $(if $(filter -j% --jobserver%,$(MAKEFLAGS)),,-j$(shell env -u OMP_NUM_THREADS nproc 2> /dev/null || echo 2))
 
@@ -186,7 +188,7 @@ test: ## fast checks and tests of every module: minutes; ends with the sum; T=NA
 	$(if $(T),$(if $(named),,$(error T=$(T): tests/ has no test, room or script of that name)))
 	$(call run-logs,$(if $(T),$(named),$(FAST_LOGS)),PROGRAMS=$(BUILD)/check)
 
-test-ci: ## all scripts, and the programs of `make test`
+test-ci: ## what CI runs: `make test` and the slow scripts, without the weekly ones
 	$(call run-logs,$(CI_LOGS))
 
 test-all: ## all checks and tests, slow ones too
@@ -209,12 +211,14 @@ lint: $(BUILD)/lint $(BUILD)/amalgamate ## house rules and the order of the modu
 	$(BUILD)/lint
 
 # Whole scenes in two dimensions, rings and readers of files go through most of the code.
-QUICK_LOGS = $(patsubst %,$(LOGS)/%_2d.log,hard_geometry hard_limits test_axisym test_text test_png test_field_plot test_scene test_bond \
+QUICK_LOGS = $(patsubst %,$(LOGS)/%_2d.log,hard_limits test_axisym test_text test_png test_field_plot test_scene test_bond \
              test_renderer)
-# SANITIZED_WHOLE=1: the header is compiled at once, in half the time that all its sources take.
+# SANITIZED_WHOLE=1: the header is compiled at once, in half the time that all its sources take. SANITIZED_FEWER=1: without
+# the checks of pointers that the address sanitizer mostly makes, too, which take half of that.
 SANITIZED = +@$(MAKE) -k --no-print-directory BUILD=$(BUILD)/sanitize OPENMP=0 \
             $(if $(SANITIZED_WHOLE),WHOLE=1) \
-            EXTRA='-O1 -g1 -fsanitize=address,undefined -fno-sanitize-recover=all'
+            EXTRA='-O1 -g1 -fsanitize=address,undefined $(if $(SANITIZED_FEWER),-fno-sanitize=$(FEWER)) -fno-sanitize-recover=all'
+FEWER = null,alignment,object-size,pointer-overflow
 
 sanitize: ## the test programs under the address and undefined-behaviour sanitizers: half an hour
 	@rm -f $(BUILD)/sanitize/logs/*.log

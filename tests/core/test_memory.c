@@ -407,9 +407,9 @@ TEST(limit_to_the_byte)
 #if PD_DIM == 1
 #define OF_DIM
 #elif PD_DIM == 2
-#define OF_DIM ENTRY(dissolving_pin) ENTRY(flat_file) ENTRY(rings)
+#define OF_DIM SLOW_ENTRY_IF(PD_DIM == 3, dissolving_pin) ENTRY(flat_file) ENTRY(rings)
 #else
-#define OF_DIM ENTRY(dissolving_pin) ENTRY(flat_file)
+#define OF_DIM SLOW_ENTRY_IF(PD_DIM == 3, dissolving_pin) ENTRY(flat_file)
 #endif
 
 TEST_MAIN(OF_DIM ENTRY(dissolving_block) ENTRY(steady_transport) ENTRY(flow_in_time) ENTRY(corrosion) ENTRY(masks)

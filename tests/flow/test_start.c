@@ -164,7 +164,7 @@ TEST(closed_form)
 #if PD_DIM == 1
 TEST_MAIN(ENTRY(speeds_and_scales))
 #elif PD_DIM == 2
-TEST_MAIN(ENTRY(speeds_and_scales) ENTRY(reaches_and_boxes) ENTRY(closed_form))
+TEST_MAIN(ENTRY(speeds_and_scales) SLOW_ENTRY_IF(PD_DIM == 3, reaches_and_boxes) ENTRY(closed_form))
 #else
-TEST_MAIN(ENTRY(speeds_and_scales) ENTRY(reaches_and_boxes))
+TEST_MAIN(ENTRY(speeds_and_scales) SLOW_ENTRY_IF(PD_DIM == 3, reaches_and_boxes))
 #endif

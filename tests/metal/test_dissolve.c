@@ -619,7 +619,7 @@ TEST(bad_nodes)
 }
 
 TEST_MAIN(SLOW_ENTRY_IF(PD_DIM == 3, flat_front_is_exact) ENTRY(diagonal_front)
-          ENTRY(ball_shrinks_at_the_speed)
+          SLOW_ENTRY_IF(PD_DIM == 3, ball_shrinks_at_the_speed)
               ENTRY(threshold_does_not_change_the_speed) ENTRY(saturation) ENTRY(factor_multiplies)
                   ENTRY(inert_metal_stays) ENTRY(law_without_a_value) ENTRY(law_of_place_and_time) ENTRY(law_of_grain)
                       ENTRY(no_deposit)

@@ -82,7 +82,10 @@ static void check_brute_force(const sample *s)
         pd_grid_index(&s->grid, node, i);
         for (int32_t k = 0; k < g->centre_count; k++) {
             double square = 0.0;
-            for (int d = 0; d < PD_DIM; d++) square += pow(x[d] - g->centre[k * PD_DIM + d], 2.0);
+            for (int d = 0; d < PD_DIM; d++) {
+                double apart = x[d] - g->centre[k * PD_DIM + d];
+                square += apart * apart;
+            }
             if (square < best) {
                 best = square;
                 nearest = k;

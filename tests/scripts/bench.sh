@@ -1,5 +1,5 @@
 #!/bin/sh
-# slow: yes
+# slow: weekly
 # The benchmarks run on small sizes, and the work of the solvers stays what it is. Counts are asserted, times never.
 . tests/lib/script.sh
 

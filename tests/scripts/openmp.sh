@@ -1,5 +1,5 @@
 #!/bin/sh
-# slow: yes
+# slow: weekly
 # Runs of programs built with OpenMP, on one and on three threads, and of programs built without it and without
 # optimisation, write the same bytes: flow, transport and dissolution in 2D, bond-based corrosion in 3D.
 . tests/lib/script.sh

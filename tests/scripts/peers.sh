@@ -1,5 +1,5 @@
 #!/bin/sh
-# slow: yes
+# slow: weekly
 # The cases of peers/: pdcorr, at the first resolution of each, gives the figures that are kept in peers/measured, and
 # docs/peers.md is what is made of them. Skipped without rows that were measured, and without matplotlib.
 . tests/lib/script.sh

@@ -1,5 +1,5 @@
 #!/bin/sh
-# slow: yes
+# slow: weekly
 # The examples of the Python package run and draw. Skipped without numpy or matplotlib.
 . tests/lib/script.sh
 . tests/lib/python.sh

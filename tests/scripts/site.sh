@@ -1,5 +1,5 @@
 #!/bin/sh
-# slow: yes
+# slow: weekly
 # The site: it builds without a warning, every link leads somewhere, every word is in a dictionary, every formula can be
 # drawn; and the checks find what is wrong. Half a minute of processor time.
 . tests/lib/script.sh

@@ -1,5 +1,5 @@
 #!/bin/sh
-# slow: yes
+# slow: weekly
 # The header under WASI: a pin dissolves as it does natively, the program of scenes runs a template, and another zlib
 # unpacks what the library has packed, with the vectors of browsers.
 . tests/lib/script.sh

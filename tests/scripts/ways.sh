@@ -1,5 +1,5 @@
 #!/bin/sh
-# slow: yes
+# slow: weekly
 # The ways of docs/start.md in a clone, each by the commands of its page as tools/first.sh reads them: a figure and a
 # law in Python, a program of C by pkg-config and CMake, the first change. Programs are compiled without optimisation.
 # The way into the browser is in tests/scripts/web.sh.

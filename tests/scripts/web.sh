@@ -1,5 +1,5 @@
 #!/bin/sh
-# slow: yes
+# slow: weekly
 # The page for browsers (drivers/web) in headless Chromium: messages at their lines, a pin that runs, pauses, stops, and
 # writes the files of pd2d. Screenshots come into build/web/screenshots.
 . tests/lib/script.sh

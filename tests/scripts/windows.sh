@@ -1,5 +1,5 @@
 #!/bin/sh
-# slow: yes
+# slow: weekly
 # Windows by mingw-w64 and wine: header and program without a warning, files of a run like those of a native one, paths,
 # checkpoints that replace one that is there, a file that another program has open, Ctrl-C.
 # Debian: gcc-mingw-w64-x86-64 g++-mingw-w64-x86-64 wine wine64. They take minutes to install, so .ci/run does not.

@@ -240,5 +240,5 @@ TEST(by_load)
     end();
 }
 
-TEST_MAIN(ENTRY(snap_back) ENTRY(by_load))
+TEST_MAIN(SLOW_ENTRY(snap_back) ENTRY(by_load))
 #endif
