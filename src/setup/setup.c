@@ -120,11 +120,18 @@ static pd_status pdi_setup_fail_function(pd_ctx *ctx, const char *key, const cha
     return pd_fail(ctx, PD_ERR_ARGUMENT, "setup", "a function for '%.40s': %s", key, why);
 }
 
-/* Find the expression of a boundary condition that a user function replaces: key "x-.C", "x-.mean" or "x-.vx". Switches
- * the side to the value that the function gives: flow_rate becomes 0, or each side gets its own inlet concentration.
+/* The expression that a user function replaces, and what is no longer asked for where one does. */
+typedef struct pdi_setup_replaced {
+    pd_expr *expr;
+    double *flow_rate;  /* of a side whose mean it gives, which becomes 0; NULL: none */
+    double *rate_scale; /* of a metal whose rate it gives, which becomes 1; NULL: none */
+    int is_inlet_c;     /* 1: the concentration of one inlet, after which each side has its own */
+} pdi_setup_replaced;
+
+/* Find the expression of a boundary condition that a user function replaces: key "x-.C", "x-.mean" or "x-.vx".
  * PD_ERR_ARGUMENT: the scene does not give that value. */
 static pd_status pdi_setup_find_side_expr(pd_ctx *ctx, pd_setup *u, const char *key, pd_setup_side *side,
-                                          pd_expr **expr)
+                                          pdi_setup_replaced *found)
 {
     const char *name = key + 3;
     int inlet = side->kind == PD_SIDE_INLET && side->profile != PD_PROFILE_NONE;
@@ -133,32 +140,32 @@ static pd_status pdi_setup_find_side_expr(pd_ctx *ctx, pd_setup *u, const char *
             return pdi_setup_fail_function(ctx, key,
                                            "expected an inlet with profile = uniform or parabola, or with "
                                            "'mean' beside an expression");
-        side->flow_rate = 0.0;
-        *expr = &side->inflow_of_time;
+        found->flow_rate = &side->flow_rate;
+        found->expr = &side->inflow_of_time;
         return PD_OK;
     }
     for (int d = 0; d < PD_DIM; d++) {
         if (name[0] != 'v' || name[1] != "xyz"[d] || name[2]) continue;
-        *expr = &side->velocity[d];
+        found->expr = &side->velocity[d];
         if (inlet && side->profile == PD_PROFILE_EXPRESSION && !side->is_scaled) return PD_OK;
         return pdi_setup_fail_function(ctx, key, "expected an inlet with profile = expression, without 'mean'");
     }
     if (strcmp(name, "C") != 0)
         return pdi_setup_fail_function(ctx, key, "expected C, mean or vx, vy, vz behind the side");
-    *expr = side->has_fixed_c ? &side->fixed_c : &side->inlet_c;
+    found->expr = side->has_fixed_c ? &side->fixed_c : &side->inlet_c;
     if (!u->has_transport || !(side->has_fixed_c || side->kind == PD_SIDE_INLET))
         return pdi_setup_fail_function(ctx, key, "expected an inlet, or a wall that holds a concentration");
     for (int k = 0; k < u->monitors && !side->has_fixed_c; k++)
         if (u->monitor[k].kind == PD_MONITOR_TRANSFER && u->monitor[k].reference == PD_REFERENCE_FLUID_INLET)
             return pdi_setup_fail_function(ctx, key, "[transfer] has fluid = inlet, expected bulk or a concentration");
-    u->has_inlet_c_by_side = u->has_inlet_c_by_side || !side->has_fixed_c;
+    found->is_inlet_c = !side->has_fixed_c;
     return PD_OK;
 }
 
 /* Find the expression of the dissolution rate that a user function replaces: key "rate", or "rate.NAME" of one of
- * several metals; rate_scale of the metal becomes 1. PD_ERR_ARGUMENT: no such metal, or `uses` names the grain without
- * grains. */
-static pd_status pdi_setup_find_rate_expr(pd_ctx *ctx, pd_setup *u, const char *key, uint32_t uses, pd_expr **expr)
+ * several metals. PD_ERR_ARGUMENT: no such metal, or `uses` names the grain without grains. */
+static pd_status pdi_setup_find_rate_expr(pd_ctx *ctx, pd_setup *u, const char *key, uint32_t uses,
+                                          pdi_setup_replaced *found)
 {
     int metal = u->metals == 1 && !key[4] ? 0 : -1;
     if (!u->has_dissolve) return pdi_setup_fail_function(ctx, key, "expected [dissolve] or [corrode]");
@@ -170,58 +177,63 @@ static pd_status pdi_setup_find_rate_expr(pd_ctx *ctx, pd_setup *u, const char *
                                               : "there are several metals, expected rate.NAME for one of them");
     if ((uses >> PD_SETUP_RATE_GRAIN & 1u) && !u->has_grains)
         return pdi_setup_fail_function(ctx, key, "it depends on the grain, expected a solid [shape] with grain_size");
-    u->metal[metal].rate_scale = 1.0;
-    *expr = &u->metal[metal].rate;
+    found->rate_scale = &u->metal[metal].rate_scale;
+    found->expr = &u->metal[metal].rate;
     return PD_OK;
 }
 
-/* Find the expression that a user function replaces under `key`: "rate", "initial" or a value of a side. Changes the
- * setup as the two functions above do. */
-static pd_status pdi_setup_find_expr(pd_ctx *ctx, pd_setup *u, const char *key, uint32_t uses, pd_expr **found)
+/* Find the expression that a user function replaces under `key`: "rate", "initial" or a value of a side. */
+static pd_status pdi_setup_find_expr(pd_ctx *ctx, pd_setup *u, const char *key, uint32_t uses,
+                                     pdi_setup_replaced *found)
 {
-    pd_expr *expr = NULL;
+    memset(found, 0, sizeof *found);
     if (strcmp(key, "rate") == 0 || strncmp(key, "rate.", 5) == 0) {
-        PD_TRY(pdi_setup_find_rate_expr(ctx, u, key, uses, &expr));
+        PD_TRY(pdi_setup_find_rate_expr(ctx, u, key, uses, found));
     } else if (strcmp(key, "initial") == 0) {
         if (!u->has_transport) return pdi_setup_fail_function(ctx, key, "expected [transport] or [corrode]");
-        expr = &u->initial_c;
+        found->expr = &u->initial_c;
     }
     for (int s = 0; s < 2 * PD_DIM; s++)
         if (strncmp(key, pdi_setup_side_names[s], 2) == 0 && key[2] == '.')
-            PD_TRY(pdi_setup_find_side_expr(ctx, u, key, &u->side[s], &expr));
-    if (!expr)
+            PD_TRY(pdi_setup_find_side_expr(ctx, u, key, &u->side[s], found));
+    if (!found->expr)
         return pdi_setup_fail_function(ctx, key, "expected rate, initial, or a side and its value, such as x-.C");
-    *found = expr;
     return PD_OK;
 }
 
 pd_status pd_setup_set_function(pd_ctx *ctx, pd_setup *u, const char *key, pd_expr_fn fn, void *user, uint32_t uses)
 {
-    pd_expr *expr;
-    PD_TRY(pdi_setup_find_expr(ctx, u, key, uses, &expr));
-    expr->fn = fn;
-    expr->user = user;
-    expr->variables_used = strcmp(key + 2, ".mean") == 0 ? (uint32_t)1 << PD_DIM : uses;
+    pdi_setup_replaced found;
+    PD_TRY(pdi_setup_find_expr(ctx, u, key, uses, &found));
+    if (found.flow_rate) *found.flow_rate = 0.0;
+    if (found.rate_scale) *found.rate_scale = 1.0;
+    if (found.is_inlet_c) u->has_inlet_c_by_side = 1;
+    found.expr->fn = fn;
+    found.expr->user = user;
+    found.expr->variables_used = found.flow_rate ? (uint32_t)1 << PD_DIM : uses;
     return PD_OK;
 }
 
 pd_status pd_setup_set_breaks(pd_ctx *ctx, pd_setup *u, const char *key, const double *t, int count)
 {
-    pd_expr *expr;
-    PD_TRY(pdi_setup_find_expr(ctx, u, key, 0, &expr));
-    if (!expr->fn || count < 0)
+    pdi_setup_replaced found;
+    double *own = NULL;
+    PD_TRY(pdi_setup_find_expr(ctx, u, key, 0, &found));
+    if (!found.expr->fn || count < 0)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "setup", "%d breaks of '%.40s', expected at least 0, and a function in "
                        "its place", count, key);
     for (int k = 0; k < count; k++)
         if (!(fabs(t[k]) < HUGE_VAL) || (k && !(t[k] > t[k - 1])))
             return pd_fail(ctx, PD_ERR_ARGUMENT, "setup", "break %d of '%.40s' is %g s, expected a finite time behind "
                            "the one before", k, key, t[k]);
-    PD_DELETE(ctx, expr->discontinuity_count, expr->discontinuities);
-    expr->discontinuity_count = count;
-    expr->time_variable = strncmp(key, "rate", 4) == 0 ? 1 : PD_DIM;
-    if (!count) return PD_OK;
-    PD_TRY(PD_NEW(ctx, "setup", count, expr->discontinuities));
-    memcpy(expr->discontinuities, t, (size_t)count * sizeof *t);
+    if (count) {
+        PD_TRY(PD_NEW(ctx, "setup", count, own));
+        memcpy(own, t, (size_t)count * sizeof *t);
+    }
+    PD_DELETE(ctx, found.expr->discontinuity_count, found.expr->discontinuities);
+    found.expr->discontinuities = own;
+    found.expr->discontinuity_count = count;
+    found.expr->time_variable = found.rate_scale ? 1 : PD_DIM;
     return PD_OK;
 }
 

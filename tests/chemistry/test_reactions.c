@@ -91,6 +91,7 @@ TEST(refused)
     refuse("H+ + OH-", 1.0, "log10", "has no =", "H2O");
     refuse("H2O = H+ = OH-", 1.0, "log10", "two =", "expected one");
     refuse("H2O = ", 1.0, "log10", "the term ''", "blanks around");
+    refuse("H2O = H+ +", 1.0, "log10", "the term ''", "blanks around");
     refuse("0 H2O = H+ + OH-", 1.0, "log10", "term '0 H2O'", "expected terms");
     refuse("H2O = H2O", 1.0, "log10", "on both sides", "difference");
     refuse("", 1.0, "log10", "the term ''", "expected");

@@ -261,6 +261,52 @@ TEST(bent_pressure_on_walls)
     stop();
 }
 
+/* Even along each axis about the middle of the box. */
+static double even(const double *x)
+{
+    double p = cos(3.0 * (x[0] - 1.0)) + cosh(4.0 * (x[1] - 0.5));
+    return PD_DIM == 3 ? p * cos(5.0 * (x[PD_DIM - 1] - 0.5)) : p;
+}
+
+/* An even pressure about a ball in the middle is even, with families of any size. */
+TEST(mirrored_pressure)
+{
+    for (int m = 1; m <= 3; m++) {
+        uint32_t state = 5;
+        char text[1000];
+        double far = 0.0;
+        snprintf(text, sizeof text,
+                 "[grid] h = 0.1 m m = %d box = " BOX(
+                     "0 .. 2 m", "0 .. 1 m",
+                     "0 .. 1 m") "\n"
+                                 "[shape b] ball = " BOX("1 m", "0.5 m",
+                                                         "0.5 m") " radius = 0.23 m kind = wall\n"
+                                                                  "[side x-] flow = inlet profile = uniform mean = 1 "
+                                                                  "m/s\n[side x+] flow = outlet p = 3 Pa\n"
+                                                                  "[flow] rho = 2 kg/m3 mu = 1 Pa s\n",
+                 m);
+        if (!start(text)) return;
+        press(even);
+        for (int k = 0; k < PLACES; k++) {
+            double x[PD_DIM], r = 0.0;
+            place(&state, x);
+            for (int d = 0; d < PD_DIM; d++) x[d] = (d ? 0.5 : 1.0) + 0.4 * (x[d] - (d ? 0.5 : 1.0));
+            for (int d = 0; d < PD_DIM; d++) r += pow(x[d] - (d ? 0.5 : 1.0), 2.0);
+            if (sqrt(r) < 0.23) continue;
+            double p = pd_sample_get_point(&model, PD_FIELD_P, 0, x);
+            for (int d = 0; d < PD_DIM; d++) {
+                double y[PD_DIM];
+                memcpy(y, x, sizeof y);
+                y[d] = (d ? 1.0 : 2.0) - x[d];
+                far = fmax(far, fabs(pd_sample_get_point(&model, PD_FIELD_P, 0, y) - p));
+            }
+        }
+        NOTE("m = %d: %.2e apart", m, far);
+        CHECK_LE(far, 1e-10);
+        stop();
+    }
+}
+
 /* As metal dissolves its surface is that of its cells, and the places of former metal are fluid. */
 TEST(dissolving_metal)
 {
@@ -438,11 +484,16 @@ TEST(what_no_datum_gives)
 #if PD_DIM == 1
 #define MORE
 #elif PD_DIM == 2
-#define MORE ENTRY(between_plates) ENTRY(beside_a_ball) ENTRY(pressure_on_walls) \
-    ENTRY(bent_pressure_on_walls) ENTRY(dissolving_metal) ENTRY(tube) \
-    ENTRY(what_no_datum_gives)
+#define MORE \
+    ENTRY(between_plates) \
+    ENTRY(beside_a_ball) \
+    ENTRY(pressure_on_walls) ENTRY(bent_pressure_on_walls) ENTRY(mirrored_pressure) ENTRY(dissolving_metal) \
+        ENTRY(tube) ENTRY(what_no_datum_gives)
 #else
-#define MORE ENTRY(between_plates) ENTRY(beside_a_ball) ENTRY(pressure_on_walls) \
-    ENTRY(bent_pressure_on_walls) ENTRY(dissolving_metal) ENTRY(what_no_datum_gives)
+#define MORE \
+    ENTRY(between_plates) \
+    ENTRY(beside_a_ball) \
+    ENTRY(pressure_on_walls) ENTRY(bent_pressure_on_walls) ENTRY(mirrored_pressure) ENTRY(dissolving_metal) \
+        ENTRY(what_no_datum_gives)
 #endif
 TEST_MAIN(ENTRY(concentration_at_walls) ENTRY(concentration_in_layers) ENTRY(probe_in_a_wall) MORE)

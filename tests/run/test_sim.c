@@ -315,7 +315,11 @@ TEST(functions_tell_their_breaks)
         ctx.threads = 1;
         memset(&sim, 0, sizeof sim);
         if (!CHECK_OK(&ctx, pd_scene_parse(&ctx, "pin", PIN_SCENE, NULL, 0, &sim.setup))) return;
+        double scale = sim.setup.metal[0].rate_scale;
+        sim.setup.metal[0].rate_scale = 3.0; /* what is refused changes nothing */
         CHECK_INT(pd_setup_set_breaks(&ctx, &sim.setup, "rate", breaks, 2), PD_ERR_ARGUMENT); /* no function yet */
+        CHECK_NEAR(sim.setup.metal[0].rate_scale, 3.0, 0.0);
+        sim.setup.metal[0].rate_scale = scale;
         CHECK_OK(&ctx, pd_setup_set_function(&ctx, &sim.setup, "rate", pulse, k ? &pulses : NULL, 2));
         CHECK_INT(pd_setup_set_breaks(&ctx, &sim.setup, "rate", wrong, 2), PD_ERR_ARGUMENT);
         CHECK(strstr(ctx.message, "break 1 of 'rate' is 1 s") != NULL);

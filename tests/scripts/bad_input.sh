@@ -45,6 +45,12 @@ spoil() {
 }
 
 spoil "no h" 's/h = 10 um  *m/m/' "bad.scene:1: found no 'h' in [grid], expected h = a length [m]"
+for side in x- x+ y- y+; do
+    base | sed "/^\[side $side\]/d; s/mu = 1e-3 Pa s/& time = implicit\n[side $side] flow = open/" > bad.scene
+    line=$(grep -n 'time = implicit' bad.scene | cut -d: -f1)
+    rejects "a flow in time beside the open side $side" \
+        "bad.scene:$line: time: found 'implicit' beside an open side, expected prescribed"
+done
 spoil "no unit" 's/h = 10 um/h = 10/' \
     "bad.scene:1: column 17: found a number without unit, expected a length [m]: write its unit, for example \
 nm, um, mm, m, km"

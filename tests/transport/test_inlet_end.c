@@ -277,6 +277,45 @@ TEST(patch_across_a_border)
     free(kept);
 }
 
+/* A patch on the upper side has the mirror image of the field of one on the lower side. */
+TEST(on_either_side)
+{
+    double *kept = NULL, far = 0.0, largest = 0.0;
+    for (int upper = 0; upper < 2; upper++) {
+        scene *s = &test_scene;
+        scene_box(s, 1.0, 1.0, 16, 8, 3);
+        s->grid_desc.side[0] = s->grid_desc.side[1] = PD_SIDE_PERIODIC;
+        s->grid_desc.side[2 + upper] = PD_SIDE_INLET;
+        s->grid_desc.side[3 - upper] = PD_SIDE_WALL;
+        for (int d = 2; d < PD_DIM; d++) s->grid_desc.side[2 * d] = s->grid_desc.side[2 * d + 1] = PD_SIDE_MIRROR;
+        s->grid_desc.is_inlet = patch_enters;
+        s->with = WITH_TRANSPORT;
+        s->transport_desc.diffusivity = 1.0;
+        s->transport_desc.tolerance = 1e-13;
+        s->transport_desc.held = patch_held;
+        patch_start = 3.2;
+        if (!scene_build(s) || !CHECK_OK(&s->ctx, pd_transport_implicit(&s->ctx, &s->transport, 4.0, &s->result)))
+            return;
+        if (!upper) kept = (double *)calloc((size_t)s->grid.total, sizeof *kept);
+        if (!CHECK(kept != NULL)) return;
+        for (int32_t node = 0; node < s->grid.total; node++) {
+            int i[PD_DIM];
+            if (s->grid.kind[node] != PD_FLUID) continue;
+            pd_grid_index(&s->grid, node, i);
+            if (!upper) {
+                kept[node] = s->transport.c[node];
+                largest = fmax(largest, kept[node]);
+            }
+            i[1] = s->grid.n[1] - 1 - i[1];
+            if (upper) far = fmax(far, fabs(kept[pd_grid_node(&s->grid, i)] - s->transport.c[node]));
+        }
+        scene_free(s);
+    }
+    free(kept);
+    CHECK(largest > 0.1 && largest < 1.0);
+    CHECK_LE(far, 1e-11);
+}
+
 /* ---- no ends ---- */
 
 static int enters_below(void *user, int side, const double *x)
@@ -308,4 +347,4 @@ TEST(sides_without_ends)
 }
 
 TEST_MAIN(ENTRY(root_beside_the_end) ENTRY(other_families) ENTRY(flux_of_a_disc) ENTRY(conductances_are_symmetric)
-              ENTRY(amounts_and_bounds) ENTRY(patch_across_a_border) ENTRY(sides_without_ends))
+              ENTRY(amounts_and_bounds) ENTRY(patch_across_a_border) ENTRY(on_either_side) ENTRY(sides_without_ends))
