@@ -413,4 +413,4 @@ TEST(limit_to_the_byte)
 #endif
 
 TEST_MAIN(OF_DIM ENTRY(dissolving_block) ENTRY(steady_transport) ENTRY(flow_in_time) ENTRY(corrosion) ENTRY(masks)
-          ENTRY(error_estimate) ENTRY(gas) ENTRY(files) ENTRY(limit_to_the_byte))
+              ENTRY(error_estimate) ENTRY(gas) ENTRY(files) ENTRY(limit_to_the_byte))

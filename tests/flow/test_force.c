@@ -507,9 +507,9 @@ TEST(slow_flow)
 #endif
 
 #if PD_DIM == 3
-TEST_MAIN(ENTRY(friction_in_a_channel) ENTRY(moving_wall) SLOW_ENTRY_IF(PD_DIM == 3, lift_of_a_ball) ENTRY(friction_in_a_tube)
-          SLOW_ENTRY_IF(PD_DIM == 3, turned_channel) SLOW_ENTRY_IF(PD_DIM == 3, several_bodies) ENTRY(bad_boxes))
+TEST_MAIN(ENTRY(friction_in_a_channel) ENTRY(moving_wall) SLOW_ENTRY(lift_of_a_ball) ENTRY(friction_in_a_tube)
+              SLOW_ENTRY(turned_channel) SLOW_ENTRY(several_bodies) ENTRY(bad_boxes))
 #else
-TEST_MAIN(ENTRY(friction_in_a_channel) ENTRY(moving_wall) SLOW_ENTRY_IF(PD_DIM == 3, lift_of_a_ball) SLOW_ENTRY(lattice_anywhere)
-          SLOW_ENTRY_IF(PD_DIM == 3, turned_channel) SLOW_ENTRY_IF(PD_DIM == 3, several_bodies) ENTRY(bad_boxes) ENTRY(slow_flow))
+TEST_MAIN(ENTRY(friction_in_a_channel) ENTRY(moving_wall) ENTRY(lift_of_a_ball) SLOW_ENTRY(lattice_anywhere)
+              ENTRY(turned_channel) ENTRY(several_bodies) ENTRY(bad_boxes) ENTRY(slow_flow))
 #endif

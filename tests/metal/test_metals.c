@@ -286,4 +286,5 @@ TEST(stripes)
 #define OF_DIM ENTRY(metals_that_are_alike) ENTRY(side_by_side)
 #endif
 
-TEST_MAIN(SLOW_ENTRY_IF(PD_DIM == 3, sealed_cell) ENTRY(keys_of_each_metal) ENTRY(refusals) SLOW_ENTRY_IF(PD_DIM == 3, stripes) OF_DIM)
+TEST_MAIN(SLOW_ENTRY_IF(PD_DIM == 3, sealed_cell) ENTRY(keys_of_each_metal) ENTRY(refusals)
+              SLOW_ENTRY_IF(PD_DIM == 3, stripes) OF_DIM)

@@ -393,6 +393,6 @@ TEST(refused)
     finish(s);
 }
 
-TEST_MAIN(ENTRY(shares_of_a_bond) SLOW_ENTRY_IF(PD_DIM == 3, ambipolar_diffusion) ENTRY(order) ENTRY(supported_dissolution)
-          ENTRY(little_support) ENTRY(blocked_anion) ENTRY(junction) ENTRY(any_step) ENTRY(threads_change_no_bit)
-          ENTRY(iterations) ENTRY(limiting_current) ENTRY(refused))
+TEST_MAIN(ENTRY(shares_of_a_bond) SLOW_ENTRY_IF(PD_DIM == 3, ambipolar_diffusion) ENTRY(order)
+              ENTRY(supported_dissolution) ENTRY(little_support) ENTRY(blocked_anion) ENTRY(junction) ENTRY(any_step)
+                  ENTRY(threads_change_no_bit) ENTRY(iterations) ENTRY(limiting_current) ENTRY(refused))

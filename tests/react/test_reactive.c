@@ -577,5 +577,6 @@ TEST(finite_rate)
 }
 
 TEST_MAIN(ENTRY(one_species) SLOW_ENTRY_IF(PD_DIM == 3, fronts) ENTRY(sink_layer) ENTRY(water) ENTRY(titration)
-          SLOW_ENTRY_IF(PD_DIM == 3, acid_into_lye) ENTRY(body_fluid_ideal) ENTRY(body_fluid_davies) ENTRY(threads_change_no_bit)
-          ENTRY(order) ENTRY(bounds_of_order_2) SLOW_ENTRY_IF(PD_DIM == 3, finite_rate))
+              SLOW_ENTRY_IF(PD_DIM == 3, acid_into_lye) ENTRY(body_fluid_ideal) ENTRY(body_fluid_davies)
+                  ENTRY(threads_change_no_bit) ENTRY(order) ENTRY(bounds_of_order_2)
+                      SLOW_ENTRY_IF(PD_DIM == 3, finite_rate))

@@ -451,6 +451,7 @@ TEST(functions_that_are_refused)
     CHECK_INT(ctx.in_use, 0);
 }
 
-TEST_MAIN(ENTRY(a_pin_in_a_stream) ENTRY(what_is_refused) SLOW_ENTRY_IF(PD_DIM == 3, an_observer) ENTRY(figures_of_a_probe)
-              ENTRY(functions_of_the_caller) SLOW_ENTRY_IF(PD_DIM == 3, functions_tell_their_breaks) ENTRY(a_law_of_grains)
-              SLOW_ENTRY_IF(PD_DIM == 3, functions_of_an_inlet) ENTRY(functions_that_are_refused))
+TEST_MAIN(ENTRY(a_pin_in_a_stream) ENTRY(what_is_refused) SLOW_ENTRY_IF(PD_DIM == 3, an_observer)
+              ENTRY(figures_of_a_probe) ENTRY(functions_of_the_caller)
+                  SLOW_ENTRY_IF(PD_DIM == 3, functions_tell_their_breaks) ENTRY(a_law_of_grains)
+                      SLOW_ENTRY_IF(PD_DIM == 3, functions_of_an_inlet) ENTRY(functions_that_are_refused))
