@@ -67,6 +67,7 @@ HARD_TESTS := $(call marked,dims,tests/hard/test_*.c,2,hard_)
 SLOW_TESTS := $(call marked,slow,$(TEST_SOURCES),,test_) $(call marked,slow,tests/hard/test_*.c,,hard_)
 SCRIPTS := $(wildcard tests/scripts/*.sh)
 SLOW_SCRIPTS := $(shell awk 'FNR <= 5 && /slow: (yes|weekly)/ { print FILENAME }' $(SCRIPTS))
+SLOW_SCRIPT_LOGS = $(SLOW_SCRIPTS:tests/scripts/%.sh=$(LOGS)/%.log)
 WEEKLY_SCRIPTS := $(shell awk 'FNR <= 5 && /slow: weekly/ { print FILENAME }' $(SCRIPTS))
 LOGS = $(BUILD)/logs
 TEST_LOGS := $(TESTS:$(BUILD)/%=$(LOGS)/%.log) $(HARD_TESTS:$(BUILD)/%=$(LOGS)/%.log)
@@ -78,7 +79,7 @@ LONGEST_LOGS := $(filter $(SCRIPT_LOGS),$(LONGEST:%=$(LOGS)/%.log))
 METAMORPHIC_LOGS := $(DIMS:%=$(LOGS)/metamorphic_%d.log)
 ALL_LOGS := $(LONGEST_LOGS) $(LOGS)/amalgam.log $(LOGS)/lint.log $(filter-out $(LONGEST_LOGS),$(SCRIPT_LOGS)) $(TEST_LOGS) \
             $(METAMORPHIC_LOGS)
-FAST_LOGS := $(filter-out $(SLOW_TESTS:$(BUILD)/%=$(LOGS)/%.log) $(SLOW_SCRIPTS:tests/scripts/%.sh=$(LOGS)/%.log),$(ALL_LOGS))
+FAST_LOGS := $(filter-out $(SLOW_TESTS:$(BUILD)/%=$(LOGS)/%.log) $(SLOW_SCRIPT_LOGS),$(ALL_LOGS))
 # The programs of `make test`, and every script that is not weekly.
 CI_LOGS := $(filter-out $(WEEKLY_SCRIPTS:tests/scripts/%.sh=$(LOGS)/%.log),\
                         $(filter $(FAST_LOGS) $(SCRIPT_LOGS) $(LOGS)/hard_random_2d.log,$(ALL_LOGS)))
@@ -171,12 +172,12 @@ stability: $(HARD_TESTS) $(foreach k,$(DIMS),$(BUILD)/stability$(k)d) ## run all
 	for k in $(DIMS); do OMP_WAIT_POLICY=passive $(BUILD)/stability$${k}d --out $(BUILD)/stability || exit 1; done
 	sh tools/report.sh --stability $(BUILD)/stability docs
 
-# run-logs LOGS,FLAGS: builds what the tests need, makes the logs in their order, and ends with the sum. A test that does
-# not build counts as failed, and the others still run.
+# run-logs LOGS,FLAGS,MORE: builds MORE and what the tests need, makes the logs in their order, and ends with the sum. A
+# test that does not build counts as failed, and the others still run.
 needed = $(patsubst $(LOGS)/%.log,$(BUILD)/%,$(filter $(TEST_LOGS) $(METAMORPHIC_LOGS),$(1))) $(if $(filter $(SCRIPT_LOGS),$(1)),script-programs)
 define run-logs
 @rm -f $(LOGS)/*.log; mkdir -p $(LOGS); date +%s > $(LOGS)/begin
-+@$(2) $(MAKE) -k $(JOBS) --no-print-directory $(call needed,$(1)) || true
++@$(2) $(MAKE) -k $(JOBS) --no-print-directory $(3) $(call needed,$(1)) || true
 +@$(2) $(MAKE) -k $(JOBS) --no-print-directory OF=$(words $(1)) $(1) || true
 @sh tools/sum.sh --since $(LOGS)/begin $(1)
 endef
@@ -186,10 +187,10 @@ named = $(filter $(foreach t,$(T),$(foreach n,$t test_$t hard_$t $(patsubst test
         $(LOGS)/$n.log $(LOGS)/$n_1d.log $(LOGS)/$n_2d.log $(LOGS)/$n_3d.log)),$(ALL_LOGS))
 test: ## fast checks and tests of every module: minutes; ends with the sum; T=NAME: those of a module, room or script
 	$(if $(T),$(if $(named),,$(error T=$(T): tests/ has no test, room or script of that name)))
-	$(call run-logs,$(if $(T),$(named),$(FAST_LOGS)),PROGRAMS=$(BUILD)/check)
+	$(call run-logs,$(if $(T),$(named),$(FAST_LOGS)),PROGRAMS=$(BUILD)/check $(if $(filter $(SLOW_SCRIPT_LOGS),$(named)),ALL_DRIVERS=1))
 
 test-ci: ## what CI runs: `make test` and the slow scripts, without the weekly ones
-	$(call run-logs,$(CI_LOGS))
+	$(call run-logs,$(CI_LOGS),PROGRAMS=$(BUILD)/check ALL_DRIVERS=1,$(BUILD)/pd2d)
 
 test-all: ## all checks and tests, slow ones too
 	$(call run-logs,$(ALL_LOGS),PD_TEST_ALL=1)
@@ -379,6 +380,10 @@ $$(BUILD)/check/pd$(1)d: drivers/scene.c $$(wildcard drivers/*.h) $$(AMALGAM) $$
 	@mkdir -p $$(@D)
 	$$(building) $$(CC) $$(DEV_TEST) -DPD_DIM=$(1) -DPDCORR_LINKED -I. $$< $$(OBJECTS_$(1)) -o $$@ $$(LIBS)
 
+$$(BUILD)/check/%$(1)d: drivers/%.c $$(wildcard drivers/*.h) $$(CASES) $$(OBJECTS_$(1)) $$(BUILD)/flags
+	@mkdir -p $$(@D)
+	$$(building) $$(CC) $$(DEV_TEST) -DPD_DIM=$(1) -DPDCORR_LINKED -DPDI_SPLIT -I. $$< $$(OBJECTS_$(1)) -o $$@ $$(LIBS)
+
 $$(BUILD)/check/libpdcorr$(1)d.so: $$(OBJECTS_$(1)) $$(BUILD)/flags
 	@mkdir -p $$(@D)
 	$$(building) $$(CC) $$(DEV_TEST) -shared $$(LIBRARY_FLAGS) $$(OBJECTS_$(1)) -o $$@ $$(LIBS)
@@ -458,8 +463,11 @@ $(METAMORPHIC_LOGS): $(LOGS)/%.log: $(BUILD)/% FORCE
 
 # PROGRAMS: where shell tests find pd1d and its like. `make test` gives them programs linked to the objects of the
 # tests, which are built in a moment and have assertions.
-SCRIPT_PROGRAMS = $(if $(PROGRAMS),$(DIMS:%=$(PROGRAMS)/pd%d),$(DRIVERS) $(BUILD)/pdcorr2d.o \
-                      $(DIMS:%=$(BUILD)/plain/pdcorr%d.o)) $(BUILD)/amalgamate $(BUILD)/lint
+# ALL_DRIVERS: those of the reports, and what is linked without optimisation, too.
+PLAIN_OBJECTS = $(DIMS:%=$(BUILD)/plain/pdcorr%d.o)
+SCRIPT_PROGRAMS = $(if $(PROGRAMS),$(DIMS:%=$(PROGRAMS)/pd%d),$(DRIVERS) $(BUILD)/pdcorr2d.o) \
+                  $(if $(ALL_DRIVERS),$(DRIVERS:$(BUILD)/%=$(PROGRAMS)/%)) \
+                  $(if $(PROGRAMS),$(if $(ALL_DRIVERS),$(PLAIN_OBJECTS)),$(PLAIN_OBJECTS)) $(BUILD)/amalgamate $(BUILD)/lint
 .PHONY: script-programs
 script-programs: $(SCRIPT_PROGRAMS) $(DIMS:%=$(BUILD)/check/libpdcorr%d.so)
 

@@ -6,6 +6,7 @@
 #   verdict, check, rejects_usage, score   count and report
 #   block         code of a text
 #   figure        a number of a run whose output is $dir/out and whose log is $dir/log
+#   linked        $library, what programs in a dimension are linked to
 #   plain         $object, the library in a dimension without optimisation
 #   find_python   $python, with what a test needs of it
 
@@ -43,12 +44,16 @@ rejects_usage() {
     rejecting=$1
     printf '%s: %s; see %s --help\n' "$1" "$2" "$1" > "$dir/wanted"
     shift 2
-    folder=$build
-    case $rejecting in pd[123]d) folder=$programs ;; esac
-    "$folder/$rejecting" "$@" > "$dir/out" 2> "$dir/log"
+    "$programs/$rejecting" "$@" > "$dir/out" 2> "$dir/log"
     [ $? = 2 ] && [ ! -s "$dir/out" ] && cmp -s "$dir/log" "$dir/wanted"
     said=$?
     verdict "$rejecting $*: expected status 2 and '$(cat "$dir/wanted")'; found" $said
+}
+
+# linked DIMENSION: $library is the library of the programs that are tested, as arguments of the compiler.
+linked() {
+    library=$build/pdcorr${1}d.o
+    [ "$programs" = "$build" ] || library="$programs/libpdcorr${1}d.so -Wl,-rpath,$programs"
 }
 
 # block PAGE NUMBER LANGUAGE: that block of code of a text.

@@ -4,7 +4,7 @@
 . tests/lib/script.sh
 
 for k in 1 2 3; do
-    "$build/bench${k}d" --quick --quiet --threads 1 --out "$dir/report" > "$dir/lines$k" 2> "$dir/log"
+    "$programs/bench${k}d" --quick --quiet --threads 1 --out "$dir/report" > "$dir/lines$k" 2> "$dir/log"
     verdict "bench${k}d --quick"
 done
 cat "$dir"/lines? > "$dir/lines"
@@ -59,7 +59,7 @@ rejects_usage bench2d "no case has the name (--list prints them) kernel" kernel
 rejects_usage bench2d "unknown option --fast" --fast
 rejects_usage bench2d "unknown key (m and n can be set): h=1" h=1
 rejects_usage bench2d "n expects a whole number of at least 12, found n=2" n=2
-"$build/bench2d" counts --quick --scenes "$dir" > "$dir/log" 2>&1
+"$programs/bench2d" counts --quick --scenes "$dir" > "$dir/log" 2>&1
 [ $? = 1 ]
 verdict "bench2d without its scenes"
 

@@ -13,7 +13,9 @@ for file in examples/*.c; do
     "$cc" -std=c99 -fsyntax-only -Werror ${OMP:-} -I. "$file" > "$dir/log" 2>&1
     verdict "$file alone"
     dim=$(sed -n 's/^#define PD_DIM \([123]\).*/\1/p' "$file")
-    "$cc" -std=c99 -O2 -Wall -Wextra -Wpedantic -Werror -DPDCORR_LINKED ${OMP:-} -I. "$file" "$build/pdcorr${dim}d.o" \
+    linked "$dim"
+    # shellcheck disable=SC2086
+    "$cc" -std=c99 -O2 -Wall -Wextra -Wpedantic -Werror -DPDCORR_LINKED ${OMP:-} -I. "$file" $library \
         -o "$dir/$name" -lm > "$dir/log" 2>&1 &&
         (cd "$dir" && "./$name" "$root/examples/$(takes "$name")") >> "$dir/log" 2>&1
     verdict "$file"

@@ -197,7 +197,9 @@ print('%d passed, %d failed, 0 skipped' % (passed, failed))
 sys.exit(failed > 0)
 END
 
-$CC -std=c99 -O1 -DPD_DIM=2 -DPDI_SPLIT ${OMP:-} -I"$root" program.c "$build/pdcorr2d.o" -o program -lm \
+linked 2
+# shellcheck disable=SC2086
+$CC -std=c99 -O1 -DPD_DIM=2 -DPDI_SPLIT ${OMP:-} -I"$root" program.c $library -o program -lm \
     > log 2>&1 && ./program write >> log 2>&1
 verdict "the program that writes the images"
 [ "$failed" = 0 ] || { score; exit 1; }

@@ -1,15 +1,16 @@
 #!/bin/sh
 # slow: yes
 # Every validation case on its coarse levels in 1D, 2D and 3D: no goal or guard is missed. And the driver's manners.
-# With PD_TEST_ALL=1 those too that take more than six seconds.
+# With PD_TEST_ALL=1 those too that take more than four seconds.
 . tests/lib/script.sh
-long=" plates_2d toughness_3d mineral_3d front_3d migration_3d channel3d_3d perifast_3d cylinder_3d "
+long=" plates_2d front_2d crevice_2d toughness_2d pit_2d mineral_2d toughness_3d mineral_3d front_3d migration_3d \
+    channel3d_3d perifast_3d cylinder_3d rate_3d reaction_3d "
 [ -z "$PD_TEST_ALL" ] || long=
 
 for k in 1 2 3; do
-    for name in $("$build/validate${k}d" --list | cut -d ' ' -f 1); do
+    for name in $("$programs/validate${k}d" --list | cut -d ' ' -f 1); do
         case $long in *" ${name}_${k}d "*) continue ;; esac
-        "$build/validate${k}d" "$name" --quick --check > "$dir/log" 2>&1
+        "$programs/validate${k}d" "$name" --quick --check > "$dir/log" 2>&1
         verdict "$name ${k}d"
     done
 done
@@ -22,8 +23,8 @@ rejects_usage validate2d "--threads expects a number from 0 to 1024" --threads
 rejects_usage validate2d "--out expects a folder" --out
 
 # The report: a section, its figures and a summary, and the same text again.
-"$build/validate2d" patch --quick --quiet --out "$dir/a" > "$dir/log" 2>&1 &&
-    "$build/validate2d" patch --quick --quiet --out "$dir/b" >> "$dir/log" 2>&1
+"$programs/validate2d" patch --quick --quiet --out "$dir/a" > "$dir/log" 2>&1 &&
+    "$programs/validate2d" patch --quick --quiet --out "$dir/b" >> "$dir/log" 2>&1
 verdict "report"
 for name in patch_2d.md patch_2d_1_errors.png summary_2d.md; do
     [ -s "$dir/a/$name" ] || echo "no $name"

@@ -75,8 +75,10 @@ END
 
 for dim in 1 2 3; do
     rm -rf out
+    linked $dim
+    # shellcheck disable=SC2086
     if $CC -std=c99 ${OMP:-} -DPD_DIM=$dim -DPDCORR_LINKED -DPDI_SPLIT -I"$root" program.c \
-        "$build/pdcorr${dim}d.o" -o program -lm > log 2>&1 && ./program >> log 2>&1; then
+        $library -o program -lm > log 2>&1 && ./program >> log 2>&1; then
         $python "$root/tests/vtk_reader.py" out $dim > log 2>&1
     else
         echo "the program that writes the files failed" >> log
