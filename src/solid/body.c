@@ -76,7 +76,8 @@ static void pdi_body_free_cell_list(pd_ctx *ctx, int32_t points, pdi_body_cell_l
     PD_DELETE(ctx, points, c->point_of_rank);
 }
 
-/* Upper bound of the bond length [m]; with a spacing cells count whose edge is within the horizon. */
+/* Upper bound of the bond length [m]: horizon + sqrt(d)/2 spacing with an exact rim, horizon + spacing/2 with a linear
+ * one, and the horizon plus rounding without a spacing. */
 static double pdi_body_max_bond_length(const pd_body *body)
 {
     if (body->rim == PD_PARTIAL_VOLUME_EXACT) return body->horizon + 0.5 * sqrt((double)PD_DIM) * body->spacing;
@@ -97,8 +98,9 @@ static int32_t pdi_body_find_cell(const pdi_body_cell_list *c, const double *x, 
     return cell;
 }
 
-/* Sets lo, n, width and count of the cell list: cells are at least a bond length wide, and at most body->count in
- * all. */
+/* Sets lo, n, width and count of the cell list from the bounding box of the points. Cells are at least a bond length
+ * wide; the width grows by factors of 1.5 until there are at most body->count cells. An axis shorter than that has one
+ * cell. */
 static void pdi_body_init_cell_grid(const pd_body *body, pdi_body_cell_list *c)
 {
     double size[PD_DIM], reach = pdi_body_max_bond_length(body);
@@ -168,7 +170,9 @@ static pd_status pdi_body_build_cell_list(pd_ctx *ctx, const pd_body *body, pdi_
     return PD_OK;
 }
 
-/* 1: a point at xi [m] with |xi|^2 = square [m2] belongs to the family. reach [m]: pdi_body_max_bond_length. */
+/* 1: a point at xi [m] with |xi|^2 = square [m2] belongs to the family: with an exact rim its cell intersects the ball
+ * by more than rounding, with a linear one its distance is < reach, without a spacing <= reach. reach [m]:
+ * pdi_body_max_bond_length. */
 static int pdi_body_is_in_family(const pd_body *body, const double *xi, double square, double reach)
 {
     if (square > reach * reach) return 0;
@@ -176,8 +180,9 @@ static int pdi_body_is_in_family(const pd_body *body, const double *xi, double s
     return !(body->spacing > 0.0) || sqrt(square) < reach;
 }
 
-/* Neighbours of point i among the images number `image` of all points (0: the points themselves), as ranks, unsorted,
- * into `to` unless it is NULL. Returns how many. */
+/* Neighbours of point i among the images number `image` of all points (0: the points themselves, without i), as ranks,
+ * unsorted, into `to` unless it is NULL. An image of i itself counts. Searches the 3^d cells around. Returns how
+ * many. */
 static int32_t pdi_body_find_family(const pd_body *body, const pdi_body_cell_list *c, int32_t i, int image, int32_t *to)
 {
     const double *x = body->position + (int64_t)i * PD_DIM;
@@ -252,8 +257,8 @@ static int32_t pdi_body_number_bonds(pd_body *body)
     return (int32_t)longest;
 }
 
-/* Finds the families of all points from the cell list; allocates and fills the arrays of families and numbers the
- * bonds. */
+/* Families of a body that is no lattice, or has a period: finds them from the cell list, allocates and fills the arrays
+ * of families, and sets first_bond, bonds and the counts of these arrays. */
 static pd_status pdi_body_build_families(pd_ctx *ctx, pd_body *body, const pdi_body_cell_list *c)
 {
     int most = pdi_body_max_image(body);
@@ -305,8 +310,8 @@ PDI_FN double pdi_body_count_table_entries(const double *n, double steps)
     return lead + stride;
 }
 
-/* Lattice box around all points: grid of the axes, and the number of table entries of the body. Returns 1; 0: its table
- * would have too many entries. */
+/* Lattice box around all points: sets the grid of the axes, and the number of table entries of the body. Returns 1; 0:
+ * the table would have more than 2 (2 steps + 1)^d entries per point, or 2e9 of them. */
 static int pdi_body_init_lattice_box(pd_body *body, pdi_body_lattice_axes *a)
 {
     double n[PD_DIM], most = 1.0;
@@ -336,7 +341,8 @@ static int pdi_body_init_lattice_box(pd_body *body, pdi_body_lattice_axes *a)
 }
 
 /* Finds the coordinates that all points share along each axis, into x, and the range of distances between points `s`
- * steps apart, into distance_range. Returns 1; 0: a point is off the lattice, or two differ along an axis. */
+ * steps apart, into distance_range. Returns 1; 0: a point is off the lattice by more than 1e-9 spacings, or two points
+ * of one lattice plane differ in its coordinate by any bit. */
 static int pdi_body_try_coordinates(const pd_body *body, const pdi_body_lattice_axes *a)
 {
     for (int32_t k = 0; k < a->begin[PD_DIM]; k++) a->x[k] = HUGE_VAL;
@@ -362,8 +368,9 @@ static int pdi_body_try_coordinates(const pd_body *body, const pdi_body_lattice_
     return 1;
 }
 
-/* 1: lattice offset number k (axis 0 fastest) is in the family, by its least and largest length; 0: it is not, or no
- * points are so far apart; -1: the two lengths disagree. *shift: distance of table entries over this offset. */
+/* 1: lattice offset number k (axis 0 fastest) is in the family, by its least and largest length; 0: it is not, it is
+ * zero, or no points are so far apart; -1: the two lengths disagree. *shift: distance of table entries over this
+ * offset. */
 static int pdi_body_is_step_in_family(const pd_body *body, const pdi_body_lattice_axes *a, int64_t k, int64_t *shift)
 {
     int wide = 2 * a->steps + 1, belongs[2];
@@ -403,8 +410,9 @@ static int32_t pdi_body_find_stencil(const pd_body *body, const pdi_body_lattice
     return found;
 }
 
-/* Fills stencil_shift, point_table and table_index of a lattice and numbers the bonds. Returns 1; 0: two points at one
- * position, or stored families take less memory. */
+/* Fills stencil_shift, point_table and table_index of a lattice and numbers the bonds; first_bond is overwritten.
+ * Returns 1; 0: two points at one lattice position, or entries of the table plus points exceed twice the number of
+ * bonds: then stored families take less memory. */
 static int pdi_body_build_lattice_table(const pd_ctx *ctx, pd_body *body, const pdi_body_lattice_axes *a)
 {
     int nt = pd_par_threads(ctx, (int64_t)body->count * body->stencil_bonds);
@@ -432,9 +440,10 @@ static int pdi_body_build_lattice_table(const pd_ctx *ctx, pd_body *body, const 
     return body->table_entries + body->count <= 2 * body->bonds;
 }
 
-/* Families by a shared stencil where that takes less memory: body->lattice says so, and PD_OK is returned in both
- * cases. They equal those of the cell list: coordinates along an axis are equal, and membership does not depend on
- * rounding. */
+/* Families by a shared stencil: allocates the arrays of families and sets lattice to 1. It stays 0, with PD_OK and
+ * nothing allocated, without a spacing, with a period, where a point is off the lattice, where rounding decides on a
+ * member of the stencil, where two points share a position, or where the table is too large. Families equal those of
+ * the cell list. */
 static pd_status pdi_body_build_lattice_families(pd_ctx *ctx, pd_body *body)
 {
     pdi_body_lattice_axes axes;
@@ -504,8 +513,9 @@ static void pdi_body_renumber_bonds(pd_body *body, const uint8_t *lost)
     body->first_bond[body->count] = body->bonds = begin;
 }
 
-/* Lattice: points whose families lose bonds get lists of their own, in point_table and table_index; arrays grow.
- * first_bond stays: pdi_body_renumber_bonds has to follow. PD_ERR_SIZE: too many lists. */
+/* Lattice: points whose families lose bonds get lists of their own behind the lattice entries of point_table, as long
+ * as the stencil, -1 where there is no bond; sets table_index; arrays grow. first_bond stays: pdi_body_renumber_bonds
+ * has to follow. PD_ERR_SIZE: the table would have INT32_MAX entries; nothing has changed then. */
 static pd_status pdi_body_store_incomplete_families(pd_ctx *ctx, pd_body *body, const uint8_t *lost)
 {
     int64_t lists = 0, room = body->table_entries;
@@ -534,8 +544,9 @@ static pd_status pdi_body_store_incomplete_families(pd_ctx *ctx, pd_body *body, 
     return PD_OK;
 }
 
-/* No lattice: removes the lost [bonds] ones from the stored families, and shortens the arrays. first_bond stays:
- * pdi_body_renumber_bonds has to follow. */
+/* No lattice: removes the bonds that `lost` [bonds] marks from the stored families, and shortens the arrays;
+ * stencil_bonds becomes the size of the longest family left. first_bond stays: pdi_body_renumber_bonds has to
+ * follow. */
 static pd_status pdi_body_remove_lost_bonds(pd_ctx *ctx, pd_body *body, const uint8_t *lost)
 {
     int64_t left = 0, longest = 0, bonds = body->bonds;
@@ -594,7 +605,8 @@ static pd_status pdi_body_remove_leaving_bonds(pd_ctx *ctx, pd_body *body, const
     return status;
 }
 
-/* Fills cell_fraction with the exact volume fractions of cells within the horizon, by their lattice offsets. */
+/* Fills cell_fraction with the exact volume fractions of cells within the horizon, by their non-negative lattice
+ * offsets. */
 static void pdi_body_tabulate_fractions(pd_body *body)
 {
     int64_t all = 1;
@@ -608,7 +620,8 @@ static void pdi_body_tabulate_fractions(pd_body *body)
     }
 }
 
-/* Volume fraction of the cell at xi within the horizon: from the table, or computed off the lattice. */
+/* Volume fraction of the cell at xi within the horizon, for an exact rim: from the table where xi is a lattice offset
+ * within 1e-9 spacings that the table holds, otherwise computed. */
 static double pdi_body_cell_fraction(const pd_body *body, const double *xi)
 {
     int64_t place = 0;
@@ -747,7 +760,8 @@ static pd_status pdi_body_check_period(pd_ctx *ctx, const pd_body_desc *desc)
                    " length of more than the %g m of the points and at least %g m", length, hi - lo, least);
 }
 
-/* PD_ERR_ARGUMENT: a value of the description is out of range. */
+/* PD_ERR_ARGUMENT: a value of the description is out of range, as of pd_body_build; corners of faces are not checked
+ * for being finite. */
 static pd_status pdi_body_check(pd_ctx *ctx, const pd_body_desc *desc)
 {
     if (desc->rim != PD_PARTIAL_VOLUME_LINEAR && (desc->rim != PD_PARTIAL_VOLUME_EXACT || !(desc->spacing > 0.0)))
@@ -773,7 +787,9 @@ static pd_status pdi_body_check(pd_ctx *ctx, const pd_body_desc *desc)
     return pdi_body_check_period(ctx, desc);
 }
 
-/* Inner part of the build; after an error the caller frees. */
+/* Inner part of the build, into an empty body: checks, copies, finds families by the lattice table where that is
+ * possible, otherwise by the cell list, and removes bonds that leave the body. In 1D the rim is the linear one, which
+ * is exact. The table of fractions exists with an exact rim below 30 spacings. After an error the caller frees. */
 static pd_status pdi_body_build_inner(pd_ctx *ctx, const pd_body_desc *desc, pd_body *body, pdi_body_cell_list *cells)
 {
     PD_TRY(pdi_body_check(ctx, desc));

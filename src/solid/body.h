@@ -108,10 +108,11 @@ typedef struct pd_bond_iterator {
 #define pd_body_break PD_NAME(pd_body_break)
 #define pd_body_is_intact PD_NAME(pd_body_is_intact)
 
-/* Finds the families of all points; copies positions and volumes. No bond is broken; after an error the body is empty.
- * PD_ERR_ARGUMENT: no point; a horizon not positive or below the spacing; a place, face or volume not finite or not
- * positive; faces with a period; points beyond a period, or one of less than a hundredth of horizon and spacing.
- * PD_ERR_GEOMETRY: two points at one place (the message names both). PD_ERR_SIZE: too many cut families. */
+/* Builds the families of all points; copies positions and volumes. No bond is broken; after an error the body is empty.
+ * PD_ERR_ARGUMENT: no point; a horizon or volume not positive and finite; a horizon below the spacing; an exact rim
+ * without a spacing; a place or face corner not finite; faces with a period; a period along the last axis not longer
+ * than the points, or below 0.01 (horizon + spacing). PD_ERR_GEOMETRY: two points at one place (the message names
+ * both). PD_ERR_SIZE: a lattice has too many families that lost bonds. */
 PD_API pd_status pd_body_build(pd_ctx *ctx, const pd_body_desc *desc, pd_body *body);
 PD_API void pd_body_free(pd_ctx *ctx, pd_body *body);
 /* Lists the family of point i: neighbours into to, 1 (broken) or 0 (intact) into broken, an entry for each bond; NULL:
@@ -219,8 +220,10 @@ PDI_FN void pdi_body_mark_influential(const pd_body *body, uint8_t *felt);
  * begin of piece [count]. Points with seen [count] set before are left out; those found get seen 1. Returns how
  * many. */
 PDI_FN int32_t pdi_body_find_component(const pd_body *body, int32_t i, uint8_t *seen, int32_t *piece);
-/* Weight w [-] of a bond xi [m]: influence function times the volume fraction of the end cell that lies within the
- * horizon; 0: no bond. Even in xi, so both ends get the same bits. */
+/* Weight w [-] of a bond xi [m]: influence function times the volume fraction of the end cell within the horizon.
+ * Linear rim: the fraction is 1 up to horizon - spacing/2 and falls to 0 at horizon + spacing/2; exact rim: that of
+ * partial_volume.h; without a spacing 1 at any length. 0: no bond. Broken bonds are not looked up. Even in xi, so both
+ * ends get the same bits. */
 PDI_FN double pdi_body_compute_bond_weight(const pd_body *body, pd_influence influence, const double *xi);
 #endif
 

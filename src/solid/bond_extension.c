@@ -32,8 +32,9 @@ typedef struct pdi_bond_extension_bond {
 } pdi_bond_extension_bond;
 
 /* Kinematics of a bond of point n of a batch: own and other: fields of the point and its neighbour, shift [m] of a
- * periodic image or NULL, kinematics: PDI_BOND_EXTENSION_LINEAR and so on. Without its mask bit it has no stretch.
- * max_e [PD_POINT_BATCH_MAX]: largest |e|, updated with PDI_BOND_EXTENSION_SMALL alone. */
+ * periodic image or NULL, kinematics: PDI_BOND_EXTENSION_LINEAR and so on. Linear: y = xi, stretch = eta.xi/r^2 and
+ * length_ratio 1. Without its mask bit it has no stretch. max_e [PD_POINT_BATCH_MAX]: largest |e|, updated with
+ * PDI_BOND_EXTENSION_SMALL alone. */
 PDI_INLINE void pdi_bond_extension_compute_bond(const double *PD_RESTRICT own, const double *PD_RESTRICT other,
                                                 int64_t stride, const double *shift, uint32_t mask, int kinematics,
                                                 int n, double *PD_RESTRICT max_e,
@@ -82,7 +83,8 @@ PDI_INLINE_HOT void pdi_bond_extension_add_moment(const double *PD_RESTRICT own,
     }
 }
 
-/* Adds the force of one bond to `count` points; stress 1: the stress of their own families instead. */
+/* Adds the force of one bond to `count` points, by alpha and Q of both ends. stress 1: adds t y y^T/|y| instead, its
+ * lower triangle, by alpha and Q of the point alone. Points without their mask bit get nothing. */
 PDI_INLINE_HOT void pdi_bond_extension_add_force(const double *PD_RESTRICT own, const double *PD_RESTRICT other,
                                                  int64_t stride, const double *shift, double w, uint32_t mask,
                                                  int stress, int kinematics, int count, double *PD_RESTRICT max_e,
@@ -124,7 +126,8 @@ PDI_INLINE_HOT void pdi_bond_extension_add_bond(const double *own, const double 
                                      count, loop->max_e, loop->sum);
 }
 
-/* Sum over all bonds of batch k with the given kinematics, into loop, which is cleared before. Inlined with
+/* Sum over all unbroken bonds of batch k with the given kinematics, into loop, which is cleared before. A batch of one
+ * point takes the bonds of the body, as it has no list. Entries of the padding are of no use. Inlined with
  * constants. */
 PDI_INLINE_HOT void pdi_bond_extension_sum_bonds(const pd_point_batch *band, int32_t k, int what, int kinematics,
                                                  pdi_bond_extension_loop *loop)
@@ -158,8 +161,8 @@ PDI_INLINE_HOT void pdi_bond_extension_sum_bonds(const pd_point_batch *band, int
     }
 }
 
-/* Sum over batch k: first by the series for small |e|, again in full where a bond exceeds its range. Inlined with a
- * constant for `what`. */
+/* Sum over batch k: linear 1: once. Otherwise by the series for small |e|, and again for all points of the batch in
+ * full where a bond has |e| > PDI_BOND_STRETCH_SERIES_LIMIT. Inlined with a constant for `what`. */
 PDI_INLINE_HOT void pdi_bond_extension_sum_batch(const pd_point_batch *band, int32_t k, int linear, int what,
                                                  pdi_bond_extension_loop *loop)
 {

@@ -16,9 +16,9 @@ enum {
     PDI_BOND_EXTENSION_FIELDS = PDI_BOND_EXTENSION_Q + PDI_SYM_COMPONENTS
 };
 
-/* Moments A [PDI_SYM_COMPONENTS] [m^(d+2)] of batch k, as vectors of mandel.h, and sum w V e^2 [m^(d+2)] into square
- * [PD_POINT_BATCH_MAX], or NULL. linear 1: small displacements, 0: of any size. Returns how many points the batch
- * has. */
+/* Moments A [PDI_SYM_COMPONENTS] [m^(d+2)] of the points of batch k by their unbroken bonds, as vectors of mandel.h,
+ * and sum w V e^2 [m^(d+2)] into square [PD_POINT_BATCH_MAX], or NULL; both are overwritten. e = extension [m], at the
+ * displacements that are set in the batches. linear 1: small displacements, 0: of any size. Returns how many points. */
 PDI_FN int32_t pdi_bond_extension_compute_moment(const pd_point_batch *band, int32_t k, int linear,
                                                  double (*shape)[PD_POINT_BATCH_MAX], double *square);
 /* Stores the fields of point i that the force reads: alpha [Pa/m^(d+2)], and Q as a vector of mandel.h. */

@@ -61,8 +61,9 @@ static void pdi_bond_failure_calibrate(pd_bond_failure *c)
 
 /* ---- measures ---- */
 
-/* Largest principal stress or von Mises stress [Pa] of point i, by the kind of criterion; with the out-of-plane stress
- * in 2D. */
+/* Largest of the three principal stresses, or von Mises stress [Pa] of point i, by the kind of criterion, of the
+ * symmetric part of stress; with the out-of-plane stress in 2D. Where the von Mises stress is 0, the principal one is
+ * the mean. */
 static double pdi_bond_failure_equivalent_stress(const pd_bond_failure *c, int32_t i, const double *stress)
 {
     double s[9] = {0.0},
@@ -109,7 +110,8 @@ static double pdi_bond_failure_compute_measure(const pd_bond_failure *c, const d
     return energy / pdi_body_compute_bond_weight(body, PD_INFLUENCE_CONSTANT, xi);
 }
 
-/* Inverse of the factor on u at which the current bond of point i breaks; 0: it never does. */
+/* Inverse of the factor on u at which the current bond of point i breaks; 0: it never does, as its measure is not
+ * positive. Stretch: |xi + factor eta| = (1 + critical) r; energy: sqrt(measure/critical); stress: measure/critical. */
 static double pdi_bond_failure_inverse_load_factor(const pd_bond_failure *c, const double *u, int32_t i,
                                                    const pd_bond_iterator *f)
 {
@@ -160,8 +162,8 @@ static double pdi_bond_failure_breaking_threshold(const pd_bond_failure *c, doub
     return pd_max(c->critical, (max_measure - eager * (max_measure - c->critical)) * (1.0 - PDI_BOND_FAILURE_TIE));
 }
 
-/* Displacement gradient h [PD_DIM^2] [-] by the unbroken bonds of point i. Returns 1; 0: the shape tensor is singular,
- * and h stays. */
+/* Displacement gradient h [PD_DIM^2] [-] by the unbroken bonds of point i, with volumes and cell fractions as weights.
+ * Returns 1; 0: the shape tensor is singular (smallest pivot not above 1e-6 of its largest entry), and h stays. */
 static int pdi_bond_failure_compute_gradient(const pd_bond_failure *c, const double *u, int32_t i, double *h)
 {
     const pd_body *body = c->solid.body;
@@ -276,8 +278,7 @@ void pd_bond_failure_find_first(const pd_ctx *ctx, pd_bond_failure *c, const dou
 
 /* ---- build ---- */
 
-/* PD_ERR_ARGUMENT: a value of the description is out of range, or the material has no bond energies or stress for
- * it. */
+/* PD_ERR_ARGUMENT: as of pd_bond_failure_build. */
 static pd_status pdi_bond_failure_check(pd_ctx *ctx, const pd_material_interface *solid,
                                         const pd_bond_failure_desc *desc)
 {

@@ -50,17 +50,22 @@ typedef struct pd_first_failure {
 #define pd_bond_failure_find_first PD_NAME(pd_bond_failure_find_first)
 #define pd_bond_failure_free PD_NAME(pd_bond_failure_free)
 
-/* The table is copied, what it points to borrowed. PD_ERR_ARGUMENT: a value that is negative or not finite, `fracture`
- * without a lattice or with another kind, a material without bond energies or stress. */
+/* The table is copied, what it points to borrowed. Without a critical value nothing is allocated. After an error the
+ * criterion is empty. PD_ERR_ARGUMENT: a kind out of range, a value that is negative or not finite, `fracture` without
+ * a lattice, with another kind than PD_BOND_FAILURE_ENERGY or beside `critical`, a material without the bond energies
+ * or the stress of the kind. */
 PD_API pd_status pd_bond_failure_build(pd_ctx *ctx, const pd_material_interface *solid,
                                        const pd_bond_failure_desc *desc, pd_bond_failure *criterion);
-/* Mark as broken, at both ends, the bonds whose measure at u [count][PD_DIM] [m] is beyond the critical one. eager 0:
- * only those of the largest measure, 1: all; between, those above that part of the way down from the largest to the
- * critical one. Returns how many. The material has to be updated afterwards. Where no bond is beyond the critical
- * stretch, but the gradient of a family would stretch one of its broken bonds beyond it, the point loses all bonds. */
+/* Breaks, at both ends, bonds whose measure at u [count][PD_DIM] [m] exceeds the critical one; unbreakable points keep
+ * theirs. eager 0: only those of the largest measure, within 1e-9 of it; 1: all; between: those from max - eager (max -
+ * critical) on. Returns how many; 0 without a critical value. The material has to be updated afterwards. Stretch, and a
+ * material with stress: where no bond exceeds it, but the gradient of the unbroken bonds of a point would stretch one
+ * of its broken bonds beyond it, the point loses all bonds. */
 PD_API int64_t pd_bond_failure_break(const pd_ctx *ctx, pd_bond_failure *criterion, const double *u, double eager);
-/* Which bond breaks first when displacements u [count][PD_DIM] [m] grow in proportion, and by which factor on them.
- * Energies grow like its square: exact where forces are linear. */
+/* Which bond breaks first when displacements u [count][PD_DIM] [m] grow in proportion, and by which factor on u it
+ * reaches the critical value; of ties the lowest bond. Stretch: any displacements; energies grow like the square of the
+ * factor and stresses like it: exact where forces are linear. bond -1 and factor 0: no critical value, or no measure
+ * above 0. */
 PD_API void pd_bond_failure_find_first(const pd_ctx *ctx, pd_bond_failure *criterion, const double *u,
                                        pd_first_failure *first);
 PD_API void pd_bond_failure_free(pd_ctx *ctx, pd_bond_failure *criterion);

@@ -253,7 +253,8 @@ static void pdi_bond_force_sum_batch(const pd_bond_force *s, int32_t k, int whol
     }
 }
 
-/* Energy over c/4 that a breaking bond releases: w s^2 r V_i V_j [m^(2d+1)]. */
+/* Energy over c/4 that a breaking bond releases at one end: w s^2 r V_i V_j [m^(2d+1)], with the stretch s at u -
+ * midpoint_dt v; at u where v is NULL. */
 static double pdi_bond_force_released_energy(const pd_bond_force *s, const pdi_bond_force_state *state, int32_t i,
                                              int32_t j, double weight)
 {
@@ -275,9 +276,9 @@ static void pdi_bond_force_mark_broken(pd_bond_force *s, int32_t i, int32_t j)
     pdi_body_mark_broken(s->body, i, pdi_body_find_bond(s->body, j, i));
 }
 
-/* Adds the bonds of point n of batch k to its sums, bond by bond: any e, any positions, and bonds beyond the critical
- * stretch break at this end. Returns how many broke; adds their energies over c/4 to *released. max_e and min_e
- * stay. */
+/* Adds the bonds of point n of batch k to its sums, bond by bond: any e, any positions. Bonds with e > critical (2 +
+ * critical) break at this end, in the body and in the mask, and add nothing. Returns how many broke; adds their
+ * energies over c/4 to *released. max_e and min_e stay. */
 static int64_t pdi_bond_force_sum_point(pd_bond_force *s, const pdi_bond_force_state *state, int32_t k, int32_t n,
                                         pdi_bond_force_sums *sums, double *released)
 {
@@ -340,9 +341,9 @@ static void pdi_bond_force_fold_sectors(int whole, pdi_bond_force_sums *sums)
             }
 }
 
-/* Force densities on the points of batch k, into state->force: by the series, or point by point where a bond is beyond
- * its range or the critical stretch. Returns how many bonds broke, each at one end; adds their energies over c/4 to
- * *released. */
+/* Force densities on the points of batch k, into state->force: on a lattice by the series, or point by point where a
+ * bond has |e| > PDI_BOND_STRETCH_SERIES_LIMIT or exceeds the critical stretch; off the lattice always point by point.
+ * Returns how many bonds broke, each at one end; adds their energies over c/4 to *released. */
 static int64_t pdi_bond_force_compute_batch(pd_bond_force *s, const pdi_bond_force_state *state, int32_t k,
                                             double *released)
 {

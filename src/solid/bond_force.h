@@ -47,8 +47,9 @@ typedef struct pdi_bond_force_state {
 
 /* Describes the arrays of bond kinds. */
 PDI_FN void pdi_bond_force_list(pdi_array_visitor *owner, void *springs);
-/* Finds the bond kinds of the body and prepares the batches; body and weights are borrowed. pdi_bond_force_update has
- * to follow. After an error the object is empty. */
+/* Finds the bond kinds of the body and prepares the batches; body and weights are borrowed. lattice becomes 1 where all
+ * bonds are whole spacings within 1e-9, at most 200 along an axis, and kinds are lattice vectors; otherwise kinds are
+ * the sectors. pdi_bond_force_update has to follow. After an error the object is empty. */
 PDI_FN pd_status pdi_bond_force_build(pd_ctx *ctx, pd_body *body, const pd_bond_weights *weights,
                                       pd_bond_force *springs);
 PDI_FN void pdi_bond_force_free(pd_ctx *ctx, pd_bond_force *springs);
@@ -56,8 +57,9 @@ PDI_FN void pdi_bond_force_free(pd_ctx *ctx, pd_bond_force *springs);
 PDI_FN pd_status pdi_bond_force_update(pd_ctx *ctx, pd_bond_force *springs);
 /* Reference vector xi [m] from point i to j, rounded to whole spacings on a lattice. */
 PDI_FN void pdi_bond_force_compute_offset(const pd_bond_force *springs, int32_t i, int32_t j, double *xi);
-/* Force densities of all points, into state->force; bonds beyond the critical stretch break, in the body and in the
- * batches, and state->released becomes their energy. Returns how many. */
+/* Force densities of all points, mirror images too, into state->force. Bonds whose stretch is > state->critical break
+ * before, in the body and in the batches, and give no force. state->released becomes their energy, 0 where none breaks.
+ * Returns how many broke, each counted once. */
 PDI_FN int64_t pdi_bond_force_compute_force(const pd_ctx *ctx, pd_bond_force *springs, pdi_bond_force_state *state);
 #endif
 

@@ -50,8 +50,9 @@ static int64_t pdi_bond_weights_count_nearby_bonds(const pd_body *body, int32_t 
     return bonds;
 }
 
-/* Stencil weights from the point deepest in the bulk, where a complete family exists. Neighbours count, too: a surface
- * correction depends on both ends of a bond. */
+/* Stencil weights from the point with the largest sum of its own family size and those of its neighbours, since a
+ * surface correction depends on both ends of a bond; of ties the first. Positions that it lacks are set from other
+ * points, in their order. */
 static void pdi_bond_weights_init_stencil_weights(const pd_bond_weights *w, pdi_bond_weights_fn weigh, const void *self)
 {
     const pd_body *body = w->body;
@@ -96,7 +97,7 @@ static int64_t pdi_bond_weights_mark_own(const pd_ctx *ctx, const pd_bond_weight
     return all;
 }
 
-/* Room for list offsets of `listed` points and for `room` weights; 0 frees the array. */
+/* Resizes `list` to `listed` points and point_weight to `room` weights; 0 frees the array. */
 static pd_status pdi_bond_weights_resize(pd_ctx *ctx, pd_bond_weights *w, int64_t listed, int64_t room)
 {
     if (!listed) PD_DELETE(ctx, w->listed, w->list);

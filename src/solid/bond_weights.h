@@ -24,11 +24,12 @@ typedef double (*pdi_bond_weights_fn)(const void *self, int32_t i, const pd_bond
 
 /* Describes the arrays of weights. */
 PDI_FN void pdi_bond_weights_list(pdi_array_visitor *owner, void *weights);
-/* Prepares an object without weights; the body is borrowed, and what stood in `weights` is overwritten, not freed.
- * pdi_bond_weights_compute has to follow. */
+/* Prepares an object without weights; the body is borrowed, and what stood in `weights` is overwritten, not freed. On a
+ * lattice allocates stencil_weight. pdi_bond_weights_compute has to follow. After an error the object is empty. */
 PDI_FN pd_status pdi_bond_weights_build(pd_ctx *ctx, const pd_body *body, pd_bond_weights *weights);
 /* Computes the weights of all bonds, broken ones too, with a function and stores them in single precision; replaces
- * earlier ones. On a lattice points whose weights differ from those of the stencil get lists. */
+ * earlier ones. On a lattice stencil_weight holds those of a point deep in the bulk, and a point gets a list of its own
+ * where any of its weights differs from them in single precision. Off a lattice all points have lists. */
 PDI_FN pd_status pdi_bond_weights_compute(pd_ctx *ctx, pd_bond_weights *weights, pdi_bond_weights_fn weigh,
                                           const void *self);
 /* Weights from the influence function and the cell fraction alone, without correction. */

@@ -22,12 +22,14 @@ typedef enum pd_bone_site {
 #define pd_bone_modulus PD_NAME(pd_bone_modulus)
 #define pd_bone_critical_stretch PD_NAME(pd_bone_critical_stretch)
 
-/* Young's modulus [Pa] of an apparent density [kg/m3]; NaN for a site or density that is none. */
+/* Young's modulus [Pa] of bone of an apparent wet density [kg/m3] by the power law of the site, without limits of its
+ * range; PD_BONE_CARTER_HAYES: at a strain rate of 0.01/s. NaN: no such site, a density not positive or from 1e100. */
 PD_API double pd_bone_modulus(pd_bone_site site, double density);
-/* Critical stretch [-] of a microelastic solid whose cracks take the energy `fracture` [J/m2] per area: s^2 =
- * 3 G/(K d), pi G/(3 K d), 5 G/(9 K d)  in 1D, 2D, 3D, with the horizon d [m] and the bulk modulus K of that
- * dimension (Silling and Askari 2005, in 3D). These are integrals over a ball; sums over a lattice with nu = 1/4 are
- * those of pd_microelastic. NaN: an argument is out of range. */
+/* Critical stretch s [-] of a microelastic solid whose cracks take the energy `fracture` [J/m2] per area: s^2 = 3 G/(K
+ * d), pi G/(3 K d), 5 G/(9 K d) in 1D, 2D, 3D, with the horizon d [m] and the bulk modulus K of that dimension, E in 1D
+ * and by `plane` in 2D (Silling and Askari 2005, in 3D). Integrals over a ball; sums over a lattice with nu = 1/4 are
+ * those of pd_microelastic. fracture 0: 0. NaN: young or horizon not positive, fracture negative, poisson not in (-1,
+ * 1/2). */
 PD_API double pd_bone_critical_stretch(double young, double poisson, pd_plane plane, double fracture, double horizon);
 
 #endif

@@ -153,8 +153,8 @@ static void pdi_coarse_fe_precond_connect_elements(const pd_coarse_fe_precond *s
             }
 }
 
-/* Nodes of a level, which are the sets of corners: numbered by colour, with the corners of each; allocates the arrays
- * by nodes. set: work afterwards. */
+/* Nodes of a level, which are the sets of corners: numbered by colour, which is the parity of the node index along each
+ * axis; sets node, colour, corner, first and node_index, and allocates the arrays by nodes. set: work afterwards. */
 static pd_status pdi_coarse_fe_precond_build_nodes(pd_ctx *ctx, pd_coarse_fe_level *level, int32_t *set)
 {
     int32_t corners = level->elements * PDI_COARSE_FE_PRECOND_CORNERS, colour[PDI_COARSE_FE_PRECOND_CORNERS + 1] = {0};
@@ -278,7 +278,8 @@ static int pdi_coarse_fe_precond_is_coarsest(const pd_coarse_fe_level *level)
     return 1;
 }
 
-/* Inner part of the build: adds levels until one has a single box. After an error the caller frees. */
+/* Inner part of the build: boxes are horizon + spacing/2 wide, wider where an axis would have more than 1e6; adds
+ * levels until one has a single box or PD_COARSE_FE_LEVELS are reached. After an error the caller frees. */
 static pd_status pdi_coarse_fe_precond_build_inner(pd_ctx *ctx, pd_coarse_fe_precond *s)
 {
     const pd_body *body = s->body;
@@ -369,7 +370,7 @@ static inline double pdi_coarse_fe_precond_shape_function(int corner, const doub
     return value;
 }
 
-/* Element stiffness by Gauss quadrature with two points an axis, which is exact. */
+/* Sets e to the element stiffness, by Gauss quadrature with two points an axis, which is exact. */
 static void pdi_coarse_fe_precond_integrate_element(pdi_coarse_fe_precond_element *e)
 {
     memset(e, 0, sizeof *e);
@@ -391,8 +392,8 @@ static void pdi_coarse_fe_precond_integrate_element(pdi_coarse_fe_precond_elemen
     }
 }
 
-/* Matrix [N/m] and inverse diagonal blocks [m/N] of a level with boxes of this width [m], from its moduli and springs;
- * the inverse is zero where a block is singular. */
+/* Matrix [N/m] and inverse diagonal blocks [m/N] of a level with boxes of this width [m], from its moduli and springs,
+ * in single precision; springs add to the diagonal. The inverse is zero where a block is singular. */
 static void pdi_coarse_fe_precond_assemble_level(const pd_ctx *ctx, const pd_coarse_fe_level *level, double width)
 {
     pdi_coarse_fe_precond_element e;
@@ -550,8 +551,9 @@ static void pdi_coarse_fe_precond_compute_residual(const pd_coarse_fe_level *lev
     for (int32_t v = 0; v < level->nodes; v++) pdi_coarse_fe_precond_node_residual(level, v, level->r + v * PD_DIM);
 }
 
-/* V-cycle from level k on, from x = 0 for b to x, with one sweep before and a reverse one after the coarse correction;
- * more sweeps on the coarsest level. */
+/* V-cycle from level k on, from x = 0 for b to x, with one Gauss-Seidel sweep before and a reverse one after the coarse
+ * correction; on the coarsest level 4 symmetric sweeps. r of the level, and x, b and r of coarser ones are
+ * overwritten. */
 static void pdi_coarse_fe_precond_v_cycle(const pd_ctx *ctx, const pd_coarse_fe_precond *s, int k)
 {
     const pd_coarse_fe_level *level = &s->level[k], *next = level + 1;
@@ -573,7 +575,8 @@ static void pdi_coarse_fe_precond_v_cycle(const pd_ctx *ctx, const pd_coarse_fe_
     pdi_coarse_fe_precond_sweep_all(ctx, level, 1);
 }
 
-/* Forces f [count][PD_DIM] [N] of points to the nodes of level 0, into its b. */
+/* Sums forces f [count][PD_DIM] [N] of points to the nodes of level 0 by shape functions, into its b, which is
+ * overwritten, as is nodal_force. */
 static void pdi_coarse_fe_precond_restrict_points(const pd_ctx *ctx, const pd_coarse_fe_precond *s, const double *f)
 {
     const pd_coarse_fe_level *level = &s->level[0];

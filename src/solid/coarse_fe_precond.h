@@ -46,14 +46,15 @@ typedef struct pd_coarse_fe_precond {
 } pd_coarse_fe_precond;
 
 #ifdef PDI_INTERNAL
-/* Builds elements, nodes and matrix patterns of all levels for the unbroken bonds of a body, which is borrowed.
- * pdi_coarse_fe_precond_assemble has to follow. After an error the object is empty. */
+/* Builds elements, nodes and matrix patterns of all levels for the unbroken bonds of a body, which is borrowed;
+ * matrices stay zero until pdi_coarse_fe_precond_assemble. Levels end with one box, or at PD_COARSE_FE_LEVELS. After an
+ * error the object is empty. */
 PDI_FN pd_status pdi_coarse_fe_precond_build(pd_ctx *ctx, const pd_body *body, pd_coarse_fe_precond *scaffold);
 PDI_FN void pdi_coarse_fe_precond_free(pd_ctx *ctx, pd_coarse_fe_precond *scaffold);
 /* Estimate of the memory [byte] for a compact body of `count` points whose boxes are `wide` points wide. */
 PDI_FN double pdi_coarse_fe_precond_estimate_bytes(int32_t count, double wide);
-/* Assembles all levels from Lame's moduli [count] [Pa] of the points and the springs hold [count][PD_DIM] [N/m]; 0:
- * free; NULL: all are free. */
+/* Assembles all levels anew from Lame's moduli [count] [Pa] of the points and the springs hold [count][PD_DIM] [N/m];
+ * 0: free; NULL: all are free. Springs go to the corners of the element of a point by its shape functions. */
 PDI_FN void pdi_coarse_fe_precond_assemble(const pd_ctx *ctx, pd_coarse_fe_precond *scaffold, const double *lambda,
                                            const double *mu, const double *hold);
 /* Adds the correction for forces f [count][PD_DIM] [N] to u [count][PD_DIM] [m], by one V-cycle: linear, symmetric and

@@ -66,7 +66,7 @@ PDI_FN double pdi_constitutive_law_plane_lambda(const pdi_constitutive_law_param
 }
 
 /* Yield stress [Pa] at the equivalent plastic strain a; *slope: its derivative, *work: its integral from 0 [Pa] (Voce
- * 1948 with linear hardening). */
+ * 1948 with linear hardening). Without a saturation above the first yield stress hardening is linear alone. */
 static double pdi_constitutive_law_yield_stress(const pd_constitutive_law *law, double a, double *slope, double *work)
 {
     double more = law->saturation > 0.0 ? law->saturation - law->yield : 0.0;
@@ -150,7 +150,8 @@ static void pdi_constitutive_law_jacobi_rotate(double *b, double *axis, int p, i
     }
 }
 
-/* Eigenvalues of the symmetric tensor b, left on its diagonal, and eigenvectors as columns of axis (Jacobi). */
+/* Eigenvalues of the symmetric tensor b, left on its diagonal, unsorted, and eigenvectors as columns of axis: cyclic
+ * Jacobi until the largest off-diagonal entry is at most 1e-17 of the trace, at most 30 sweeps. */
 static void pdi_constitutive_law_eigen_decompose(double *b, double *axis)
 {
     for (int k = 0; k < PDI_TENSOR; k++) axis[k] = k % (PD_DIM + 1) == 0 ? 1.0 : 0.0;
@@ -182,9 +183,9 @@ static void pdi_constitutive_law_compute_left_cauchy_green(const double *f, cons
     for (int k = 0; k < PDI_TENSOR; k++) b[k] += more[k];
 }
 
-/* Increment of the equivalent plastic strain that brings the equivalent stress [Pa] down to the yield stress; before:
- * equivalent plastic strain of the state. The residual is convex and decreasing, so Newton's method from 0 converges
- * from one side. */
+/* Increment of the equivalent plastic strain that brings the equivalent stress [Pa], less 3 mu times the increment,
+ * down to the yield stress; before: equivalent plastic strain of the state. 0: it is not above. The residual is convex
+ * and decreasing, so Newton's method from 0 converges from one side. */
 static double pdi_constitutive_law_plastic_increment(const pdi_constitutive_law_params *m, double equivalent,
                                                      double before)
 {
@@ -198,8 +199,9 @@ static double pdi_constitutive_law_plastic_increment(const pdi_constitutive_law_
     return flow;
 }
 
-/* Radial return of the trial strains s->strain: sets principal Kirchhoff stresses, moduli, slope and flow of s. before:
- * equivalent plastic strain of the state. */
+/* Radial return of the trial strains s->strain, which stay: sets principal Kirchhoff stresses, moduli, slope and flow
+ * of s. Elastic (flow 0) under other laws than J2, and where the von Mises stress is not above the yield stress.
+ * before: equivalent plastic strain of the state. */
 static void pdi_constitutive_law_return_map(const pdi_constitutive_law_params *m, double before,
                                             pdi_constitutive_law_spectrum *s)
 {

@@ -48,9 +48,13 @@ typedef struct pdi_constitutive_law_params {
     int free;          /* number of directions beyond PD_DIM without stress */
 } pdi_constitutive_law_params;
 
-/* Checks a law and computes its moduli. PD_ERR_ARGUMENT: a modulus out of range. */
+/* Checks a law and computes its moduli; the kind is not checked. PD_ERR_ARGUMENT: E not positive and finite; nu not in
+ * (-1, 1/2), or neo-Hookean and negative in plane stress or 1D; under J2 a yield stress not positive, negative
+ * hardening, or a saturation that is neither 0 nor at least the yield stress, or has no positive rate. m is then of no
+ * use. */
 PDI_FN pd_status pdi_constitutive_law_init(pd_ctx *ctx, const pd_constitutive_law *law, pdi_constitutive_law_params *m);
-/* Lame's lambda [Pa] of small strains for PD_DIM directions, with stress-free directions condensed. */
+/* Lame's lambda [Pa] of small strains for PD_DIM directions, with the stress-free directions condensed: in plane stress
+ * and 1D 2 mu lambda/(2 mu + free lambda), otherwise lambda. */
 PDI_FN double pdi_constitutive_law_plane_lambda(const pdi_constitutive_law_params *m);
 /* First Piola-Kirchhoff stress p [PD_DIM^2] [Pa] of the deformation gradient f, under J2 at the end of a step from
  * `state`, which stays. state: plastic state, NULL but for J2. Returns 1; 0: det F <= 0, and p stays. */
@@ -63,8 +67,9 @@ PDI_FN void pdi_constitutive_law_apply_tangent(const pdi_constitutive_law_params
  * zeros where det F <= 0. */
 PDI_FN void pdi_constitutive_law_compute_tangent(const pdi_constitutive_law_params *m, const double *f,
                                                  const double *state, double *moduli);
-/* Cauchy stress [PD_DIM^2] [Pa] of the step from `state` to f; *across [Pa], never NULL: in 2D the out-of-plane normal
- * stress. Returns 1; 0: det F <= 0, and *across stays. */
+/* Cauchy stress [PD_DIM^2] [Pa] of the step from `state`, which stays, to f; *across [Pa], never NULL: in 2D the
+ * out-of-plane normal stress, otherwise of no use. The volume ratio includes the stretch of stress-free directions.
+ * Returns 1; 0: det F <= 0 or not finite, and stress and *across stay. */
 PDI_FN int pdi_constitutive_law_compute_cauchy(const pdi_constitutive_law_params *m, const double *f,
                                                const double *state, double *stress, double *across);
 /* Elastic energy density [Pa] at the end of the step from `state` to f; HUGE_VAL where det F <= 0. plastic 1: with the
