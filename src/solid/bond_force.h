@@ -57,9 +57,9 @@ PDI_FN void pdi_bond_force_free(pd_ctx *ctx, pd_bond_force *springs);
 PDI_FN pd_status pdi_bond_force_update(pd_ctx *ctx, pd_bond_force *springs);
 /* Reference vector xi [m] from point i to j, rounded to whole spacings on a lattice. */
 PDI_FN void pdi_bond_force_compute_offset(const pd_bond_force *springs, int32_t i, int32_t j, double *xi);
-/* Force densities of all points, mirror images too, into state->force. Bonds whose stretch is > state->critical break
- * before, in the body and in the batches, and give no force. state->released becomes their energy, 0 where none breaks.
- * Returns how many broke, each counted once. */
+/* Force densities of all points, mirror images too, into state->force. Bonds whose stretch is > state->critical break,
+ * in the body and in the batches, and give no force. state->released becomes their energy, 0 where none breaks. Returns
+ * how many broke, each counted once. */
 PDI_FN int64_t pdi_bond_force_compute_force(const pd_ctx *ctx, pd_bond_force *springs, pdi_bond_force_state *state);
 #endif
 

@@ -230,7 +230,8 @@ pd_status pd_correspondence_update(pd_ctx *ctx, pd_correspondence *e)
     return PD_OK;
 }
 
-/* Inner part of the build; after an error the caller frees. */
+/* Inner part of the build; after an error the caller frees. In 1D mu is 0 and lambda E; in plane stress lambda is E
+ * nu/(1 - nu^2). Arrays of plasticity exist with a yield stress alone. */
 static pd_status pdi_correspondence_build_inner(pd_ctx *ctx, pd_body *body, const pd_correspondence_desc *desc,
                                                 pd_correspondence *e)
 {
@@ -500,7 +501,9 @@ static pd_status pdi_correspondence_ops_force(pd_ctx *ctx, void *self, const dou
     return PD_OK;
 }
 
-/* pd_material_interface.tangent. */
+/* pd_material_interface.tangent. Overwrites the fields of the batches, and with plasticity plastic_stress, by those of
+ * the increment; the consistent tangent is that of the step of the last force. Entries of images: as of
+ * pd_correspondence_force. */
 static void pdi_correspondence_ops_tangent(const pd_ctx *ctx, void *self, const double *du, double *df)
 {
     pdi_correspondence_update_fields(ctx, (const pd_correspondence *)self, du, 1);
@@ -533,8 +536,9 @@ static void pdi_correspondence_ops_blocks(const pd_ctx *ctx, void *self, double 
     }
 }
 
-/* pd_material_interface.moduli: Lame's moduli of each point, averaged with its neighbours, since a bond has the
- * stiffness of both families. */
+/* pd_material_interface.moduli: Lame's moduli times the mean of the stiffness factor of the point and the weighted mean
+ * factor of its neighbours, since a bond has the stiffness of both families. Without bonds or factors: the own
+ * factor. */
 static void pdi_correspondence_ops_moduli(const pd_ctx *ctx, void *self, double *lambda, double *mu)
 {
     const pd_correspondence *e = (const pd_correspondence *)self;
@@ -560,7 +564,8 @@ static double pdi_correspondence_ops_energy(const pd_ctx *ctx, void *self, const
     return pd_correspondence_energy(ctx, (const pd_correspondence *)self, u);
 }
 
-/* pd_material_interface.bond_energy, of materials without plasticity. */
+/* pd_material_interface.bond_energy, of materials without plasticity: w/w_0 times the energy density of each bond by
+ * its own gradient, times the stiffness factor of its point; 0 for a broken bond. */
 static void pdi_correspondence_ops_bond_energy(const pd_ctx *ctx, void *self, const double *u, double *energy)
 {
     const pd_correspondence *e = (const pd_correspondence *)self;
@@ -582,7 +587,8 @@ static void pdi_correspondence_ops_bond_energy(const pd_ctx *ctx, void *self, co
     }
 }
 
-/* pd_material_interface.density. */
+/* pd_material_interface.density: elastic energy density of all points, less that of the plastic strain of the step to
+ * u; 0 without bonds. */
 static void pdi_correspondence_ops_density(const pd_ctx *ctx, void *self, const double *u, double *density)
 {
     const pd_correspondence *e = (const pd_correspondence *)self;
@@ -642,7 +648,8 @@ static pd_status pdi_correspondence_ops_update(pd_ctx *ctx, void *self)
     return pd_correspondence_update(ctx, (pd_correspondence *)self);
 }
 
-/* pd_material_interface.commit: the plastic strains of the step to u become the state. */
+/* pd_material_interface.commit: the plastic strains of the step to u become the state, but not of points without bonds.
+ * Without plasticity nothing happens. Displacement fields are u afterwards. */
 static pd_status pdi_correspondence_ops_commit(pd_ctx *ctx, void *self, const double *u)
 {
     const pd_correspondence *e = (const pd_correspondence *)self;
@@ -674,7 +681,8 @@ static pd_status pdi_correspondence_ops_store(pd_ctx *ctx, void *self, pd_archiv
 }
 
 /* pd_material_interface.stable_step, by an upper bound of the highest frequency: |H|^2 is at most tr K^-1 times sum w V
- * |eta|^2, and |eta|^2 at most twice the squares of both ends. HUGE_VAL: there are no bonds. */
+ * |eta|^2, and |eta|^2 at most twice the squares of both ends; the largest bound of all points counts. HUGE_VAL: there
+ * are no bonds. */
 static double pdi_correspondence_ops_stable_step(const void *self, double density)
 {
     const pd_correspondence *e = (const pd_correspondence *)self;

@@ -57,26 +57,34 @@ typedef struct pd_correspondence {
 #define pd_correspondence_material PD_NAME(pd_correspondence_material)
 #define pd_correspondence_free PD_NAME(pd_correspondence_free)
 
-/* The body is borrowed. PD_ERR_ARGUMENT: a modulus out of range, plane stress of a metal that flows. PD_ERR_GEOMETRY:
- * as of pd_correspondence_update. */
+/* The body is borrowed; with detach_singular it may lose bonds. After an error the material is empty. PD_ERR_ARGUMENT:
+ * E not positive and finite, nu not in (-1, 1/2) (not read in 1D), yield stress or hardening negative or not finite, or
+ * a yield stress in plane stress. PD_ERR_GEOMETRY: as of pd_correspondence_update. */
 PD_API pd_status pd_correspondence_build(pd_ctx *ctx, pd_body *body, const pd_correspondence_desc *desc,
                                          pd_correspondence *elastic);
-/* Bonds have broken: recomputes shape tensors and surface vectors c. A uniform stress P gives the point the force
- * density P c: zero in the bulk, and over the layer at a surface of normal n sum V c = -n per area. So a traction t = P
- * n on it is the load -P c, and a uniform stress in a body of any shape is in balance to rounding (theory: eq. 8.5).
- * PD_ERR_GEOMETRY: the bonds of a point do not span all directions; with detach_singular it loses them instead. */
+/* Bonds or stiffness factors have changed: recomputes shape tensors and surface vectors c. A uniform stress P gives the
+ * point the force density P c: zero in the bulk, and over the layer at a surface of normal n sum V c = -n per area: a
+ * traction P n is the load -P c, in balance to rounding (theory: eq. 8.5). PD_ERR_GEOMETRY: the unbroken bonds of a
+ * point do not span all directions (pivot of K at most 1e-6), or it has none; the material is then of no use. With
+ * detach_singular such points lose their bonds instead, which detached_bonds counts. */
 PD_API pd_status pd_correspondence_update(pd_ctx *ctx, pd_correspondence *elastic);
-/* force [count][PD_DIM] [N/m3] of displacements u [count][PD_DIM] [m] (theory: eq. 8.4). Those of images behind planes
- * of symmetry are not computed, at least in part. With plasticity the plastic strain is that of a step from the last
- * committed state to u (theory, 8.1). */
+/* force [count][PD_DIM] [N/m3] of displacements u [count][PD_DIM] [m] (theory: eq. 8.4). Entries of images behind
+ * planes of symmetry are of no use, and stay where a batch has images alone. With plasticity the plastic strain is that
+ * of a step from the last committed state to u (theory, 8.1); the state stays. */
 PD_API void pd_correspondence_force(const pd_ctx *ctx, const pd_correspondence *elastic, const double *u,
                                     double *force);
-/* Energy [J] (per m in 2D, per m2 in 1D) of displacements u [count][PD_DIM] [m] (theory: eq. 8.3). */
+/* Elastic energy [J] (per m in 2D, per m2 in 1D) of displacements u [count][PD_DIM] [m] (theory: eq. 8.3), sum over all
+ * points, mirror images too. With plasticity less what the plastic strain of the step to u relieves. Points without
+ * bonds have none. */
 PD_API double pd_correspondence_energy(const pd_ctx *ctx, const pd_correspondence *elastic, const double *u);
-/* stress [count][PD_DIM^2] [Pa] of the family of each point at displacements u [count][PD_DIM] [m]. */
+/* stress [count][PD_DIM^2] [Pa] of all points at displacements u [count][PD_DIM] [m], times their stiffness factors: by
+ * the gradient of the family, with plasticity by the mean gradient of its bonds and the plastic strain of the step to
+ * u. Zero for a point without bonds. */
 PD_API void pd_correspondence_stress(const pd_ctx *ctx, const pd_correspondence *elastic, const double *u,
                                      double *stress);
-/* The pd_material_interface table of the material. */
+/* The pd_material_interface table of the material, which is borrowed. Without plasticity it is linear and has bond
+ * energies; with plasticity it has dissipated and plastic_strain instead. It has no force states and no
+ * dynamic_force. */
 PD_API pd_material_interface pd_correspondence_material(pd_correspondence *elastic);
 PD_API void pd_correspondence_free(pd_ctx *ctx, pd_correspondence *elastic);
 

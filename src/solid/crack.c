@@ -52,8 +52,10 @@ static int pdi_crack_normalise(double *x)
     return 1;
 }
 
-/* Checks the description and the material, and normalises direction and front in place. PD_ERR_ARGUMENT: out of
- * range. */
+/* Checks the description and the material, and normalises direction and front in place. PD_ERR_ARGUMENT: not 0 <= inner
+ * < outer, a tip that is not finite, a direction without length; in 3D a front not at a right angle to it or a
+ * thickness not positive; a material with force states without densities, or without them no stress or forces that are
+ * not linear. */
 static pd_status pdi_crack_check(pd_ctx *ctx, pdi_crack_fields *c)
 {
     pd_crack_desc *desc = &c->desc;
@@ -73,8 +75,8 @@ static pd_status pdi_crack_check(pd_ctx *ctx, pdi_crack_fields *c)
     return PD_OK;
 }
 
-/* Sets the weight function q of point i and q_gradient: q falls from 1 to 0 between the radii by a polynomial of degree
- * 5. */
+/* Sets the weight function q of point i and q_gradient, by its distance from the tip, in 3D from the line of the front:
+ * q is 1 up to inner, 0 from outer on, and falls between them by a polynomial of degree 5. */
 static void pdi_crack_compute_q(const pdi_crack_fields *c, int64_t i)
 {
     const double *x = c->solid->body->position + i * PD_DIM;
@@ -128,8 +130,9 @@ static int pdi_crack_compute_gradient(const pdi_crack_fields *c, const double *u
     return 1;
 }
 
-/* Displacement gradients of all points that count; checks the domain before. PD_ERR_GEOMETRY: as of pd_crack_j; a point
- * without unbroken bonds is no error. */
+/* Displacement gradients of all points with q > 0 or q that varies over the family. PD_ERR_GEOMETRY: q has no gradient
+ * along the crack at any point; the sum of this gradient exceeds 0.05 of the sum of its absolute values, as where a
+ * surface cuts the domain; or q varies over a family with a singular shape tensor that has unbroken bonds. */
 static pd_status pdi_crack_compute_gradients(pd_ctx *ctx, const pdi_crack_fields *c, const double *u)
 {
     const pd_body *body = c->solid->body;
@@ -189,8 +192,9 @@ static double pdi_crack_bond_integrand(const pdi_crack_fields *c, const double *
     return sum;
 }
 
-/* Domain integral *j [J/m2] of displacements u, less the work of external forces within the domain. Checks the
- * description and allocates the fields, which the caller frees. */
+/* Domain integral *j [J/m2] of displacements u, less the work of external forces within the domain; in 3D divided by
+ * the thickness. By bond forces where the material has force states, otherwise by its stress. Checks the description
+ * and allocates the fields, which the caller frees. Statuses: as of pd_crack_j. */
 static pd_status pdi_crack_compute_j(pd_ctx *ctx, pdi_crack_fields *c, const double *u, double *j)
 {
     const pd_material_interface *solid = c->solid;
@@ -282,8 +286,8 @@ static double pdi_crack_segment_distance(const double *from, const double *to, c
     return pdi_vec_dot(off, off);
 }
 
-/* 1: point i lies within a horizon of an edge of the polyline (1D, 2D) or closed polygon (3D) corner
- * [corners][PD_DIM]. */
+/* 1: point i lies at most a horizon from the corner (1D), an edge of the polyline (2D) or of the closed polygon (3D)
+ * corner [corners][PD_DIM]. */
 static int pdi_crack_is_near_edge(const pd_body *body, int corners, const double *corner, int32_t i)
 {
     const double *x = body->position + (int64_t)i * PD_DIM;

@@ -23,9 +23,10 @@ typedef struct pd_crack_desc {
 #define pd_crack_find_tip PD_NAME(pd_crack_find_tip)
 
 /* *j [J/m2] (1D: [N]) of displacements u [count][PD_DIM] [m] (theory: eqs. 8.10 and 8.11). PD_ERR_ARGUMENT: a place, a
- * direction or a radius out of range, or a material of which neither stress nor bonds are known. PD_ERR_GEOMETRY: no
- * points lie between the radii, their bonds do not span all directions, or a surface lies there that is not parallel to
- * the crack. PD_RETRY: u is no state of the material. A later tangent of the material is that of u. */
+ * direction or a radius out of range, or a material with neither force states and densities nor a linear stress.
+ * PD_ERR_GEOMETRY: no points lie between the radii, their bonds do not span all directions, or a surface lies there
+ * that is not parallel to the crack. PD_RETRY: u is no state of the material. *j is set with PD_OK alone. A later
+ * tangent of the material is that of u. */
 PD_API pd_status pd_crack_j(pd_ctx *ctx, const pd_material_interface *solid, const pd_crack_desc *desc, const double *u,
                             double *j);
 /* The farthest point along `way` that has lost at least `share` (0: 0.15) of its bonds: the mean of all that are as
@@ -34,9 +35,9 @@ PD_API pd_status pd_crack_j(pd_ctx *ctx, const pd_material_interface *solid, con
  * PD_RETRY: no point has lost so many, and tip is as it was. */
 PD_API pd_status pd_crack_tip(pd_ctx *ctx, const pd_body *body, const double *way, double share, double *tip);
 /* Tip of one crack among several: the one that began at a polyline, or around a polygon (3D), of `corners` corners
- * corner [corners][PD_DIM] [m]. Follows damaged points from those within a horizon of its edges to their damaged
- * neighbours. left [count]: metal left in a point; points where it is not positive are skipped. tip and errors as of
- * pd_crack_tip. */
+ * corner [corners][PD_DIM] [m]. Follows points that have lost at least 0.15 of their bonds from those within a horizon
+ * of its edges to such neighbours, over broken bonds too. left [count]: metal left in a point; points where it is not
+ * positive are skipped. tip, PD_RETRY and PD_ERR_ARGUMENT (direction): as of pd_crack_tip. */
 PD_API pd_status pd_crack_find_tip(pd_ctx *ctx, const pd_body *body, int corners, const double *corner,
                                    const double *left, const double *way, double *tip);
 

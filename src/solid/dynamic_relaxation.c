@@ -47,7 +47,8 @@ static pd_status pdi_dynamic_relaxation_restart(pdi_dynamic_relaxation *r, const
 }
 
 /* One step of length 1 of the damped motion of u (theory: eq. 8.12). *norm [N]: residual after it; *quotient: Rayleigh
- * quotient of stiffness and mass along the step. PD_RETRY: the new u is no state of the material. */
+ * quotient of stiffness and mass along the step, 0 where the step has no inertia. PD_RETRY: the new u is no state of
+ * the material, and *quotient stays. */
 static pd_status pdi_dynamic_relaxation_step(pdi_dynamic_relaxation *r, double *u, double *norm, double *quotient)
 {
     pdi_equilibrium *q = &r->problem;
@@ -65,8 +66,10 @@ static pd_status pdi_dynamic_relaxation_step(pdi_dynamic_relaxation *r, double *
     return PD_OK;
 }
 
-/* Steps until the norm [N] of the residual is at most target [N]; adapts damping and mass. A step that is unstable or
- * leads to no state is taken back. Statuses: as of pd_dynamic_relaxation_solve; result->residual is in N. */
+/* Steps until the norm [N] of the residual is at most target [N]; adapts damping and mass. A step with a Rayleigh
+ * quotient > 3.8, or to no state of the material, is taken back, the mass grows, and the motion begins anew from rest.
+ * PD_RETRY: more than 60 such restarts. PD_ERR_DIVERGED: a displacement reaches 1e6 horizons. PD_NOT_CONVERGED:
+ * max_iterations steps, 0: 100000. result->residual is in N. */
 static pd_status pdi_dynamic_relaxation_iterate(pdi_dynamic_relaxation *r, double *u, double target, double norm,
                                                 pd_equilibrium_result *result)
 {

@@ -111,8 +111,8 @@ PDI_FN void pdi_equilibrium_apply_precond(void *user, const double *x, double *y
 }
 
 /* Updates the coarse preconditioner, if any: moduli of the material, and springs of the size of the diagonal at
- * prescribed displacements. Interpolated ones have springs only within a spacing of where they are prescribed. q->step
- * is overwritten. */
+ * prescribed displacements. Those that is_image marks have none, interpolated ones only within a spacing of where they
+ * are prescribed. q->step is overwritten. */
 static void pdi_equilibrium_update_coarse(const pdi_equilibrium *q)
 {
     if (!q->coarse.levels) return;
@@ -147,7 +147,7 @@ PDI_FN void pdi_equilibrium_compute_blocks(const pdi_equilibrium *q)
     }
 }
 
-/* PD_ERR_STATE: an entry of x [n] is not finite; what: its name in the message. x NULL: PD_OK. */
+/* PD_ERR_STATE: an entry of x [n] is NaN, or 1e200 or more in size; what: its name in the message. x NULL: PD_OK. */
 static pd_status pdi_equilibrium_check_finite(const pdi_equilibrium *q, const double *x, const char *what)
 {
     for (int64_t k = 0; x && k < q->n; k++)
@@ -177,7 +177,8 @@ PDI_FN int pdi_equilibrium_has_unbalanced_moment(const pd_material_interface *so
     return solid->moduli && pdi_rigid_modes_relative_work(rigid, held, load) > PDI_EQUILIBRIUM_ROUNDING;
 }
 
-/* PD_ERR_STATE: a component is loaded along an axis along which nothing supports it. */
+/* PD_ERR_STATE: the loads of a component (piece [count]) do not balance along an axis along which none of its points is
+ * prescribed, as of pdi_equilibrium_is_balanced. */
 static pd_status pdi_equilibrium_check_forces(const pdi_equilibrium *q, const int32_t *piece, int32_t count)
 {
     double sum = 0.0;
@@ -229,7 +230,8 @@ static pd_status pdi_equilibrium_remove_rigid_step(pdi_equilibrium *q, const pd_
     return PD_OK;
 }
 
-/* Removes the rigid motions of a component from q->residual, which rounding puts there. Returns PD_OK. */
+/* Removes the rigid motions of a component from q->residual, which rounding puts there, by a volume-weighted fit to
+ * force densities; prescribed entries become 0. Without free motions nothing changes. Returns PD_OK. */
 static pd_status pdi_equilibrium_project_residual(pdi_equilibrium *q, const pd_rigid_modes *rigid)
 {
     const double *volume = q->solid->body->volume;
@@ -246,8 +248,8 @@ static pd_status pdi_equilibrium_project_residual(pdi_equilibrium *q, const pd_r
     return PD_OK;
 }
 
-/* First force scale [N]: loads, and the forces of prescribed displacements on a body at u = 0. q->step and q->residual
- * are overwritten. */
+/* First force scale [N]: Euclidean norm over the free components of the loads, plus the forces that the prescribed
+ * displacements in u put on a body at rest, by the tangent. q->step and q->residual are overwritten. */
 static double pdi_equilibrium_estimate_scale(pdi_equilibrium *q, const double *u)
 {
     const double *volume = q->solid->body->volume;
@@ -261,7 +263,8 @@ static double pdi_equilibrium_estimate_scale(pdi_equilibrium *q, const double *u
     return sqrt(size);
 }
 
-/* Force scale [N] of a solution: loads and reactions. It does not depend on rigid motions. */
+/* Force scale [N] of a solution: Euclidean norm of the loads V load on free components and of the reactions
+ * (reaction_norm). It does not depend on rigid motions. */
 static double pdi_equilibrium_compute_scale(const pdi_equilibrium *q)
 {
     const double *volume = q->solid->body->volume;
@@ -273,8 +276,8 @@ static double pdi_equilibrium_compute_scale(const pdi_equilibrium *q)
     return sqrt(size);
 }
 
-/* 1: the loads do work along a motion [n] without stiffness, which is copied to desc->mechanism unless that is NULL; 0:
- * they do none. */
+/* 1: the loads do work along a motion [n] without stiffness, by more than 1e-9 of the sum of absolute contributions;
+ * the motion is copied to desc->mechanism unless that is NULL. 0: they do none, or there are no loads. */
 static int pdi_equilibrium_check_mechanism(const pdi_equilibrium *q, const double *motion)
 {
     double work = 0.0, size = 0.0;
@@ -288,8 +291,9 @@ static int pdi_equilibrium_check_mechanism(const pdi_equilibrium *q, const doubl
     return 1;
 }
 
-/* Estimate of the rounding of forces [N] at displacements u: tangent times their last digits with random signs;
- * gradients 1 + grad u have the last digit of a point distance. q->step and q->residual are overwritten. */
+/* Estimate of the rounding of forces [N] at displacements u: Euclidean norm of the tangent along 16 DBL_EPSILON |u|
+ * with random signs. Where forces follow from 1 + grad u, |u| counts as at least the last digit of a point distance.
+ * q->step and q->residual are overwritten. */
 static double pdi_equilibrium_estimate_rounding(pdi_equilibrium *q, const double *u)
 {
     const pd_body *body = q->solid->body;
@@ -483,8 +487,9 @@ static double pdi_equilibrium_get_rtol(const pdi_equilibrium *q)
     return q->desc->rtol > 0.0 ? q->desc->rtol : PD_EQUILIBRIUM_RTOL;
 }
 
-/* Sets *again to 1 where the residual at u is too large for the force scale of the solution, and a smaller scale can be
- * reached; the scale then falls. *norm and *target [N] are those of the next round. */
+/* Sets *again to 1 where the norm of the residual at u exceeds rtol times the force scale of the solution, and also
+ * rtol times a scale below q->scale that rounding allows; q->scale then falls to it. *norm, *target [N]: the norm at u,
+ * and the target of the next round. q->step is overwritten. */
 static pd_status pdi_equilibrium_check_scale(pdi_equilibrium *q, const double *u, double *norm, double *target,
                                              int *again)
 {
@@ -519,8 +524,9 @@ PDI_FN pd_status pdi_equilibrium_begin(pdi_equilibrium *q, const double *u, doub
     return pdi_equilibrium_compute_residual(q, u, norm);
 }
 
-/* Solves once, and again with a smaller force scale where that is needed; relative residual into result. The caller
- * frees. Statuses: as of pd_equilibrium_solve. */
+/* Solves once, and again with a smaller force scale where pdi_equilibrium_check_scale asks for it; relative residual
+ * into result. A later round that fails is PD_OK where its residual meets the first target. Sets desc->mechanism to
+ * zero first. The caller frees. Statuses: as of pd_equilibrium_solve. */
 static pd_status pdi_equilibrium_solve_inner(pdi_equilibrium *q, double *u, pd_equilibrium_result *result)
 {
     double norm, target;

@@ -101,21 +101,25 @@ PDI_FN pd_krylov_desc pdi_equilibrium_krylov_options(int interpolated);
  * *norm, *target [N]: norm of the residual and its goal. ctx, solid, desc, load and n are set before; the caller frees,
  * after an error too. Errors: as of pd_equilibrium_solve. */
 PDI_FN pd_status pdi_equilibrium_begin(pdi_equilibrium *equilibrium, const double *u, double *norm, double *target);
-/* Residual at u, into residual [N], and its norm; sets reaction_norm, and a later tangent is that of u. PD_RETRY: as of
- * the material. */
+/* Sets residual [N] at u: V (force + load) on free components, 0 on prescribed ones; *norm and reaction_norm: Euclidean
+ * norms of it and of V force on prescribed components. A later tangent is that of u. PD_RETRY and errors: as of the
+ * force of the material; residual is then of no use. */
 PDI_FN pd_status pdi_equilibrium_compute_residual(pdi_equilibrium *equilibrium, const double *u, double *norm);
-/* Sets block, the inverse diagonal blocks, and diagonal at the last u; prescribed components are decoupled. The inverse
- * is zero for a point without bonds. */
+/* Sets diagonal, and block, the inverse diagonal blocks, at the u of the last residual. Prescribed components are
+ * decoupled: their off-diagonal entries count as zero. The inverse is zero where a block is singular, as for a point
+ * without bonds. */
 PDI_FN void pdi_equilibrium_compute_blocks(const pdi_equilibrium *equilibrium);
-/* Preconditioner, a Krylov callback: y [m] = inverse blocks times x [N], plus the coarse finite-element correction
- * where there is one; 0 at prescribed components. */
+/* Preconditioner, a Krylov callback: y [m] = inverse blocks times x [N]; where there is a coarse finite-element
+ * correction 0.6 of that plus the correction. 0 at prescribed components. y is overwritten. */
 PDI_FN void pdi_equilibrium_apply_precond(void *solve, const double *x, double *y);
-/* 1: the loads do work along a free rigid motion of a component: small displacements reach no equilibrium. 0 also where
- * the moduli of the material are unknown. held: NULL: none. */
+/* 1: the loads do work along a free rigid motion of a component, more than 1e-9 of pdi_rigid_modes_relative_work: small
+ * displacements reach no equilibrium. 0 also without free motions, or where the material has no moduli. held: NULL:
+ * none. */
 PDI_FN int pdi_equilibrium_has_unbalanced_moment(const pd_material_interface *solid, const uint8_t *held,
                                                  const double *load, const pd_rigid_modes *rigid);
-/* 1: a component of the body (piece [count]) is supported along an axis, or its loads along it sum up to zero; 0:
- * neither. *sum [N]: that sum, unless it is supported; may be NULL, as held may. */
+/* 1: a point of a component of the body (piece [count]) is prescribed along an axis, or the sum of its loads V load
+ * along it is at most 1e-9 of the sum of their absolute values, as without loads; 0: neither. *sum [N]: the signed sum,
+ * not set where a point is prescribed; may be NULL, as held may. */
 PDI_FN int pdi_equilibrium_is_balanced(const pd_body *body, const uint8_t *held, const double *load, int axis,
                                        const int32_t *piece, int32_t count, double *sum);
 #endif

@@ -207,7 +207,8 @@ static pd_status pdi_finite_strain_ops_update(pd_ctx *ctx, void *self)
 }
 
 /* Penalty stiffness [Pa/m^(d+2)] of Silling 2017: a bond-based solid of the same bulk modulus K has the micromodulus c
- * = 2 K/d^2, 12 K/(pi d^3), 18 K/(pi d^4) in 1D, 2D, 3D; here over the horizon d. */
+ * = 2 K/d^2, 12 K/(pi d^3), 18 K/(pi d^4) in 1D, 2D, 3D; here `penalty` times that over the horizon d. 0 but for
+ * PD_FINITE_STRAIN_SILLING. */
 static double pdi_finite_strain_penalty_stiffness(const pd_finite_strain *f)
 {
     static const double share[3] = {2.0, 12.0 / PD_PI, 18.0 / PD_PI};
@@ -391,8 +392,9 @@ static int pdi_finite_strain_compute_point_states(const pd_finite_strain *f, con
     return 1;
 }
 
-/* Force states of all influential families at f->u, with f->gradient (du NULL), or their derivative along du. Returns a
- * point with an inverted bond; -1: there is none. */
+/* Force states of all influential families at f->u, whose gradients go into f->gradient (du NULL), or their derivative
+ * along du, into force_state. Returns the first point whose family has det F <= 0 of a bond, with plain correspondence
+ * of the point; -1: there is none. f->work is overwritten. */
 static int32_t pdi_finite_strain_compute_states(const pd_ctx *ctx, const pd_finite_strain *f, const double *du)
 {
     const pdi_constitutive_law_params m = pdi_finite_strain_get_law(f);
@@ -446,7 +448,9 @@ static void pdi_finite_strain_add_block(const pd_finite_strain *f, double factor
                              (f->lambda + f->mu) * g[k / PD_DIM] * g[k % PD_DIM]);
 }
 
-/* pd_material_interface.blocks: those of small strains. */
+/* pd_material_interface.blocks: those of small strains, whatever u is. Bond gradients: each bond adds the share of both
+ * families, as if the other points did not move. Plain correspondence: K^-1 of the own family and of the neighbours,
+ * and the penalty. Zero without bonds. */
 static void pdi_finite_strain_ops_blocks(const pd_ctx *ctx, void *self, double *block)
 {
     const pd_finite_strain *f = (const pd_finite_strain *)self;
@@ -481,7 +485,9 @@ static void pdi_finite_strain_ops_blocks(const pd_ctx *ctx, void *self, double *
 
 /* ---- energy, stress, state ---- */
 
-/* Energy density [Pa] of point i at u, with the penalty of Silling. */
+/* Elastic energy density [Pa] of point i at u, without plastic work: weighted mean over its bonds, 0 without bonds;
+ * with plain correspondence that of the gradient of the family (zero without bonds) and the penalty of Silling. Times
+ * the stiffness factor. HUGE_VAL: det F <= 0. */
 static double pdi_finite_strain_energy_density(const pd_finite_strain *f, const pdi_constitutive_law_params *m,
                                                const double *u, int32_t i)
 {
@@ -508,7 +514,7 @@ static double pdi_finite_strain_energy_density(const pd_finite_strain *f, const 
     return sum * pdi_finite_strain_stiffness_factor(f, i);
 }
 
-/* pd_material_interface.energy; HUGE_VAL where a bond is inverted. */
+/* pd_material_interface.energy: sum over all points, mirror images too; HUGE_VAL where a bond is inverted. */
 static double pdi_finite_strain_ops_energy(const pd_ctx *ctx, void *self, const double *u)
 {
     pd_finite_strain *f = (pd_finite_strain *)self;
@@ -574,8 +580,8 @@ static void pdi_finite_strain_ops_stress(const pd_ctx *ctx, void *self, const do
     pdi_finite_strain_visit_all(ctx, (const pd_finite_strain *)self, u, stress);
 }
 
-/* pd_material_interface.commit: plastic states of the step to u; adds its plastic work on real points to
- * plastic_work. */
+/* pd_material_interface.commit: plastic states of the step to u, of all points with bonds; adds its plastic work [J] on
+ * real points to plastic_work. Bonds with det F <= 0 stay. Stored tangents are no longer valid. */
 static pd_status pdi_finite_strain_ops_commit(pd_ctx *ctx, void *self, const double *u)
 {
     pd_finite_strain *f = (pd_finite_strain *)self;
@@ -609,7 +615,7 @@ static pd_status pdi_finite_strain_ops_store(pd_ctx *ctx, void *self, pd_archive
     return archive->is_reading ? pdi_finite_strain_ops_update(ctx, f) : PD_OK;
 }
 
-/* pd_material_interface.density. */
+/* pd_material_interface.density: of all points; HUGE_VAL where a bond of the point is inverted. */
 static void pdi_finite_strain_ops_density(const pd_ctx *ctx, void *self, const double *u, double *density)
 {
     pd_finite_strain *f = (pd_finite_strain *)self;
@@ -655,7 +661,7 @@ static void pdi_finite_strain_ops_plastic_strain(const pd_ctx *ctx, const void *
 }
 
 /* Upper bound of the largest eigenvalue of (1 - mean of n n^T) K^-1 of point i [1/m^(d+2)], by the trace of its eighth
- * power; with plain correspondence of K^-1. */
+ * power; with plain correspondence of K^-1. 0 without bonds. */
 static double pdi_finite_strain_max_eigenvalue(const pd_finite_strain *f, int32_t i)
 {
     const double *shape = f->shape + (int64_t)i * PDI_TENSOR;

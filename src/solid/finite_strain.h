@@ -65,15 +65,18 @@ typedef struct pd_finite_strain {
 #define pd_finite_strain_plastic_strain PD_NAME(pd_finite_strain_plastic_strain)
 #define pd_finite_strain_free PD_NAME(pd_finite_strain_free)
 
-/* The body is borrowed. PD_ERR_ARGUMENT: a modulus, a factor or the penalty is out of range. PD_ERR_GEOMETRY: the bonds
- * of a point do not span all directions (the message names it). */
+/* The body is borrowed; with detach_singular it may lose bonds. After an error the material is empty. PD_ERR_ARGUMENT:
+ * a modulus, a stiffness factor, the penalty (PD_FINITE_STRAIN_SILLING), the control or the law is out of range.
+ * PD_ERR_GEOMETRY, without detach_singular: the bonds of a point do not span all directions, or it has none (the
+ * message names it). */
 PD_API pd_status pd_finite_strain_build(pd_ctx *ctx, pd_body *body, const pd_finite_strain_desc *desc,
                                         pd_finite_strain *finite);
 /* The table for solvers. Loads by surface_vector are dead: t = P n per area and normal of the reference. The energy is
  * infinite where a bond is turned inside out. A failed update leaves the material without use. It stores which bonds of
  * the body are broken. */
 PD_API pd_material_interface pd_finite_strain_material(pd_finite_strain *finite);
-/* strain [count] [-]: equivalent plastic strain, mean over the family, as committed. */
+/* strain [count] [-]: equivalent plastic strain as last committed, weighted mean over the unbroken bonds of a family,
+ * with plain correspondence that of the point. 0 but for J2, and with bond gradients for a point without bonds. */
 PD_API void pd_finite_strain_plastic_strain(const pd_ctx *ctx, const pd_finite_strain *finite, double *strain);
 PD_API void pd_finite_strain_free(pd_ctx *ctx, pd_finite_strain *finite);
 

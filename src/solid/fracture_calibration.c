@@ -181,8 +181,8 @@ static pd_status pdi_fracture_calibration_grow_crack(pd_ctx *ctx, pdi_fracture_c
     return PD_OK;
 }
 
-/* Builds the strip and grows its crack; *j_ratio as of pdi_fracture_calibration_grow_crack. The caller frees, after an
- * error too. */
+/* Builds the strip and grows its crack; *j_ratio as of pdi_fracture_calibration_grow_crack. Height and pre-crack are 12
+ * (3D: 8) times the horizon in whole cells, the length is twice that. The caller frees, after an error too. */
 static pd_status pdi_fracture_calibration_solve_strip(pd_ctx *ctx, const pd_body *body,
                                                       const pd_correspondence_desc *elastic,
                                                       pdi_fracture_calibration *t, double *j_ratio)

@@ -29,10 +29,12 @@ typedef struct pd_j2_plasticity {
 /* Describes the arrays: plastic strains are state, the others work of a step. */
 PDI_FN void pdi_j2_plasticity_list(pdi_array_visitor *owner, void *plastic);
 /* Radial return of point i from its state, which stays, to the displacement gradient h [PD_DIM^2]: sets plastic_stress,
- * flow_direction, tangent_along and tangent_across. */
+ * flow_direction, tangent_along and tangent_across. The step is elastic unless the von Mises stress is > yield +
+ * hardening times equivalent strain: then plastic_stress is that of the state, both tangents are 0, and flow_direction
+ * holds the trial stress [Pa]. */
 PDI_FN void pdi_j2_plasticity_return_map(const pd_j2_plasticity *plastic, int64_t i, const double *h);
-/* Derivative of the plastic stress of point i along dh, into plastic_stress, which is overwritten. To be called after
- * pdi_j2_plasticity_return_map. */
+/* Derivative of the plastic stress of point i along dh, into plastic_stress, which is overwritten; zero after an
+ * elastic step. To be called after pdi_j2_plasticity_return_map, whose flow direction and tangents it reads. */
 PDI_FN void pdi_j2_plasticity_apply_tangent(const pd_j2_plasticity *plastic, int64_t i, const double *dh);
 /* Makes the plastic strain of the step of point i to the gradient h its state; an elastic step changes nothing. It
  * needs no pdi_j2_plasticity_return_map. */
@@ -40,7 +42,7 @@ PDI_FN void pdi_j2_plasticity_commit(const pd_j2_plasticity *plastic, int64_t i,
 /* Energy density [J/m3] by which the plastic strain lowers the elastic energy of the gradient h, at the present
  * plastic_stress (pdi_j2_plasticity_return_map). */
 PDI_FN double pdi_j2_plasticity_energy_relief(const pd_j2_plasticity *plastic, int64_t i, const double *h);
-/* Plastic work [J/m3] of point i up to its state: heat, and what hardening stores. */
+/* Plastic work [J/m3] of point i up to its state, heat and what hardening stores, without a stiffness factor. */
 PDI_FN double pdi_j2_plasticity_dissipated(const pd_j2_plasticity *plastic, int64_t i);
 #endif
 

@@ -62,8 +62,8 @@ typedef struct pd_material_interface {
 } pd_material_interface;
 
 #ifdef PDI_INTERNAL
-/* Von Mises stress [Pa] of a stress [PD_DIM^2] and, in 2D, its out-of-plane normal stress. *mean [Pa]: mean of the
- * three normal stresses. */
+/* Von Mises stress [Pa] of a symmetric stress [PD_DIM^2]. normal [Pa]: in 2D the out-of-plane normal stress, otherwise
+ * not read; in 1D the other normal stresses are 0. *mean [Pa]: mean of the three normal stresses. */
 static inline double pdi_material_interface_von_mises(const double *stress, double normal, double *mean)
 {
     double trace = PD_DIM == 2 ? normal : 0.0, square = 0.0;

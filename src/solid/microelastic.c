@@ -76,15 +76,16 @@ PDI_FN void pdi_microelastic_list(pdi_array_visitor *owner, void *object)
     PDI_SCALAR_STATE(owner, microelastic, released, "J");
 }
 
-/* Elastic modulus c_11 [Pa] along an axis, by Young's modulus and the Poisson ratio 1/4 (plane stress 1/3). */
+/* Elastic modulus c_11 [Pa] along an axis, by Young's modulus and the Poisson ratio 1/4: 6/5 E in 3D and plane strain;
+ * in plane stress, with 1/3, 9/8 E; in 1D E. */
 static double pdi_microelastic_axial_modulus(const pd_microelastic *m)
 {
     static const double stiff[2] = {6.0 / 5.0, 9.0 / 8.0};
     return m->desc.young * (PD_DIM == 1 ? 1.0 : stiff[PD_DIM == 2 && m->desc.plane == PD_PLANE_STRESS]);
 }
 
-/* Sets isotropy, modulus (micromodulus), critical (stretch) and anisotropy of the material from sums over the lattice
- * (theory: 8.2). */
+/* Sets isotropy (2D, 3D), modulus (micromodulus), critical (stretch, 0 for `fracture` 0) and anisotropy of the material
+ * from sums over a complete family of the lattice (theory: 8.2). */
 static void pdi_microelastic_calibrate(pd_microelastic *m)
 {
     static const double mean[3] = {1.0, 2.0 / PD_PI, 0.5}; /* of |n.e| over all directions */
@@ -186,8 +187,8 @@ static double pdi_microelastic_stiffness_bound(const pd_microelastic *m, int32_t
     return most;
 }
 
-/* Computes the weights of all bonds with the surface correction (theory: 8.2); sets multiplier and stiffness_bound,
- * too. work [count][PD_DIM] is overwritten; it may be last_u. */
+/* Computes the weights of all bonds, broken ones too, with the surface correction (theory: 8.2); sets multiplier, where
+ * there is one, and stiffness_bound (1D: it stays). work [count][PD_DIM] is overwritten; it may be last_u. */
 static pd_status pdi_microelastic_compute_weights(pd_ctx *ctx, pd_microelastic *m, double *work)
 {
     const pd_body *body = m->body;
@@ -267,8 +268,8 @@ static inline double pdi_microelastic_compute_stretch(const pd_body *body, const
     return pdi_body_compute_stretch(xi, eta, y, r, length);
 }
 
-/* Forces at u. breaks 1: bonds beyond the critical stretch break, and add their energy at u - midpoint_dt v (v NULL: at
- * u) to m->released. Returns how many. */
+/* Forces at u, into force. breaks 1, with a critical stretch > 0: bonds beyond it break, and add their energy at u -
+ * midpoint_dt v (v NULL: at u) to m->released. Returns how many broke; otherwise 0. */
 static int64_t pdi_microelastic_compute_force(const pd_ctx *ctx, pd_microelastic *m, const double *u, const double *v,
                                               double midpoint_dt, int breaks, double *force)
 {
@@ -303,7 +304,8 @@ PDI_FN void pdi_microelastic_compute_edge(const pd_microelastic *m, int32_t i, d
     for (int d = 0; d < PD_DIM; d++) edge[d] = (double)units[d] / PDI_MICROELASTIC_FIXED_POINT / m->body->spacing;
 }
 
-/* Strain energy density of point i at displacements u [J/m3]. */
+/* Strain energy density of point i at displacements u [J/m3]: half the energy of its unbroken bonds; the other half
+ * belongs to the other ends. */
 static double pdi_microelastic_energy_density(const pd_microelastic *m, const double *u, int32_t i)
 {
     const pd_body *body = m->body;
@@ -353,7 +355,8 @@ static int pdi_microelastic_bond_stiffness(const pd_microelastic *m, const doubl
     return 1;
 }
 
-/* pd_material_interface.tangent at the displacements of the last force. */
+/* pd_material_interface.tangent at the displacements of the last force, with the geometric stiffness of stretched and
+ * compressed bonds, of all points. */
 static void pdi_microelastic_ops_tangent(const pd_ctx *ctx, void *self, const double *du, double *df)
 {
     const pd_microelastic *m = (const pd_microelastic *)self;
@@ -375,7 +378,8 @@ static void pdi_microelastic_ops_tangent(const pd_ctx *ctx, void *self, const do
     }
 }
 
-/* pd_material_interface.blocks: diagonal blocks; compressed bonds get no negative transverse stiffness. */
+/* pd_material_interface.blocks: diagonal blocks of the unbroken bonds at last_u. The transverse stiffness of a bond is
+ * at least 1e-3 of the longitudinal one, so compressed bonds give no negative one. Zero for a point without bonds. */
 static void pdi_microelastic_ops_blocks(const pd_ctx *ctx, void *self, double *block)
 {
     const pd_microelastic *m = (const pd_microelastic *)self;
@@ -414,7 +418,8 @@ static void pdi_microelastic_ops_density(const pd_ctx *ctx, void *self, const do
     for (int32_t i = 0; i < m->body->count; i++) density[i] = pdi_microelastic_energy_density(m, u, i);
 }
 
-/* pd_material_interface.force_state: half of the bond force on point i, the part of its own family; 0: it is broken. */
+/* pd_material_interface.force_state: half of the bond force on point i, the part of its own family; zero for a broken
+ * bond. */
 static void pdi_microelastic_ops_bond_force(const void *self, const double *u, int32_t i, const pd_bond_iterator *f,
                                             double *pull)
 {

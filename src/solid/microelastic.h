@@ -54,15 +54,18 @@ typedef struct pd_microelastic {
 #define pd_microelastic_material PD_NAME(pd_microelastic_material)
 #define pd_microelastic_free PD_NAME(pd_microelastic_free)
 
-/* The body is borrowed; it has a spacing, whose lattice the constants are for, and no period. PD_ERR_ARGUMENT: a
- * modulus or a choice out of range, no spacing, a period. */
+/* The body is borrowed; it has a spacing, whose lattice the constants are for, and no period. Its broken bonds count in
+ * the weights, but give no force. After an error the material is empty. PD_ERR_ARGUMENT: E not positive and finite,
+ * `fracture` negative or not finite, a method of surfaces out of range, no spacing, a period. */
 PD_API pd_status pd_microelastic_build(pd_ctx *ctx, pd_body *body, const pd_microelastic_desc *desc,
                                        pd_microelastic *material);
-/* force [count][PD_DIM] [N/m3] of displacements u [count][PD_DIM] [m] of any size. breaks 1: bonds beyond the critical
- * stretch break, have no force, and add to `released`. Returns how many broke. Source: theory, eq. 8.6. */
+/* force [count][PD_DIM] [N/m3] of displacements u [count][PD_DIM] [m] of any size. breaks 1: bonds whose stretch is >
+ * the critical one break, have no force, and add their energy at u to `released`; none where `critical` is 0. Returns
+ * how many broke, each counted once. Forces that are not finite are not reported. Source: theory, eq. 8.6. */
 PD_API int64_t pd_microelastic_force(const pd_ctx *ctx, pd_microelastic *material, const double *u, int breaks,
                                      double *force);
-/* Energy [J] (per m in 2D, per m2 in 1D) of the bonds that are left, at displacements u [count][PD_DIM] [m]. */
+/* Energy [J] (per m in 2D, per m2 in 1D) of the unbroken bonds at displacements u [count][PD_DIM] [m]; sum over all
+ * points, mirror images too. */
 PD_API double pd_microelastic_energy(const pd_ctx *ctx, const pd_microelastic *material, const double *u);
 /* The pd_material_interface table of the material: displacements of any size; `force` breaks no bonds. It has no
  * stress. Under pressure the derivative of its forces may be indefinite; its blocks are positive. PD_RETRY of `force`:
@@ -78,8 +81,8 @@ PDI_FN double pdi_microelastic_crack_energy(const pd_microelastic *material, con
 /* Surface vector c [1/m] of point i: a uniform stress P has about the force density P c (theory: eq. 8.8f). Broken
  * bonds count. */
 PDI_FN void pdi_microelastic_compute_edge(const pd_microelastic *material, int32_t i, double *edge);
-/* Longest stable explicit step [s] for a density [kg/m3], by the stiffer one of a complete family and the stiffest
- * family. */
+/* Longest stable explicit step [s] for a density [kg/m3], by the larger stiffness of a complete family and of
+ * stiffness_bound. Broken bonds count. */
 PDI_FN double pdi_microelastic_stable_step(const pd_microelastic *material, double density);
 #endif
 

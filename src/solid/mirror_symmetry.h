@@ -25,7 +25,9 @@ typedef struct pd_mirror_symmetry {
 PDI_FN pd_status pdi_mirror_symmetry_build(pd_ctx *ctx, pd_mirror_symmetry *mirrored);
 PDI_FN void pdi_mirror_symmetry_free(pd_ctx *ctx, pd_mirror_symmetry *mirrored);
 /* The pd_material_interface table that wraps the one of a material, which is copied; its object is borrowed. Sets
- * is_image from image_reflection, which is filled in before. The table has no bond energies and no force states. */
+ * is_image from image_reflection, which is filled in before: 1 for images along axes that they are not reflected along.
+ * Bond energies and force states are NULL; other functions are NULL where the material has none, but energy and density
+ * are always there and need its density. */
 PDI_FN pd_material_interface pdi_mirror_symmetry_build_interface(pd_mirror_symmetry *mirrored,
                                                                  const pd_material_interface *material);
 #endif

@@ -53,8 +53,9 @@ static int pdi_ordinary_state_is_position_aware(const pd_ordinary_state *o)
     return o->desc.surface == PD_ORDINARY_STATE_POSITION;
 }
 
-/* Bond weights: isotropic for shear on a lattice, and with the surface correction; sets isotropy, bulk_weighted_volume
- * and anisotropy, too. */
+/* Bond weights: isotropic for shear on a lattice (not position-aware, and not isotropic_off), and with the surface
+ * correction; sets isotropy, bulk_weighted_volume and anisotropy, too: that is 1 where the model is position-aware or
+ * in 1D, and 0 without a lattice. PD_ERR_ARGUMENT: a weight would not be positive. */
 static pd_status pdi_ordinary_state_compute_weights(pd_ctx *ctx, pd_ordinary_state *o)
 {
     int strain = pdi_ordinary_state_is_position_aware(o);
@@ -76,8 +77,8 @@ static pd_status pdi_ordinary_state_compute_weights(pd_ctx *ctx, pd_ordinary_sta
 
 /* ---- families ---- */
 
-/* Upper bound of the largest eigenvalue of the n x n matrix a with real, non-negative eigenvalues: trace of a high
- * power. a is overwritten. */
+/* Upper bound of the largest eigenvalue of the n x n matrix a with real, non-negative eigenvalues: root of the trace of
+ * its 64th power. 0: a trace is not positive. a is overwritten. */
 static double pdi_ordinary_state_max_eigenvalue(int n, double *a)
 {
     double least = 0.0, share = 1.0, next[PDI_SYM_COMPONENTS * PDI_SYM_COMPONENTS];
@@ -172,7 +173,8 @@ static int pdi_ordinary_state_compute_law(const pd_ordinary_state *o, int32_t i)
     return o->alpha[i] + l * size > 0.0 ? 1 : -1;
 }
 
-/* Upper bound [Pa/m2] of density times the squared angular frequency, from the bonds of point i (theory: 8.9). */
+/* Upper bound [Pa/m2] of density times the squared angular frequency, from the unbroken bonds of point i and the energy
+ * bounds of both ends (theory: 8.9); 0 without bonds. */
 static double pdi_ordinary_state_frequency_bound(const pd_ordinary_state *o, int32_t i)
 {
     const pd_body *body = o->body;
@@ -307,7 +309,8 @@ static void pdi_ordinary_state_compute_tangent(const pd_ctx *ctx, const pd_ordin
     }
 }
 
-/* pd_material_interface.tangent. */
+/* pd_material_interface.tangent at the displacements of the last force; linear: the forces of du. `change` is
+ * overwritten. */
 static void pdi_ordinary_state_ops_tangent(const pd_ctx *ctx, void *self, const double *du, double *df)
 {
     const pd_ordinary_state *o = (const pd_ordinary_state *)self;
@@ -364,7 +367,7 @@ static void pdi_ordinary_state_ops_blocks(const pd_ctx *ctx, void *self, double 
 
 /* ---- energy and stress ---- */
 
-/* pd_material_interface.density. */
+/* pd_material_interface.density: of all points, mirror images too. `change` is overwritten. */
 static void pdi_ordinary_state_ops_density(const pd_ctx *ctx, void *self, const double *u, double *density)
 {
     const pd_ordinary_state *o = (const pd_ordinary_state *)self;
@@ -379,7 +382,7 @@ static void pdi_ordinary_state_ops_density(const pd_ctx *ctx, void *self, const 
     }
 }
 
-/* pd_material_interface.energy. */
+/* pd_material_interface.energy: sum over all points, mirror images too. `change` is overwritten. */
 static double pdi_ordinary_state_ops_energy(const pd_ctx *ctx, void *self, const double *u)
 {
     const pd_ordinary_state *o = (const pd_ordinary_state *)self;
@@ -394,7 +397,8 @@ static double pdi_ordinary_state_ops_energy(const pd_ctx *ctx, void *self, const
     return pdi_compensated_sum_total(&all);
 }
 
-/* pd_material_interface.bond_energy. */
+/* pd_material_interface.bond_energy: w t e/2 of each bond, with the force state t of its own family; 0: it is broken.
+ * May be negative for a single bond. */
 static void pdi_ordinary_state_ops_bond_energy(const pd_ctx *ctx, void *self, const double *u, double *energy)
 {
     const pd_ordinary_state *o = (const pd_ordinary_state *)self;
@@ -584,7 +588,8 @@ static double pdi_ordinary_state_ops_normal_stress(const void *self, int32_t i, 
 }
 
 /* pd_material_interface.update: bonds or stiffness factors have changed. Points may lose their bonds (detach_singular);
- * last_u and Q become zero, so `force` has to come before the next tangent. */
+ * last_u and Q become zero, so `force` has to come before the next tangent. PD_ERR_GEOMETRY, PD_ERR_ARGUMENT: a point
+ * without a law, a stiffness factor that is negative or not finite; the material is then of no use. */
 static pd_status pdi_ordinary_state_ops_update(pd_ctx *ctx, void *self)
 {
     pd_ordinary_state *o = (pd_ordinary_state *)self;

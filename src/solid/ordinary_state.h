@@ -70,15 +70,16 @@ typedef struct pd_ordinary_state {
 #define pd_ordinary_state_material PD_NAME(pd_ordinary_state_material)
 #define pd_ordinary_state_free PD_NAME(pd_ordinary_state_free)
 
-/* The body is borrowed; its bonds that are broken drop out. PD_ERR_ARGUMENT: a modulus or a choice out of range, the
- * energy or volume method without a spacing, a lattice whose bonds no weights make the same in all directions.
- * PD_ERR_GEOMETRY: the bonds of a point do not tell all strains (with PD_ORDINARY_STATE_POSITION), there are none, or a
- * method of surfaces leaves a strain without energy; the message names the point. So does `update` of the table. */
+/* The body is borrowed; broken bonds drop out, and detach_singular may break more. After an error the material is
+ * empty. PD_ERR_ARGUMENT: a modulus, stiffness factor or choice out of range, the energy or volume method without a
+ * spacing, a lattice whose bonds no weights make the same in all directions. PD_ERR_GEOMETRY: the bonds of a point do
+ * not tell all strains (PD_ORDINARY_STATE_POSITION), there are none, or a method of surfaces leaves a strain without
+ * energy; the message names the point. So does `update` of the table. */
 PD_API pd_status pd_ordinary_state_build(pd_ctx *ctx, pd_body *body, const pd_ordinary_state_desc *desc,
                                          pd_ordinary_state *ordinary);
-/* The pd_material_interface table of the material. The stress is that of the family: sum V_j t y y^T/|y| over its
- * deformed volume; in plane stress over its area and the thickness that it had. `force` returns PD_RETRY where a bond
- * has no length. */
+/* The pd_material_interface table of the material, linear as desc.linear; it has no moduli. The stress is that of the
+ * family: sum V_j t y y^T/|y| over its deformed volume (linear: its volume); in plane stress over its area and the
+ * thickness that it had. `force` returns PD_RETRY where a bond has no length. */
 PD_API pd_material_interface pd_ordinary_state_material(pd_ordinary_state *ordinary);
 PD_API void pd_ordinary_state_free(pd_ctx *ctx, pd_ordinary_state *ordinary);
 

@@ -10,9 +10,10 @@
 
 #ifdef PDI_INTERNAL
 /* Volume fraction [-], 0 to 1, of the cell with edges `size` [m] around xi [m] that lies within the ball of this radius
- * [m] around 0. Mirror images of xi have the same bits. */
+ * [m] around 0: 0 unless pdi_partial_volume_is_inside, 1 where the farthest corner lies in the ball, otherwise in
+ * closed form. Mirror images of xi have the same bits. */
 PDI_FN double pdi_partial_volume_compute_fraction(const double *xi, double size, double radius);
-/* 1: the cell around xi intersects the ball by more than rounding. */
+/* 1: the cell around xi intersects the ball by more than rounding: its nearest place is < (1 - 1e-9) radius from 0. */
 PDI_FN int pdi_partial_volume_is_inside(const double *xi, double size, double radius);
 #endif
 

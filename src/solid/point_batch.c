@@ -112,8 +112,9 @@ static int pdi_point_batch_is_subset(const pdi_point_batch_bond_list *a, const p
     return n == a->count;
 }
 
-/* Finds the batch that begins at point i: `all` becomes the union of the bonds, broken ones too; one: work. Returns the
- * first point behind it. */
+/* Finds the batch that begins at point i: it goes on while the bonds of the next point, broken ones too, are a subset
+ * or a superset of those so far, up to max_points. `all` becomes the union; one: work. Returns the first point behind
+ * it. */
 static int32_t pdi_point_batch_find_batch(const pd_point_batch *band, int32_t i, pdi_point_batch_bond_list *all,
                                           pdi_point_batch_bond_list *one)
 {
@@ -129,8 +130,8 @@ static int32_t pdi_point_batch_find_batch(const pd_point_batch *band, int32_t i,
     return end;
 }
 
-/* Sets the masks of the unbroken bonds in `all` for the points i to end - 1, and drops bonds that no point has; one:
- * work. */
+/* Sets the masks of the bonds in `all` to the points from i to end - 1 that have them unbroken, and drops bonds that no
+ * point has; one: work. */
 static void pdi_point_batch_set_masks(const pd_point_batch *band, int32_t i, int32_t end,
                                       pdi_point_batch_bond_list *all, pdi_point_batch_bond_list *one)
 {

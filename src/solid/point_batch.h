@@ -69,17 +69,19 @@ typedef struct pdi_point_batch_sums {
 
 /* Describes the arrays of a batch object, without the list of bonds, which grows. */
 PDI_FN void pdi_point_batch_list(pdi_array_visitor *owner, void *band);
-/* Prepares the fields and stores positions and volumes; body and weights are borrowed. fields: how many fields a point
- * has, such as PDI_POINT_BATCH_STIFFNESS for those before it. pdi_point_batch_update has to follow. */
+/* Prepares zeroed fields and stores positions and volumes; body and weights are borrowed. fields: how many fields a
+ * point has, such as PDI_POINT_BATCH_STIFFNESS for those before it. There are no batches: pdi_point_batch_update has to
+ * follow. After an error the object is empty. */
 PDI_FN pd_status pdi_point_batch_build(pd_ctx *ctx, const pd_body *body, const pd_bond_weights *weights, int32_t fields,
                                        pd_point_batch *band);
 PDI_FN void pdi_point_batch_free(pd_ctx *ctx, pd_point_batch *band);
-/* Divides the points into batches anew, after weights have changed or bonds have broken; fields stay. The list of bonds
- * grows and never shrinks. */
+/* Divides the points into batches anew, after weights have changed or bonds have broken; fields stay. Batches of one
+ * point have no list of bonds unless list_single_points. The list of bonds grows and never shrinks. */
 PDI_FN pd_status pdi_point_batch_update(pd_ctx *ctx, pd_point_batch *band);
 /* Stores the displacements u [count][PD_DIM] [m] as fields. */
 PDI_FN void pdi_point_batch_set_displacements(const pd_ctx *ctx, const pd_point_batch *band, const double *u);
-/* Sums over the bonds of batch k, of the displacements that are set. Returns how many points it has. */
+/* Sums over the unbroken bonds of the points of batch k, of the displacements that are set, into sums, which is
+ * overwritten. Returns how many points the batch has. */
 PDI_FN int32_t pdi_point_batch_compute_sums(const pd_point_batch *band, int32_t k, pdi_point_batch_sums *sums);
 /* force [count][PD_DIM] [N/m3] of the points of batch k (theory, eq. 8.4), with Lame's moduli lambda and mu [Pa], from
  * fields that are set; other entries stay. */

@@ -93,8 +93,8 @@ static double pdi_precrack_plane_distance(const pdi_precrack_plane *p, const dou
     return fabs(height) > p->tolerance ? height : 0.0;
 }
 
-/* 1: the bond from a position below the plane to one on or above it meets the pre-crack within its rim. below < 0,
- * above >= 0: their signed distances [m]. */
+/* 1: the bond from a position below the plane to one on or above it meets the pre-crack within its rim or on it, within
+ * the tolerance; in 1D always. below < 0, above >= 0: their signed distances [m]. */
 static int pdi_precrack_is_crossed(const pdi_precrack_plane *p, const double *lower, double below, const double *upper,
                                    double above)
 {
@@ -134,8 +134,9 @@ static int pdi_precrack_compute_bounds(pdi_precrack_plane *p)
     return 1;
 }
 
-/* Sets the unit normal, which points up the last axis along which it has a component, and the orientation. Returns 1;
- * 0: there is no normal, as the cut has no length or area. */
+/* Sets the unit normal, which points up the last axis along which it has more than a 1e-6 component, and the
+ * orientation. In 1D it is the axis. Returns 1; 0: there is no normal, as the cut has no length or area (below 1e-6 of
+ * its size). */
 static int pdi_precrack_compute_normal(pdi_precrack_plane *p)
 {
     double edge[PD_DIM], next[PD_DIM], sum[PD_DIM] = {0.0};

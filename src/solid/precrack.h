@@ -22,9 +22,9 @@ typedef struct pd_precrack {
 #define pd_body_damage PD_NAME(pd_body_damage)
 
 /* Break the bonds that cross one of the cuts. *broken (NULL: not wanted): how many were intact. Materials that are
- * built afterwards know of it; pd_correspondence_update tells those that exist. PD_ERR_ARGUMENT, and no bond breaks:
- * corners that are too few or not finite, a segment without length, a polygon that is not plane, not convex or without
- * area. */
+ * built afterwards know of it; pd_correspondence_update tells those that exist. count 0 changes nothing.
+ * PD_ERR_ARGUMENT, and no bond breaks: a negative count, corners of a wrong number or not finite, a segment without
+ * length, a polygon that is not plane, not convex or without area. */
 PD_API pd_status pd_body_apply_precracks(pd_ctx *ctx, pd_body *body, const pd_precrack *cuts, int count,
                                          int64_t *broken);
 /* damage [count] [-]: the share of broken bonds in the family of each point, by volume (Silling and Askari 2005,

@@ -93,8 +93,9 @@ static void pdi_quasi_static_scale_interpolated(pd_quasi_static *q, double part)
     }
 }
 
-/* Loads into load and prescribed displacements into u, at the fraction `part` (0 to 1) between the start of the step
- * and time t. Points that have come off have no loads. */
+/* Loads into load and prescribed displacements into u, at the fraction `part` (0 to 1) between `start` and time t: the
+ * callback gives those of t, and both are interpolated linearly. load is 0 before the call; points that have come off
+ * count as without load at t. Errors: of the callback. */
 static pd_status pdi_quasi_static_set_loads(pd_ctx *ctx, pd_quasi_static *q, double t, double part)
 {
     for (int64_t k = 0; k < q->n; k++) q->load[k] = 0.0;
@@ -109,7 +110,8 @@ static pd_status pdi_quasi_static_set_loads(pd_ctx *ctx, pd_quasi_static *q, dou
     return PD_OK;
 }
 
-/* 1: the loads of a component would move or rotate it, as it lacks supports; 0: it is held, or they balance. */
+/* 1: a component (piece [count]) lacks supports along an axis along which its loads do not balance, or they do work
+ * along a free rigid motion; 0: it is held, they balance, or it has no loads. */
 static int pdi_quasi_static_is_unsupported(const pd_quasi_static *q, const int32_t *piece, int32_t count)
 {
     pd_rigid_modes rigid;
@@ -129,7 +131,8 @@ static void pdi_quasi_static_detach_point(pd_quasi_static *q, int32_t i, double 
     if (q->separation_time < 0.0) q->separation_time = t;
 }
 
-/* 1: a component counts as a part of the body: it is supported, loaded, or larger than a family; 0: a crumb. */
+/* 1: a component counts as a part of the body: it has more points than stencil_bonds of the body, the bonds of the
+ * largest family, or one of its displacements is prescribed or loaded; 0: none of these. */
 static int pdi_quasi_static_is_fragment(const pd_quasi_static *q, const int32_t *piece, int32_t count)
 {
     if (count > q->solid.body->stencil_bonds) return 1;
@@ -141,8 +144,9 @@ static int pdi_quasi_static_is_fragment(const pd_quasi_static *q, const int32_t 
     return 0;
 }
 
-/* Components without supports lose their loads, unless it is the whole body. Counts the parts of the body, into
- * components and at first initial_components; more of them than at first set separation_time. */
+/* Components without supports against their loads lose these, unless one is the whole body. Counts the parts of the
+ * body, into components and at first initial_components; a part that comes off, or more parts than at first, sets
+ * separation_time to t unless it is set. */
 static pd_status pdi_quasi_static_detach_components(pd_ctx *ctx, pd_quasi_static *q, double t)
 {
     int32_t *piece = NULL, all = q->solid.body->count;
@@ -164,7 +168,7 @@ static pd_status pdi_quasi_static_detach_components(pd_ctx *ctx, pd_quasi_static
     return status;
 }
 
-/* Largest rate [1/m] at which a motion [n] rotates or stretches an unbroken bond of point i; 0: there is none. */
+/* Largest |eta|/|xi| [1/m] by which a motion [n] rotates or stretches an unbroken bond of point i; 0: there is none. */
 static double pdi_quasi_static_rotation_rate(const pd_body *body, int32_t i, const double *motion)
 {
     double most = 0.0;
@@ -233,8 +237,9 @@ static void pdi_quasi_static_add_work(pd_quasi_static *q, int curved)
     q->work += pdi_compensated_sum_total(&all);
 }
 
-/* Solves for the equilibrium, into u, and again after mechanisms have come off; counts solves and iterations. The force
- * stays that of the saved state. Statuses: as of pd_equilibrium_solve. */
+/* Solves for the equilibrium, into u, and again as long as a mechanism comes off (PD_ERR_DIVERGED, whose message is
+ * then cleared); counts solves and iterations, sets residual. force becomes that of the saved state. Statuses: as of
+ * pd_equilibrium_solve. */
 static pd_status pdi_quasi_static_solve_equilibrium(pd_ctx *ctx, pd_quasi_static *q, double t)
 {
     pd_status status = PD_ERR_DIVERGED;
@@ -281,7 +286,8 @@ static pd_status pdi_quasi_static_update_material(pd_ctx *ctx, pd_quasi_static *
     return PD_OK;
 }
 
-/* 1: a and b [n] differ by more than rtol of their largest entry; 0: they agree. */
+/* 1: an entry of a and b [n] differs by more than rtol (0: its default) times the largest absolute entry of both; 0:
+ * they agree. */
 static int pdi_quasi_static_differs(const pd_ctx *ctx, const pd_quasi_static *q, const double *a, const double *b)
 {
     double near = q->desc.rtol > 0.0 ? q->desc.rtol : PD_EQUILIBRIUM_RTOL;
@@ -340,8 +346,9 @@ static void pdi_quasi_static_reset_mixing(pd_ctx *ctx, pd_quasi_static *q)
     memset(&q->acceleration, 0, sizeof q->acceleration);
 }
 
-/* Rounds of equilibrium and boundary values until these converge; components without supports come off in each.
- * PD_RETRY, PD_NOT_CONVERGED: as of the equilibrium. PD_ERR_STATE: they do not converge. */
+/* Rounds of equilibrium and boundary values, at most 60, until these differ no more (pdi_quasi_static_differs);
+ * components without supports come off in each. There is at least one solve. PD_RETRY, PD_NOT_CONVERGED: as of the
+ * equilibrium, at once. PD_ERR_STATE: they do not converge. */
 static pd_status pdi_quasi_static_iterate_boundary(pd_ctx *ctx, pd_quasi_static *q, double t, double part)
 {
     int differs = 1;

@@ -62,15 +62,19 @@ typedef struct pd_quasi_static {
 #define pd_quasi_static_solve_at PD_NAME(pd_quasi_static_solve_at)
 #define pd_quasi_static_free PD_NAME(pd_quasi_static_free)
 
-/* At rest, without loads. The material is borrowed, and so is what the description names. PD_ERR_ARGUMENT: a number out
- * of range, and as of pd_bond_failure_build. */
+/* At rest, without loads and unsolved. The material is borrowed, and so is what the description names. After an error
+ * the object is empty. PD_ERR_ARGUMENT: break_fraction above 1 (negative: 0.5), rtol not in [0, 1), and as of
+ * pd_bond_failure_build. */
 PD_API pd_status pd_quasi_static_build(pd_ctx *ctx, const pd_material_interface *solid,
                                        const pd_quasi_static_desc *desc, pd_quasi_static *quasi_static);
-/* Solves for the equilibrium at time t [s] with bond failure. Shorter load steps are taken where Newton's method needs
- * them. Errors: those of the equilibrium and of the material; PD_ERR_STATE: no step is short enough (limit load of
- * plasticity, or buckling). */
+/* Solves for the equilibrium at time t [s] with bond failure; where there is a solution, no bond or stiffness has
+ * changed (stale) and loads and prescribed displacements are the same, it sets the time alone. Shorter load steps, down
+ * to 1/256, are taken where Newton's method needs them. PD_NOT_CONVERGED: the solution at t is above its tolerance.
+ * PD_ERR_STATE: no step is short enough (limit load of plasticity, or buckling), or boundary values do not converge.
+ * Other errors: of the equilibrium and of the material; the time stays. */
 PD_API pd_status pd_quasi_static_solve_at(pd_ctx *ctx, pd_quasi_static *quasi_static, double t);
-/* The process table, for a run of coupled processes. */
+/* The process table, for a run of coupled processes: start and each step solve by pd_quasi_static_solve_at; checkpoints
+ * hold the state and that of the material. */
 PD_API pd_physics pd_quasi_static_process(pd_quasi_static *quasi_static);
 PD_API void pd_quasi_static_free(pd_ctx *ctx, pd_quasi_static *quasi_static);
 

@@ -35,7 +35,8 @@ static void pdi_rigid_modes_eval_free_modes(const pd_rigid_modes *r, int32_t i,
         }
 }
 
-/* Gram matrix a of all motions over the prescribed components. Returns how many components that are; 0: a is zero. */
+/* Gram matrix a of all rigid motions over the prescribed components of the component. Returns how many components that
+ * are; 0: a is zero. */
 static double pdi_rigid_modes_assemble_gram(const pd_rigid_modes *r, const uint8_t *held,
                                             double a[PD_RIGID_MODE_COUNT][PD_RIGID_MODE_COUNT])
 {

@@ -76,7 +76,8 @@ static pd_status pdi_sequentially_linear_solve_equilibrium(pd_ctx *ctx, pd_seque
     return status;
 }
 
-/* Energy [J] stored at the present displacement q by a body that stores `energy` [J] at the factor 1. */
+/* Energy [J] stored at the present displacement q by a body that stores `energy` [J] at the factor 1: energy q^2 of
+ * moved points, q^2/(4 energy) of loads; 0 where `energy` is not positive. */
 static double pdi_sequentially_linear_stored_energy(const pd_sequentially_linear *s, double energy)
 {
     double q = s->displacement;
@@ -105,7 +106,8 @@ static void pdi_sequentially_linear_move_to(pd_sequentially_linear *s, double fa
     s->stored = stored;
 }
 
-/* No further event: the energy drop is dissipated, and the analysis is done. */
+/* Ends the analysis: the drop of stored energy at the present displacement is dissipated, and done becomes 1. energy
+ * [J]: now stored at the factor 1. */
 static void pdi_sequentially_linear_finish(pd_sequentially_linear *s, double energy)
 {
     pdi_sequentially_linear_release_energy(s, energy);

@@ -50,13 +50,16 @@ typedef struct pd_sequentially_linear {
 #define pd_sequentially_linear_next_event PD_NAME(pd_sequentially_linear_next_event)
 #define pd_sequentially_linear_free PD_NAME(pd_sequentially_linear_free)
 
-/* The material is borrowed, its table copied. PD_ERR_ARGUMENT: forces that are not linear, both `moved` and `load` or
- * none of them, no criterion, and as of pd_bond_failure_build. */
+/* The material is borrowed, its table copied. After an error the object is empty. PD_ERR_ARGUMENT: forces that are not
+ * linear, both unit_displacement and load or none of them, unit_displacement without prescribed, no critical value, and
+ * as of pd_bond_failure_build. */
 PD_API pd_status pd_sequentially_linear_build(pd_ctx *ctx, const pd_material_interface *solid,
                                               const pd_sequentially_linear_desc *desc,
                                               pd_sequentially_linear *sequential);
-/* Computes the next event (factor, force, displacement) and breaks its bonds in the body. `done`: there was none.
- * Errors: those of the equilibrium. */
+/* Computes the next event (factor, force, displacement, stored, work) and breaks its bonds in the body; not to be
+ * called once done is 1. `done`, with PD_OK: there was none, as no bond has a positive measure, loads tore a component
+ * off, or displacements left no more than 1e-12 of the first stored energy; what is stored is then dissipated. Points
+ * that lose all bonds below the factor break before the event. Errors: those of the equilibrium and of the material. */
 PD_API pd_status pd_sequentially_linear_next_event(pd_ctx *ctx, pd_sequentially_linear *sequential);
 PD_API void pd_sequentially_linear_free(pd_ctx *ctx, pd_sequentially_linear *sequential);
 

@@ -199,7 +199,8 @@ static void pdi_surface_correction_update_images(const pd_ctx *ctx, const pd_bod
     }
 }
 
-/* Lists real points with incomplete families into cut [real_count]; share: zeros. Returns how many. */
+/* Lists real points with incomplete families, where a moment is off by more than 1e-6, into cut [real_count]; share:
+ * zeros. Returns how many. */
 static int32_t pdi_surface_correction_find_incomplete(const pd_ctx *ctx, const pdi_surface_correction *o,
                                                       const double *share, int32_t *cut)
 {

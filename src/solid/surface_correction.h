@@ -32,9 +32,10 @@ typedef struct pdi_surface_correction {
     double length;             /* [m] root of sum w r V over sum w/r V of a whole family */
 } pdi_surface_correction;
 
-/* Computes the multipliers share [count][PD_SURFACE_CORRECTION_MOMENTS] [-] of all points; zero where families are
- * complete. Jacobi-Newton sweeps over the incomplete families of real points; broken bonds count. Sweeps that do not
- * converge are no error. */
+/* Computes the multipliers share [count][PD_SURFACE_CORRECTION_MOMENTS] [-] of all points anew; zero where families are
+ * complete, that is a moment is off by at most 1e-6. Jacobi-Newton sweeps over the incomplete families of real points,
+ * until no multiplier changes by more than 1e-2; broken bonds count. Mirror images take reflected multipliers. 200
+ * sweeps that do not converge are no error. */
 PDI_FN pd_status pdi_surface_correction_solve(pd_ctx *ctx, const pdi_surface_correction *mend, double *share);
 /* Correction factor [-] of a bond along xi, between 1/8 and 8, by the multipliers [PD_SURFACE_CORRECTION_MOMENTS] of
  * the end that xi starts from (own) and of the other; 1: they are zero. Both ends get the same bits. */

@@ -85,7 +85,8 @@ static void pdi_verlet_add_work(const pd_verlet *d, double dt, int64_t first, in
     }
 }
 
-/* Full step of the displacements first .. end - 1. Returns the largest one, or NaN. */
+/* Full step of the displacements first .. end - 1. Returns the largest absolute component [m]; NaN where one is not
+ * finite. */
 static double pdi_verlet_drift(const pd_verlet *d, double dt, int64_t first, int64_t end)
 {
     const double *PD_RESTRICT v = d->v;

@@ -33,14 +33,17 @@ typedef struct pd_verlet {
 #define pd_verlet_kinetic PD_NAME(pd_verlet_kinetic)
 #define pd_verlet_free PD_NAME(pd_verlet_free)
 
-/* At rest at time 0; u and v may be set before the first step. The material is borrowed, its table copied.
- * PD_ERR_ARGUMENT: a density or a share out of range. */
+/* At rest at time 0; u and v may be set before the first step. The material is borrowed, its table copied; max_step is
+ * that of its bonds now. After an error the object is empty. PD_ERR_ARGUMENT: a density not positive and finite, a
+ * step_fraction not in [0, 1] (0: 0.8). */
 PD_API pd_status pd_verlet_build(pd_ctx *ctx, const pd_material_interface *solid, const pd_verlet_desc *desc,
                                  pd_verlet *verlet);
-/* Its steps as a process, for pd_physics_run. PD_ERR_STATE: displacements are not finite any more, or are no state of
- * the material. */
+/* Its steps as a process, for pd_physics_run; the first one computes the forces at its start. Bonds may break in a step
+ * where the material has dynamic_force. PD_ERR_STATE: a displacement is not below 1e6 horizons or not finite, or they
+ * are no state of the material; u, v and work are then those of the failed step. */
 PD_API pd_physics pd_verlet_process(pd_verlet *verlet);
-/* Kinetic energy [J] (per m in 2D, per m2 in 1D). */
+/* Kinetic energy [J] (per m in 2D, per m2 in 1D): sum of density V v^2/2 over all points, mirror images and prescribed
+ * velocities too. */
 PD_API double pd_verlet_kinetic(const pd_verlet *verlet);
 PD_API void pd_verlet_free(pd_ctx *ctx, pd_verlet *verlet);
 

@@ -69,8 +69,8 @@ static int64_t pdi_visibility_bin_number(const pdi_visibility *v, const int32_t 
     return k;
 }
 
-/* Sets width, n, bins and entries: the wanted width [m], doubled until bins and entries are few enough. hi [PD_DIM]
- * [m]: upper corner of all faces. */
+/* Sets width, n, bins and entries: the wanted width [m], doubled until there are at most 8 bins per face plus one, and
+ * at most 64 entries per face or a single bin. hi [PD_DIM] [m]: upper corner of all faces. */
 static void pdi_visibility_init_bins(pdi_visibility *v, const double *hi, double width)
 {
     for (;; width *= 2.0) {
@@ -93,7 +93,8 @@ static void pdi_visibility_init_bins(pdi_visibility *v, const double *hi, double
     }
 }
 
-/* Sorts the faces into the bins, into first (zero before) and entry: counts first, then entries. */
+/* Sorts the faces into all bins that their bounding boxes reach into, into first (zero before) and entry: counts first,
+ * then entries. Faces of a bin stand by number. */
 static void pdi_visibility_fill_bins(pdi_visibility *v)
 {
     for (int way = 0; way < 2; way++) {

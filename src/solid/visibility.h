@@ -22,11 +22,13 @@ typedef struct pdi_visibility {
     int32_t *entry;         /* [entries] faces that reach into a bin */
 } pdi_visibility;
 
-/* Builds the bins, bond_length [m] wide or a power of 2 times as wide. position, face and faces are set before.
- * PD_ERR_ARGUMENT: too many faces, or a corner that is not finite. */
+/* Builds the bins, bond_length [m] wide or a power of 2 times as wide: so that there are at most 8 bins per face, and
+ * 64 entries per face unless one bin is left. position, face and faces are set before; without faces there are no bins.
+ * PD_ERR_ARGUMENT: more than INT32_MAX/2 faces, or a corner that is not finite. */
 PDI_FN pd_status pdi_visibility_build(pd_ctx *ctx, double bond_length, pdi_visibility *visibility);
-/* A pd_bond_inside_fn: 1: the bond from point i along xi [m] crosses no face; user is the pdi_visibility, j is not
- * read. */
+/* A pd_bond_inside_fn: 1: the bond from point i along xi [m] crosses no face. A bond that only touches faces, at an
+ * edge, a corner or an end of its own, is joined where one of 8 lines beside it, 1e-5 of its length away, neither
+ * crosses nor touches any; in 1D it is not. user is the pdi_visibility, j is not read. */
 PDI_FN int pdi_visibility_is_joined(void *user, int32_t i, int32_t j, const double *xi);
 PDI_FN void pdi_visibility_free(pd_ctx *ctx, pdi_visibility *visibility);
 #endif

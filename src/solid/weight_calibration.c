@@ -129,7 +129,8 @@ static double pdi_weight_calibration_bond_factor(const pdi_weight_calibration *o
     return pdi_weight_calibration_correction_factor(own, other, xi, o->whole.axis);
 }
 
-/* Weight of the current bond of point i: the pdi_bond_weights_fn of this module. */
+/* Weight w of the current bond of point i: the pdi_bond_weights_fn of this module. Without family_moments the surface
+ * correction is 1. self: pdi_weight_calibration. */
 static double pdi_weight_calibration_bond_weight(const void *self, int32_t i, const pd_bond_iterator *bond)
 {
     const pdi_weight_calibration *o = (const pdi_weight_calibration *)self;

@@ -44,9 +44,9 @@ static inline double pdi_weight_calibration_cubic_harmonic(const double *xi, dou
     for (int d = 0; d < PD_DIM; d++) sum += xi[d] * xi[d] * xi[d] * xi[d] / (square * square);
     return PD_DIM > 1 ? sum - 3.0 / (PD_DIM + 2.0) : 0.0;
 }
-/* Surface correction g of a bond along xi; own, other [PD_DIM]: moments of both ends along the axes, bulk: that of a
- * complete family along any axis. The mean of both ends, between the axes as on an ellipsoid (Madenci and Oterkus 2014,
- * ch. 4; Le and Bobaru 2018). */
+/* Surface correction g of a bond along xi; own, other [PD_DIM]: positive moments of both ends along the axes, bulk:
+ * that of a complete family along any axis. g = (sum n_d^2/f_d^2)^(-1/2), with the mean f_d of bulk/own_d and
+ * bulk/other_d: an ellipsoid between the axes (Madenci and Oterkus 2014, ch. 4; Le and Bobaru 2018). */
 PDI_FN double pdi_weight_calibration_correction_factor(const double *own, const double *other, const double *xi,
                                                        double bulk);
 /* Volume of a lattice cell [m^d]. */
@@ -65,11 +65,12 @@ PDI_FN double pdi_weight_calibration_get_offset(const pd_body *body, int k, doub
  * directions of a lattice; 1: it is zero. */
 PDI_FN double pdi_weight_calibration_compute_anisotropy(double (*crack)(const void *self, const double *n),
                                                         const void *self);
-/* Sets the coefficient a (isotropic 1; otherwise it stays, 0 at first) and the sums over a complete family; without a
- * spacing nothing. PD_ERR_ARGUMENT: a bond would have no positive weight. */
+/* Sets the coefficient a (isotropic 1, in 2D and 3D; otherwise it stays, 0 at first) and the sums over a complete
+ * family; without a spacing it does nothing. PD_ERR_ARGUMENT: the least weight of a complete family is not positive; a
+ * and the sums are set then. */
 PDI_FN pd_status pdi_weight_calibration_calibrate(pd_ctx *ctx, pdi_weight_calibration *weigh, int isotropic);
-/* Computes the weights of all bonds into `weights`, which is built before. Both ends of a bond get the same number.
- * Broken bonds get weights and count in the correction as others do. */
+/* Computes the weights of all bonds into `weights`, which is built before, with the surface correction unless it is
+ * NONE. Both ends of a bond get the same number. Broken bonds get weights and count in the correction as others do. */
 PDI_FN pd_status pdi_weight_calibration_compute_weights(pd_ctx *ctx, const pdi_weight_calibration *weigh,
                                                         pd_bond_weights *weights);
 #endif
