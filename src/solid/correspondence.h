@@ -65,8 +65,8 @@ PD_API pd_status pd_correspondence_build(pd_ctx *ctx, pd_body *body, const pd_co
 /* Bonds or stiffness factors have changed: recomputes shape tensors and surface vectors c. A uniform stress P gives the
  * point the force density P c: zero in the bulk, and over the layer at a surface of normal n sum V c = -n per area: a
  * traction P n is the load -P c, in balance to rounding (theory: eq. 8.5). PD_ERR_GEOMETRY: the unbroken bonds of a
- * point do not span all directions (pivot of K at most 1e-6), or it has none; the material is then of no use. With
- * detach_singular such points lose their bonds instead, which detached_bonds counts. */
+ * point do not span all directions (least pivot of K up to 1e-6 of its largest entry), or there are none; the material
+ * is then of no use. With detach_singular such points lose their bonds instead, which detached_bonds counts. */
 PD_API pd_status pd_correspondence_update(pd_ctx *ctx, pd_correspondence *elastic);
 /* force [count][PD_DIM] [N/m3] of displacements u [count][PD_DIM] [m] (theory: eq. 8.4). Entries of images behind
  * planes of symmetry are of no use, and stay where a batch has images alone. With plasticity the plastic strain is that

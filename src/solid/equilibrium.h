@@ -112,7 +112,7 @@ PDI_FN void pdi_equilibrium_compute_blocks(const pdi_equilibrium *equilibrium);
 /* Preconditioner, a Krylov callback: y [m] = inverse blocks times x [N]; where there is a coarse finite-element
  * correction 0.6 of that plus the correction. 0 at prescribed components. y is overwritten. */
 PDI_FN void pdi_equilibrium_apply_precond(void *solve, const double *x, double *y);
-/* 1: the loads do work along a free rigid motion of a component, more than 1e-9 of pdi_rigid_modes_relative_work: small
+/* 1: the loads do work along a free rigid motion of a component, as pdi_rigid_modes_relative_work exceeds 1e-9: small
  * displacements reach no equilibrium. 0 also without free motions, or where the material has no moduli. held: NULL:
  * none. */
 PDI_FN int pdi_equilibrium_has_unbalanced_moment(const pd_material_interface *solid, const uint8_t *held,
