@@ -109,8 +109,8 @@ static int pdi_area_weights_is_same_class(const int *a, const int *b)
     return 1;
 }
 
-/* Removes the longest classes until PDI_AREA_WEIGHTS_MAX_CLASSES are left; class_index of their bonds becomes -1 (no
- * weight). The last class takes the number of a removed one. */
+/* Removes the longest classes until at most PDI_AREA_WEIGHTS_MAX_CLASSES are left; with fewer it does nothing.
+ * class_index of their bonds becomes -1 (no weight). The last class takes the number of a removed one. */
 static void pdi_area_weights_limit_classes(pdi_area_weights_fit *fit)
 {
     while (fit->classes > PDI_AREA_WEIGHTS_MAX_CLASSES) {
@@ -128,8 +128,9 @@ static void pdi_area_weights_limit_classes(pdi_area_weights_fit *fit)
 }
 
 /* Sorts the bonds into symmetry classes: sets classes, class_index, class_offset and length of the fit. Bonds of no
- * class (-1) carry no weight: those with beta = 0, and multiples of a shorter bond, as 2n measures the direction of n.
- * PD_ERR_ARGUMENT: bonds are not opposite in pairs, no integer multiples of h, or not within the horizon. */
+ * class (-1) carry no weight: those with beta <= 0, multiples of a shorter bond (2n measures the direction of n), and
+ * the longest classes beyond PDI_AREA_WEIGHTS_MAX_CLASSES. PD_ERR_ARGUMENT: bonds b and count-1-b are not opposite, n
+ * is not an integer (both within 1e-6 cells), or not 0 < |n| < m + 1/2. */
 static pd_status pdi_area_weights_find_symmetry_classes(pd_ctx *ctx, const double *xi, const double *beta, double m,
                                                         const double *h, pdi_area_weights_fit *fit)
 {
@@ -180,9 +181,9 @@ static pd_status pdi_area_weights_add_direction(pd_ctx *ctx, pdi_area_weights_fi
     return PD_OK;
 }
 
-/* Appends to fit->normal the directions of a barycentric mesh of the positive octant (2D: quadrant) with `divisions`
- * parts along an edge, stretched by scale [PD_DIM], without the axes themselves. Of directions that an exchange of axes
- * with equal spacing maps onto each other, one is added. */
+/* Appends to fit->normal the directions of a barycentric mesh of the positive octant (2D: quadrant; 1D: none) with
+ * `divisions` parts along an edge, stretched by scale [PD_DIM], without the axes themselves. Of directions that an
+ * exchange of axes with equal spacing maps onto each other, the one with descending mesh indices is added. */
 static pd_status pdi_area_weights_add_direction_mesh(pd_ctx *ctx, pdi_area_weights_fit *fit, const double *h,
                                                      const double *scale, int divisions)
 {
@@ -236,8 +237,8 @@ static pd_status pdi_area_weights_build_directions(pd_ctx *ctx, pdi_area_weights
     return PD_OK;
 }
 
-/* response [classes] = f of the unit vector `normal` [m], when all bonds of that class have the weight 1 and all others
- * the weight 0. */
+/* response [classes] [m] = f of the unit vector `normal` when all bonds of that class have the weight 1/m and all
+ * others the weight 0: half the sum of |xi.normal| over the bonds of the class. */
 static void pdi_area_weights_compute_response(const pdi_area_weights_fit *fit, const double *xi, const double *normal,
                                               double *response)
 {
@@ -249,9 +250,10 @@ static void pdi_area_weights_compute_response(const pdi_area_weights_fit *fit, c
     }
 }
 
-/* Allocates and fills the simplex tableau of the dual, and sets rows, columns, basis (slacks) and unit_weight. Rows:
- * one a class, then the sum of the multipliers, then the objective. Columns: two multipliers (upper and lower bound) of
- * every direction, then the slacks, then the right-hand side. */
+/* Allocates and fills the simplex tableau of the dual; sets rows, columns, basis (slacks) and unit_weight (1 over the
+ * mean response of the class). Rows: a class each (response times unit_weight), then the sum of the multipliers (0
+ * along axes: equalities), then the objective. Columns: two multipliers (upper and lower bound, opposite signs) of
+ * every direction, the slacks, the right-hand side (length penalty of a class; 1). */
 static pd_status pdi_area_weights_build_tableau(pd_ctx *ctx, pdi_area_weights_fit *fit, const double *xi)
 {
     int orbits = fit->classes, directions = fit->directions;
@@ -290,7 +292,7 @@ static pd_status pdi_area_weights_build_tableau(pd_ctx *ctx, pdi_area_weights_fi
 }
 
 /* One pivot step of the simplex method: `column` enters the basis in place of the variable of `row` (Gauss-Jordan
- * elimination in all rows, the objective row included). */
+ * elimination in all rows, the objective row included). The pivot entry must not be 0. */
 static void pdi_area_weights_pivot(pdi_area_weights_fit *fit, int row, int column)
 {
     double *pivot_row = fit->tableau + row * fit->columns;
@@ -307,8 +309,9 @@ static void pdi_area_weights_pivot(pdi_area_weights_fit *fit, int row, int colum
     fit->basis[row] = column;
 }
 
-/* Row that leaves the basis for `column`: smallest ratio, of equal ones the largest pivot; -1: the problem is
- * unbounded. */
+/* Row that leaves the basis for `column`, of those with an entry > 1e-9 there: smallest ratio of the right-hand side
+ * (negative counts as 0) to the entry; of ratios equal within 1e-14 the largest entry. -1: no such entry, the problem
+ * is unbounded. */
 static int pdi_area_weights_find_leaving_row(const pdi_area_weights_fit *fit, int column)
 {
     int best = -1;
@@ -326,9 +329,9 @@ static int pdi_area_weights_find_leaving_row(const pdi_area_weights_fit *fit, in
     return best;
 }
 
-/* Solves the linear program by the primal simplex method: the most negative reduced cost enters; after half of the
- * permitted steps the first one does (Bland), which ends cycles. PD_ERR_INTERNAL: no solution, or the limit is
- * reached. */
+/* Solves the linear program by the primal simplex method, until no reduced cost is below -1e-12. The most negative one
+ * enters; after half of the permitted 50 (rows + 20) pivots the first one does (Bland), which ends cycles.
+ * PD_ERR_INTERNAL: unbounded, or the limit of pivots is reached. */
 static pd_status pdi_area_weights_solve_simplex(pd_ctx *ctx, pdi_area_weights_fit *fit)
 {
     const double *objective = fit->tableau + fit->rows * fit->columns;
@@ -351,8 +354,9 @@ static pd_status pdi_area_weights_solve_simplex(pd_ctx *ctx, pdi_area_weights_fi
     return pd_fail(ctx, PD_ERR_INTERNAL, "area", "the fit of the area weights did not end in %d pivots", limit);
 }
 
-/* area [bonds] [1/m] = weights from the slacks in the objective row, at least 0; 0 for bonds of no class. The error of
- * f along each axis is then added to the bonds of one cell along that axis, where these carry weight. */
+/* area [bonds] [1/m] = weights from the slacks in the objective row, at least 0; 0 for bonds of no class. Then, for
+ * each axis, the error 1 - f along it over h is added to both bonds of one cell along it where their weight is > 0; the
+ * result is at least 0. */
 static void pdi_area_weights_get_solution(const pdi_area_weights_fit *fit, const double *xi, const double *h,
                                           double *area)
 {
@@ -372,9 +376,10 @@ static void pdi_area_weights_get_solution(const pdi_area_weights_fit *fit, const
     }
 }
 
-/* Allocates the arrays of the fit (the caller frees them), solves it, and sets area [bonds] [1/m] and *anisotropy [-],
- * the largest |f - 1| over a finer set of directions. PD_ERR_ARGUMENT: as pdi_area_weights_find_symmetry_classes, or an
- * axis is not measured exactly, because the family lacks bonds. */
+/* Allocates the arrays of the fit (the caller frees them, on failure too), solves it, and sets area [bonds] [1/m] and
+ * *anisotropy [-], the largest |f - 1| over a finer set of directions. PD_ERR_ARGUMENT: as
+ * pdi_area_weights_find_symmetry_classes, or |f - 1| along an axis is not below 1e-9, because the family lacks bonds
+ * (area is set then). PD_ERR_INTERNAL: the simplex method fails. */
 static pd_status pdi_area_weights_fit_minimax(pd_ctx *ctx, pdi_area_weights_fit *fit, const double *xi,
                                               const double *beta, double m, const double *h, double *area,
                                               double *anisotropy)

@@ -13,12 +13,11 @@
 #include "core/base.h"
 
 #ifdef PDI_INTERNAL
-/* Computes the weights area[count] = c(n) >= 0 [1/m] of the bonds xi[count][PD_DIM] [m] of a full family of horizon
- * ratio m with partial volumes beta[count], on spacings h [PD_DIM] [m]; bond count-1-k must be the opposite of bond k.
- * Weights are equal on bonds that a symmetry of the lattice exchanges, and 0 on bonds whose offset is a multiple of a
- * shorter one. f is exact along the axes, max |f - 1| minimal, and short bonds are preferred among equally good ones.
- * *anisotropy: max |f - 1| [-] over sampled directions. PD_ERR_ARGUMENT: the family is not that of m and h, or lacks
- * bonds. PD_ERR_INTERNAL: the fit fails. Source: Boykov and Kolmogorov 2003; the fit is original to this code. */
+/* Weights area[count] = c(n) >= 0 [1/m] of the bonds xi[count][PD_DIM] [m] of a family of ratio m, partial volumes
+ * beta[count] and spacings h [PD_DIM] [m]; bond count-1-k is opposite to k. Equal by symmetry; 0 for beta <= 0 and
+ * multiples of shorter bonds. f is 1 along the axes, max |f - 1| (*anisotropy [-], sampled) minimal, short bonds
+ * preferred. PD_ERR_ARGUMENT: h <= 0 or not finite, below 2 PD_DIM bonds, not the family of m and h, an axis not
+ * measured. PD_ERR_INTERNAL: the fit fails. Source: Boykov and Kolmogorov 2003; the fit is original to this code. */
 PDI_FN pd_status pdi_area_weights_compute(pd_ctx *ctx, int count, const double *xi, const double *beta, double m,
                                           const double *h, double *area, double *anisotropy);
 /* Area that the weights area[count] [1/m] of the bonds xi[count][PD_DIM] [m] measure per unit area of a plane with the

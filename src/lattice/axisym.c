@@ -40,8 +40,9 @@ static int pdi_axisym_get_offset(const pd_stencil *s, int k, int radial)
 }
 
 /* Conductance [cells] of bond k of row i (0: first row of the box, < 0: ghosts) over its planar weight: the mean radius
- * times the exponential of eq. 3.9 when both ends are in fitted rows; else the mean radius, for purely radial bonds
- * less kappa over it (eq. 3.8). 0: an end lies at r <= 0. */
+ * times the exponential of eq. 3.9 when both ends are in the rows 0 .. fit->rows-1. Else the mean radius, for purely
+ * radial bonds less kappa over it (eq. 3.8; kappa_far where the mean radius is at least radius_far). 0: an end lies at
+ * r <= 0. */
 static double pdi_axisym_compute_conductance(const pdi_axisym_fit *fit, int i, int k)
 {
     int axial = pdi_axisym_get_offset(fit->stencil, k, 0), j = i + pdi_axisym_get_offset(fit->stencil, k, 1);
@@ -55,7 +56,8 @@ static double pdi_axisym_compute_conductance(const pdi_axisym_fit *fit, int i, i
 }
 
 /* Solves matrix x = residual of the fit by Gauss elimination with complete pivoting; matrix, residual and the pivots
- * are overwritten. Conditions that depend on each other leave zero pivots: the corresponding unknowns are 0. */
+ * are overwritten. Elimination ends at a pivot of at most PDI_AXISYM_MIN_PIVOT times the largest one (conditions that
+ * depend on each other): the remaining unknowns are 0. */
 static void pdi_axisym_solve_newton_step(pdi_axisym_fit *fit)
 {
     int n = 2 * fit->rows, rank = 0;
@@ -97,8 +99,8 @@ static void pdi_axisym_solve_newton_step(pdi_axisym_fit *fit)
 }
 
 /* Sets residual [2 rows] = 1 - moments over their wanted values (3.7; axial, radial condition of each fitted row) and
- * matrix = derivatives of these moments by lambda and mu of each row. Returns the largest |residual| [-]; 0: no rows.
- */
+ * matrix = derivatives of these moments by lambda and mu of each row. Bonds to rows that are not fitted count in the
+ * moments and have no derivative. Returns the largest |residual| [-]; 0: no rows. */
 static double pdi_axisym_assemble_conditions(pdi_axisym_fit *fit)
 {
     const pd_stencil *s = fit->stencil;
@@ -130,7 +132,9 @@ static double pdi_axisym_assemble_conditions(pdi_axisym_fit *fit)
     return largest;
 }
 
-/* Newton's method for lambda and mu of the fit, from the values that they have. PD_ERR_GEOMETRY: not converged. */
+/* Newton's method for lambda and mu of the fit, from the values that they have. Ends when the largest residual is at
+ * most PDI_AXISYM_TOLERANCE, or at most PDI_AXISYM_REQUIRED and not below half of the best one before. PD_ERR_GEOMETRY:
+ * not so within PDI_AXISYM_MAX_STEPS steps. Without fitted rows PD_OK at once. */
 static pd_status pdi_axisym_solve_multipliers(pd_ctx *ctx, pdi_axisym_fit *fit)
 {
     double best = HUGE_VAL;
@@ -147,8 +151,9 @@ static pd_status pdi_axisym_solve_multipliers(pd_ctx *ctx, pdi_axisym_fit *fit)
     return pd_fail(ctx, PD_ERR_GEOMETRY, "axisym", "the weights at the axis miss their conditions by %g", best);
 }
 
-/* Number of rows to fit, from the axis on: all that lack bonds across the axis, and so many that kappa is at most half
- * of the squared mean radius on all other bonds. 0: the box does not begin at the axis. */
+/* Number of rows to fit, from the axis on: at least the reach of the stencil (these lack bonds across the axis), and so
+ * many that kappa is at most half of the squared mean radius on all bonds of other rows. 0: the box does not begin at
+ * the axis. */
 static int pdi_axisym_count_fitted_rows(const pdi_axisym_fit *fit)
 {
     int reach = fit->stencil->reach, rows = reach;
@@ -174,8 +179,8 @@ static int pdi_axisym_count_rows_without_fluid(const pd_grid *grid)
 }
 
 /* Mean radius [cells] from which conductances use the kappa of eq. 3.8b: that of the innermost bond of the innermost
- * row with fluid. HUGE_VAL (nowhere) when bonds of such rows reach fitted ones or would lose more than half of their
- * conductance. */
+ * row with fluid. HUGE_VAL (nowhere): bonds of such rows reach fitted ones, that radius is not positive, or its square
+ * is below 2 kappa_far (such bonds would lose more than half of their conductance). */
 static double pdi_axisym_find_far_radius(const pdi_axisym_fit *fit, const pd_grid *grid)
 {
     int empty = pdi_axisym_count_rows_without_fluid(grid);
@@ -200,8 +205,9 @@ static void pdi_axisym_list_fit_arrays(pdi_array_visitor *owner, void *object)
 }
 
 /* Fits the conductances to the planar weights weight [count] and stores table [rows, ghosts included][count] = unit
- * [count] (NULL: 1) times c_ij over the radius of the row; 0 in rows at r <= 0. With unit NULL no bond has the kappa of
- * eq. 3.8b. Overwrites all members of the fit but stencil and first_radius. */
+ * [count] (NULL: 1) times c_ij over the radius of the row, both in cells; 0 in rows at r <= 0 and for bonds across the
+ * axis. With unit NULL no bond has the kappa of eq. 3.8b. Overwrites all members of the fit but stencil and
+ * first_radius; the caller frees its arrays. PD_ERR_GEOMETRY: the fit does not converge. */
 static pd_status pdi_axisym_compute_table(pd_ctx *ctx, pdi_axisym_fit *fit, const pd_grid *grid, const double *weight,
                                           const double *unit, double *table)
 {
@@ -269,7 +275,8 @@ static pd_status pdi_axisym_compute_weights(pd_ctx *ctx, const pd_stencil *s, co
     return PD_OK;
 }
 
-/* Inner part of pdi_axisym_build: what it leaves behind on failure is freed by the caller. */
+/* Does the work of pdi_axisym_build; on failure the caller frees what `axisym` holds. All of `axisym` is zero, with
+ * PD_OK, on a planar grid. A first row less than one cell from the axis counts as the row at the axis. */
 static pd_status pdi_axisym_build_inner(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, pd_axisym *axisym)
 {
     pdi_axisym_fit fit;

@@ -37,7 +37,8 @@ typedef struct pdi_bond_intersection {
 } pdi_bond_intersection;
 
 /* Sets all of *cut to the intersection with the face of the closed cell that bond k enters with `group`; curvatures and
- * distance become 0. Through an edge or corner the unit normal is the mean of the faces whose near side is open. */
+ * distance become 0, is_smooth 0. Through an edge or corner the unit normal is the mean of the entered faces: of those
+ * whose near side is open when the group is one cell, else, or when none is, of all. */
 static void pdi_bond_intersect_cell_face(const pd_bond_paths *paths, int32_t node, int k, int group,
                                          pdi_bond_intersection *cut)
 {
@@ -72,8 +73,9 @@ static double pdi_bond_shape_distance_along(const pd_grid *grid, int shape, cons
     return pdi_grid_signed_distance(grid, shape, at);
 }
 
-/* 1: an open node on bond k, in front of its closed `group`, lies inside `shape`: metal has dissolved there, and the
- * surface is that of cell faces, no longer the shape. */
+/* 1: an open node on bond k, in front of its closed `group`, lies inside `shape` or on its surface: metal has dissolved
+ * there, and the surface is that of cell faces, no longer the shape. The node at the start of the bond is not tested.
+ */
 static int pdi_bond_has_receded(const pd_bond_paths *paths, int shape, int32_t node, int k, int group)
 {
     const pd_stencil *s = paths->stencil;
@@ -88,9 +90,11 @@ static int pdi_bond_has_receded(const pd_bond_paths *paths, int shape, int32_t n
     return 0;
 }
 
-/* Sets normal and is_smooth of *cut, whose fraction is set, by central differences of the distance to `shape` with a
- * step of 1e-3 spacings; distance and curvatures only where the surface is curved and no edge is near. Where the
- * gradient vanishes nothing changes. x [m]: the node, xi [m]: the bond. */
+/* Sets normal and is_smooth of *cut, whose fraction is set, by central differences of the distance to `shape`; x, xi
+ * [m]: node and bond. Nothing changes where the gradient vanishes. is_smooth: the normal is along no axis, or c, the
+ * largest second derivative times h, is not below PDI_BOND_FLAT_CURVATURE. distance (>= PDI_BOND_MIN_FRACTION spacings)
+ * and curvatures are set only where c is from there to below PDI_BOND_EDGE_CURVATURE, and distance times curvature is
+ * below 1.5. */
 static void pdi_bond_compute_curvature(const pd_grid *grid, int shape, const double *x, const double *xi,
                                        pdi_bond_intersection *cut)
 {
@@ -127,8 +131,8 @@ static void pdi_bond_compute_curvature(const pd_grid *grid, int shape, const dou
     cut->tangential_curvature = second / (step * step) - mean * reach * reach;
 }
 
-/* First fraction of bond k from node x at which it passes a node that belongs to `shape`; HUGE_VAL: none. Such a node
- * is closed even where the line only touches the shape. */
+/* First fraction of bond k from node x at which it passes a lattice point inside `shape` or on its surface; the far end
+ * counts, the node x does not. HUGE_VAL: none. Such a node is closed even where the line only touches the shape. */
 static double pdi_bond_find_node_in_shape(const pd_grid *grid, int shape, const double *x, const pd_stencil *s, int k)
 {
     const int *n = s->offset + k * PD_DIM;
@@ -149,7 +153,7 @@ static double pdi_bond_find_node_in_shape(const pd_grid *grid, int shape, const 
 /* Moves the intersection, with normal and curvatures, to the point at which bond k enters `shape`: before the cell face
  * or, where the line grazes the closed cell, behind it, up to fraction `limit`. In a tube that may lie behind the far
  * end, where cells at the wall block the line between two fluid nodes. *cut stays as it is where the node x lies in the
- * shape or the line does not enter it. */
+ * shape or on its surface, or the line does not enter it up to `limit`. */
 static void pdi_bond_intersect_shape(const pd_grid *grid, int shape, const double *x, const pd_stencil *s, int k,
                                      double limit, pdi_bond_intersection *cut)
 {
@@ -169,8 +173,9 @@ PDI_FN int pdi_bond_find_surface_shape(const pd_grid *grid, int32_t closed, int 
     return shape >= 0 && pd_shape_is_smooth(grid->shapes, shape) ? shape : -1;
 }
 
-/* Axisymmetric grid: adds the curvature N_r/r of a surface of revolution in the plane of the ring to *cut, and sets the
- * distance of the node. Nothing changes where that curvature counts as an edge, or the node is too far from it. */
+/* Axisymmetric grid: adds the curvature N_r/r of a surface of revolution in the plane of the ring to *cut (0 at r <=
+ * 0), and sets its distance where that is 0, as of a plane. Nothing changes where |N_r|/r times h_r is not below
+ * PDI_BOND_EDGE_CURVATURE, or the distance times the sum of curvatures is not below 1.5. */
 static void pdi_bond_add_ring_curvature(const pd_grid *grid, const double *x, const double *xi,
                                         pdi_bond_intersection *cut)
 {
@@ -186,8 +191,10 @@ static void pdi_bond_add_ring_curvature(const pd_grid *grid, const double *x, co
     cut->tangential_curvature -= ring_curvature * normal_length * normal_length;
 }
 
-/* Sets all of *cut: the intersection of bond k of `node`, blocked at `group`, with the surface, a smooth shape or a
- * cell face, and the curvatures there. The fraction is at least PDI_BOND_MIN_FRACTION, and may exceed 1. */
+/* Sets all of *cut: the intersection of bond k of `node`, blocked at `group`, with the surface, and the curvatures
+ * there. It is the smooth shape of the closed cell, searched up to PDI_BOND_MAX_FRACTION (behind a wall side up to the
+ * side); the cell face where there is no such shape, it has receded, or the line does not enter it. The fraction is at
+ * least PDI_BOND_MIN_FRACTION, and may exceed 1. */
 static void pdi_bond_find_intersection(const pd_bond_paths *paths, int32_t node, int k, int group,
                                        pdi_bond_intersection *cut)
 {
@@ -205,9 +212,9 @@ static void pdi_bond_find_intersection(const pd_bond_paths *paths, int32_t node,
     if (PD_DIM == 2 && grid->circumference) pdi_bond_add_ring_curvature(grid, x, s->xi + k * PD_DIM, cut);
 }
 
-/* inverse [PD_DIM][PD_DIM] = inverse of the moment matrix, plus `closure` where that is not NULL, scaled by the moments
- * norm [PD_DIM] of a full family so that the ratio of the spacings does not matter. Returns 1; 0: the reciprocal
- * condition number is not above `min_pivot`, and `inverse` has no meaning. */
+/* inverse [PD_DIM][PD_DIM] = inverse of the moment matrix, plus `closure` where that is not NULL. Returns 1; 0: the
+ * reciprocal condition number of the matrix, scaled by the moments norm [PD_DIM] of a full family so that the ratio of
+ * the spacings does not matter, is not above `min_pivot`, and `inverse` has no meaning. */
 static int pdi_bond_invert_moment(const double *norm, const double *moment, const double *closure, double min_pivot,
                                   double *inverse)
 {
@@ -223,7 +230,8 @@ static int pdi_bond_invert_moment(const double *norm, const double *moment, cons
     return 1;
 }
 
-/* 1: the family of `node` is full: all far ends are fluid, images or outlets; inlet ghosts carry no pressure. */
+/* 1: the family of `node` is full: all far ends are fluid, images or outlets. 0: one is solid, wall, inactive, or an
+ * inlet ghost, which carries no pressure. */
 static int pdi_bond_is_family_full(const pd_bonds *bonds, int32_t node)
 {
     for (int k = 0; k < bonds->stencil->count; k++) {
@@ -233,9 +241,10 @@ static int pdi_bond_is_family_full(const pd_bonds *bonds, int32_t node)
     return 1;
 }
 
-/* Adds the contributions of cut bond k to *lap [1/m2] and *curv [-] (eq. 3.3, 3.4). The field along the bond is u_i + s
- * u' + s^2/2 u'' with its zero at t. Near a wall at distance d it is u = g d + q d^2/2, so that u'' = g (xi.D xi) + q
- * (xi.N)^2 and the Laplacian of u is g mean + q: both u'' and the gradient g follow from u_i and that Laplacian. */
+/* Adds the contributions of cut bond k of `node` to *lap [1/m2] and *curv [-] (eq. 3.3, 3.4): a/t, and a (1-t)/2
+ * (xi.N)^2 (negative for t > 1). Where cut->distance d > 0 both lose a part for the tangential curvature. Derivation: u
+ * = u_i + s u' + s^2/2 u'' is zero at t. Near a wall u = g d + q d^2/2, so u'' = g (xi.D xi) + q (xi.N)^2 and the
+ * Laplacian is g mean + q: u'' and g follow from u_i and that Laplacian. */
 static void pdi_bond_add_wall_terms(const pd_bonds *bonds, int32_t node, int k, const pdi_bond_intersection *cut,
                                     double *lap, double *curv)
 {
@@ -249,7 +258,9 @@ static void pdi_bond_add_wall_terms(const pd_bonds *bonds, int32_t node, int k, 
     *curv -= half * cut->tangential_curvature * gradient * 0.5 * cut->distance;
 }
 
-/* 1: the bond is blocked by cells of a smooth surface that its line intersects behind its far end, or nowhere. */
+/* 1: the bond is blocked by cells of a smooth surface that its line intersects behind its far end (fraction above 1 +
+ * 1e-9), or nowhere: the intersection is PDI_BOND_SURFACE_TOLERANCE or more from the shape. 0: a surface of cell faces,
+ * or a wall side of the box, with a fraction of at most 1. */
 static int pdi_bond_is_grazing(const pd_bond_paths *paths, int32_t node, int k, int group,
                                const pdi_bond_intersection *cut)
 {
@@ -360,10 +371,10 @@ static void pdi_bond_compute_flux_correction(const double *norm, double *matrix)
         for (int b = 0; b < PD_DIM; b++) matrix[a * PD_DIM + b] = norm[a] * inverse[b * PD_DIM + a];
 }
 
-/* Computes closure [PD_DIM][PD_DIM], which the cut bonds of row r add to its moments by a zero normal gradient at the
- * surface (eq. 3.6): the mirror image of the far end is xi - 2 (1-t) (xi.N) N, and its difference from xi a known
- * multiple of the gradient. With flow it also adds to wall_laplacian and wall_curvature of the row, which are 0 before,
- * and sets near_smooth_surface and neighbour_distance. */
+/* Sets closure [PD_DIM][PD_DIM], which the cut bonds of row r add to its moments by a zero normal gradient at the
+ * surface (eq. 3.6): the mirror image of the far end is xi - 2 (1-t) (xi.N) N. Bonds with t >= 1 add nothing. With flow
+ * it also adds to wall_laplacian and wall_curvature of the row, sets near_smooth_surface to 1 at a smooth surface
+ * (never to 0), and neighbour_distance of closed neighbours to -t. The row must be reset before. */
 static void pdi_bond_sum_wall_closure(pd_bonds *bonds, int32_t r, double *closure)
 {
     const pd_stencil *s = bonds->stencil;
@@ -385,8 +396,8 @@ static void pdi_bond_sum_wall_closure(pd_bonds *bonds, int32_t r, double *closur
     }
 }
 
-/* inverse [PD_DIM][PD_DIM] = inverse of the moments; where the open bonds do not span space (a channel one node wide),
- * of moments plus closure; where that is singular, too, zero. */
+/* inverse [PD_DIM][PD_DIM] = inverse of the moments. Where their scaled reciprocal condition number is not above
+ * PDI_BOND_MIN_PIVOT (a channel one node wide): of moments plus closure; where that is not above 1e-9: zero. */
 static void pdi_bond_invert_moment_closed(const double *norm, const double *moment, const double *closure,
                                           double *inverse)
 {
@@ -395,7 +406,8 @@ static void pdi_bond_invert_moment_closed(const double *norm, const double *mome
     memset(inverse, 0, PD_DIM * PD_DIM * sizeof *inverse);
 }
 
-/* Inverse moments of row r without flow: the closure is computed only where the open bonds do not span space. */
+/* inverse [PD_DIM][PD_DIM] = inverse moments of row r without flow, as of pdi_bond_invert_moment_closed; the closure is
+ * computed only where the open bonds do not span space. Writes nothing to the row with PD_BONDS_NO_FLOW. */
 static void pdi_bond_invert_moment_no_flow(pd_bonds *bonds, int32_t r, const double *moment, double *inverse)
 {
     double closure[PD_DIM * PD_DIM];
@@ -422,8 +434,10 @@ PDI_FN const double *pdi_bond_get_inverse_moment(const pd_bonds *bonds, int32_t 
     return buffer;
 }
 
-/* Computes all data of row r, whose node is set: open_mask, has_inlet, inverse moments where they are stored, and with
- * flow the wall terms, neighbour_distance and the flux correction. */
+/* Computes all data of row r, whose node is set: open_mask, has_inlet (an open bond ends on an inlet), inverse moments
+ * of the open bonds without inlets where they are stored, and with flow the wall terms, near_smooth_surface,
+ * neighbour_distance (1: not cut) and the flux correction, whose moments include inlets and the axisymmetric flux
+ * factor. Earlier data of the row are lost. */
 static void pdi_bond_compute_row(pd_bonds *bonds, int32_t r)
 {
     enum { N = PD_DIM * PD_DIM };
@@ -484,7 +498,8 @@ PDI_FN void pdi_bond_list_row_arrays(pdi_array_visitor *owner, void *object)
     PDI_ARRAY(owner, bonds, flux_correction, rows * PD_DIM * PD_DIM, "1");
 }
 
-/* Copies moments and wall terms of the first `rows` rows to `to`, which has room for them and the same options. */
+/* Copies all arrays of the first `rows` rows but node, open_mask and has_inlet to `to`, which has room for them and the
+ * same options: nothing with PD_BONDS_LOW_MEMORY, inverse moments alone with PD_BONDS_NO_FLOW. */
 static void pdi_bond_copy_row_data(const pd_bonds *from, size_t rows, pd_bonds *to)
 {
     if (from->options & PD_BONDS_LOW_MEMORY) return;
@@ -497,8 +512,8 @@ static void pdi_bond_copy_row_data(const pd_bonds *from, size_t rows, pd_bonds *
     memcpy(to->flux_correction, from->flux_correction, rows * PD_DIM * PD_DIM * sizeof *from->flux_correction);
 }
 
-/* Grows the arrays of rows to hold at least `rows` rows, and more; the present rows are kept. All arrays keep one
- * common capacity. On failure nothing changes. */
+/* Grows the arrays of rows to a capacity of rows + rows/4 + 64 when `rows` exceeds the capacity, else does nothing; the
+ * present rows are kept. All arrays keep one common capacity. On failure nothing changes. */
 static pd_status pdi_bond_reserve(pd_ctx *ctx, int32_t rows, pd_bonds *b)
 {
     if (rows <= b->capacity) return PD_OK;
@@ -590,8 +605,9 @@ static void pdi_bond_list_range_arrays(pdi_array_visitor *owner, void *object)
     PDI_ARRAY(owner, list, length, list->capacity, "1");
 }
 
-/* Stores the ranges of nodes with plain rows (cut 1) or with full families (cut 0) in `list`, as many as it has room
- * for; list->count is left alone. Returns the number of all ranges, which may exceed the capacity. */
+/* Stores the ranges of fluid nodes with plain rows (cut 1) or without row (full families, cut 0) in `list`, as many as
+ * it has room for; list->count is left alone. Nodes with a bond to an inlet are in neither. Returns the number of all
+ * ranges, which may exceed the capacity. */
 static int32_t pdi_bond_find_ranges(const pd_bonds *b, int cut, pd_node_ranges *list)
 {
     int32_t count = 0, length = 0;
@@ -613,7 +629,8 @@ static int32_t pdi_bond_find_ranges(const pd_bonds *b, int cut, pd_node_ranges *
     return count;
 }
 
-/* Finds the ranges of a list again, and grows it when it is too short; cut: as of pdi_bond_find_ranges. */
+/* Finds the ranges of a list again, sets its count, and grows it when it is too short; cut: as of pdi_bond_find_ranges.
+ * On failure the list is empty. */
 static pd_status pdi_bond_update_ranges(pd_ctx *ctx, const pd_bonds *b, int cut, pd_node_ranges *list)
 {
     int32_t count = pdi_bond_find_ranges(b, cut, list);
@@ -635,8 +652,9 @@ static pd_status pdi_bond_update_order(pd_ctx *ctx, pd_bonds *b)
     return pdi_bond_update_ranges(ctx, b, 1, &b->truncated_ranges);
 }
 
-/* Updates the row of a node: adds one where its family is truncated, computes it, or removes it where it is not
- * needed, when the last row takes its number. Rows are unsorted and ranges out of date afterwards. */
+/* Updates the row of a node. It needs one when it is fluid and its family is truncated, or with PD_BONDS_ALL_ROWS; a
+ * missing row is appended, and the row computed anew. Else a present row is removed, and the last row takes its number.
+ * Rows are unsorted and ranges out of date afterwards. On failure nothing changes. */
 static pd_status pdi_bond_update_node(pd_ctx *ctx, int32_t node, pd_bonds *b)
 {
     int needed =
@@ -675,7 +693,8 @@ static void pdi_bond_list_node_arrays(pdi_array_visitor *owner, void *object)
     PDI_ARRAY(owner, bonds, node_version, bonds->grid->total, "1");
 }
 
-/* Inner part of pd_bonds_build: what it leaves behind on failure is freed by the caller. */
+/* Does the work of pd_bonds_build on overwritten `bonds`; on failure the caller frees what it has allocated. Polls for
+ * cancellation (PD_CANCELLED) every PDI_BOND_POLL_INTERVAL nodes. */
 static pd_status pdi_bond_build_inner(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, int options,
                                       pd_bonds *bonds)
 {

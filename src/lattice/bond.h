@@ -73,23 +73,29 @@ typedef struct pd_bonds {
 #define pd_bonds_validate PD_NAME(pd_bonds_validate)
 #define pd_bonds_free PD_NAME(pd_bonds_free)
 
-/* Builds the rows of all irregular nodes and the ranges of nodes. Grid and stencil are borrowed. options: 0, or a sum
- * of pd_bonds_options. PD_ERR_ARGUMENT: PD_BONDS_LOW_MEMORY without PD_BONDS_NO_FLOW. */
+/* Builds the rows of all irregular nodes and the ranges of nodes; `bonds` is overwritten, and all zero after a failure.
+ * Grid and stencil are borrowed. options: 0, or a sum of pd_bonds_options. PD_ERR_ARGUMENT: PD_BONDS_LOW_MEMORY without
+ * PD_BONDS_NO_FLOW; the grid has fewer ghost layers than the stencil reaches, or other spacings. PD_ERR_GEOMETRY: the
+ * axisymmetric weights do not converge. */
 PD_API pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, int options,
                                 pd_bonds *bonds);
-/* After the solid nodes changed[count] became fluid: updates ghosts, the rows within one bond of these nodes, ranges,
- * version and node_version. Rows are sorted anew: the row of any node may change. */
+/* After the solid nodes changed[count] became fluid (pdi_grid_set_fluid): updates ghosts, the rows of these nodes and
+ * of fluid nodes within one bond of them or their images, and ranges; version grows by one, and is node_version of
+ * these nodes. Rows are sorted anew: the row of any node may change. count 0: ghosts and ranges only. PD_ERR_MEMORY,
+ * PD_ERR_LIMIT: rows are partly updated. */
 PD_API pd_status pd_bonds_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_bonds *bonds);
-/* Checks in O(N) that bonds are open from both ends alike, rows are in order, and the ranges cover every fluid node
- * once. PD_ERR_INTERNAL: they do not. */
+/* Checks in O(N) that open bonds of rows to fluid nodes are open from both ends, that rows are in order (by node; those
+ * with inlets last) and agree with row_of_node, and that rows at inlets plus the lengths of all ranges make up the
+ * number of fluid nodes. PD_ERR_INTERNAL: they do not. Changes nothing. */
 PD_API pd_status pd_bonds_validate(pd_ctx *ctx, const pd_bonds *bonds);
 PD_API void pd_bonds_free(pd_ctx *ctx, pd_bonds *bonds);
 
 #ifdef PDI_INTERNAL
 /* Describes the arrays of pd_bonds with one entry a row to the array registry: those that `options` ask for. */
 PDI_FN void pdi_bond_list_row_arrays(pdi_array_visitor *owner, void *object);
-/* Returns the inverse moment matrix [PD_DIM][PD_DIM] [unit of 1/(base m2)] of row r (eq. 3.5): the stored one, or with
- * PD_BONDS_LOW_MEMORY `buffer` [PD_DIM][PD_DIM], into which it is computed. */
+/* Returns the inverse moment matrix [PD_DIM][PD_DIM] [unit of 1/(base m2)] of row r (eq. 3.5), over open bonds without
+ * those to inlets: the stored one, or with PD_BONDS_LOW_MEMORY `buffer` [PD_DIM][PD_DIM], into which it is computed.
+ * Zero where the bonds and the closure by the wall (eq. 3.6) do not span space. */
 PDI_FN const double *pdi_bond_get_inverse_moment(const pd_bonds *bonds, int32_t r, double *buffer);
 /* Laplacian weights a(n) [count] [1/m2] of the bonds of `node`: those of the stencil, or of its row of an
  * axisymmetric grid. */
@@ -162,20 +168,22 @@ static inline pdi_bond_openness pdi_bond_find_nodes_open(const pd_bonds *bonds, 
     for (int b = 0; b < count && which == PDI_BOND_OPEN_SOME; b++) open[b] = pdi_bond_get_open_factor(masks, k, b);
     return which;
 }
-/* Terms of a moving wall in the Laplacian of a row (eq. 3.3): motion [PD_DIM] [1/(m s)] = sum over its cut bonds of
- * their part of wall_laplacian times the velocity that `wall` returns at the intersection. curved [PD_DIM] [m/s] (or
- * NULL): the same with their part of wall_curvature. */
+/* Terms of a moving wall in the Laplacian of a row (eq. 3.3): sets motion [PD_DIM] [1/(m s)] = sum over its cut bonds
+ * of their part of wall_laplacian times the velocity that `wall` returns at the intersection; curved [PD_DIM] [m/s] (or
+ * NULL): the same with their part of wall_curvature. Zero without cut bonds. Intersections are computed anew:
+ * PD_BONDS_NO_FLOW is allowed. */
 PDI_FN void pdi_bond_sum_wall_velocity(const pd_bonds *bonds, int32_t row, pd_velocity_fn wall, void *user,
                                        double *motion, double *curved);
 /* Index of the smooth shape (metal or wall) whose zero level is the surface at a closed node; a ghost counts as its
  * source. -1: the surface is that of cell faces, or the node is open. walled 1: the node lies behind a side of the box
  * that is a wall, and the shape is that of the wall. */
 PDI_FN int pdi_bond_find_surface_shape(const pd_grid *grid, int32_t closed, int walled);
-/* Fraction t > 0 at which bond k of a node, which has to be cut, intersects the surface; x [PD_DIM]: the point [m].
+/* Fraction t >= 1e-3 at which bond k of a node, which has to be cut, intersects the surface; x [PD_DIM]: the point [m].
  * Above 1 where the line grazes a smooth surface and meets it behind the end of the bond. */
 PDI_FN double pdi_bond_find_cut_fraction(const pd_bond_paths *paths, int32_t node, int k, double *x);
 /* Point x [m] at which cut bond k of a row intersects the surface, and the unit normal towards the fluid. Returns the
- * closed node behind it; -1: the line only grazes the cells of a smooth surface, x and normal are set all the same. */
+ * closed node behind it (may be a ghost); -1: the line only grazes the cells of a smooth surface, x and normal are set
+ * all the same, and x may lie behind the end of the bond. */
 PDI_FN int32_t pdi_bond_find_surface_point(const pd_bonds *bonds, int32_t row, int k, double *x, double *normal);
 /* Signed distance [m] of x from the smooth shape whose surface passes through the cell of node `closed`, positive on
  * the side of the fluid; NaN: the surface there is that of cell faces. */

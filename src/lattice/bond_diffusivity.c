@@ -49,8 +49,8 @@ static int pdi_bond_diffusivity_find_side(const pdi_bond_diffusivity_segment *w,
     return (level > tolerance) - (level < -tolerance);
 }
 
-/* Fraction between lo and hi at which the segment intersects the surface; flo, fhi: signed distances there [m]. lo when
- * these do not have opposite signs. */
+/* Fraction between lo and hi at which the segment intersects the surface, where the distance is at most 1e-14 of |flo|
+ * + |fhi|; flo, fhi: signed distances there [m]. lo when these do not have opposite signs (0 included). */
 static double pdi_bond_diffusivity_find_surface(const pdi_bond_diffusivity_segment *w, double lo, double hi, double flo,
                                                 double fhi)
 {
@@ -65,7 +65,8 @@ static double pdi_bond_diffusivity_find_surface(const pdi_bond_diffusivity_segme
 }
 
 /* Diffusivity [m2/s] of the part 0 .. end of a segment, which lies within the surface: the arithmetic mean of both
- * sides at its middle; the value at the middle itself where the surface has no normal. */
+ * sides at its middle, PDI_BOND_DIFFUSIVITY_SIDE_OFFSET spacings along the normal; the value at the middle itself where
+ * the surface has no normal (differences of the distance cancel). */
 static double pdi_bond_diffusivity_mean_in_surface(const pdi_bond_diffusivity_segment *w, double end)
 {
     const pd_bond_diffusivity *m = w->media;
@@ -85,8 +86,9 @@ static double pdi_bond_diffusivity_mean_in_surface(const pdi_bond_diffusivity_se
 }
 
 /* Resistance [s/m2], over the length of the segment, of its part from the start of the present material to the fraction
- * `to`; HUGE_VAL: no diffusivity. The first part has near_diffusivity, the last one (to >= end) far_diffusivity, where
- * these are not NaN; others have the diffusivity at their middle. */
+ * `to`; HUGE_VAL: the diffusivity is 0. Where they are not NaN, near_diffusivity holds for the first part,
+ * far_diffusivity for the last one (to >= end), and their harmonic mean for a part that is both; others have the
+ * diffusivity at their middle. */
 static double pdi_bond_diffusivity_resistance(const pdi_bond_diffusivity_segment *w, double to, double end)
 {
     double d, near = w->material_begin > 0.0 ? (double)NAN : w->near_diffusivity,
@@ -137,9 +139,10 @@ static void pdi_bond_diffusivity_add_point(pdi_bond_diffusivity_integral *state,
     state->last_distance = level;
 }
 
-/* Integrates from the last point to the fraction `to`, with the signed distance `level` [m], by bisection until no
- * surface can be missed: the distances at both ends are bounds (Lipschitz constant 1). Layers thinner than
- * PDI_BOND_DIFFUSIVITY_MIN_LAYER may be. The points are the same from whichever end the segment begins. */
+/* Integrates from the last point to the fraction `to`, with the signed distance `level` [m]. Halves the part while it
+ * is longer than the sum of the |distances| at both ends (they are bounds, Lipschitz constant 1: a surface may be
+ * missed) and longer than PDI_BOND_DIFFUSIVITY_MIN_LAYER of the smallest spacing. Thinner layers may be missed. The
+ * points are the same from whichever end the segment begins. */
 static void pdi_bond_diffusivity_bisect(pdi_bond_diffusivity_integral *state, double to, double level)
 {
     const pd_bond_diffusivity *m = state->segment->media;
@@ -167,7 +170,8 @@ static double pdi_bond_diffusivity_integrate(pdi_bond_diffusivity_segment *w, do
     return state.integral;
 }
 
-/* Mean diffusivity [m2/s] of the part 0 .. end of the segment: resistances in series (eq. 5.8). Changes the segment as
+/* Mean diffusivity [m2/s] of the part 0 .. end of the segment: resistances in series (eq. 5.8), 0 where a material does
+ * not conduct; pdi_bond_diffusivity_mean_in_surface where all of it lies within the surface. Changes the segment as
  * pdi_bond_diffusivity_integrate does. */
 static double pdi_bond_diffusivity_mean_in_series(pdi_bond_diffusivity_segment *w, double end)
 {
@@ -198,8 +202,8 @@ PDI_FN double pdi_bond_diffusivity_get_part(const pd_bond_diffusivity *m, int32_
                                                                          : pdi_bond_diffusivity_mean_in_series(&w, end);
 }
 
-/* 1: the node can take part in diffusion: it is no wall. A ghost whose source is metal takes part, as it opens when the
- * metal dissolves. */
+/* 1: the node can take part in diffusion: it is neither wall nor inactive, or it is a ghost whose source is metal, not
+ * behind a wall side: it opens when the metal dissolves. 0: others. */
 static int pdi_bond_diffusivity_is_member(const pd_grid *grid, int32_t i)
 {
     int at[PD_DIM];
@@ -213,7 +217,7 @@ static int pdi_bond_diffusivity_is_member(const pd_grid *grid, int32_t i)
 }
 
 /* Node (may be a ghost) at `times` bonds k from node i, times < 0: in the opposite direction; -1: outside of the
- * arrays, or a wall. */
+ * arrays, or it takes no part (pdi_bond_diffusivity_is_member). */
 static int32_t pdi_bond_diffusivity_find_node(const pd_bond_diffusivity *m, int32_t i, int k, int times)
 {
     int at[PD_DIM];
@@ -226,7 +230,7 @@ static int32_t pdi_bond_diffusivity_find_node(const pd_bond_diffusivity *m, int3
     return pdi_bond_diffusivity_is_member(m->grid, j) ? j : -1;
 }
 
-/* Node at the far end of bond k of node i; -1: outside of the arrays, or a wall. */
+/* Node at the far end of bond k of node i; -1: outside of the arrays, or it takes no part (a wall). */
 static int32_t pdi_bond_diffusivity_find_far_node(const pd_bond_diffusivity *m, int32_t i, int k)
 {
     return pdi_bond_diffusivity_find_node(m, i, k, 1);
@@ -260,8 +264,10 @@ typedef struct pdi_bond_diffusivity_correction {
     double x[PD_DIM]; /* [m2/s] */
 } pdi_bond_diffusivity_correction;
 
-/* Axis normal to the surface near node i, to rounding; -1: the surface is inclined. Where two parts of it are equally
- * near on both sides of the node, central differences cancel, and the axis is that along which the distance changes. */
+/* Axis normal to the surface near node i: that whose squared component of the gradient of the distance exceeds 1 -
+ * PDI_BOND_DIFFUSIVITY_TOLERANCE of the sum; -1: the surface is inclined. Where the squared central gradient is at most
+ * PDI_BOND_DIFFUSIVITY_MIN_GRADIENT (two parts of the surface equally near on both sides of the node), the larger
+ * one-sided difference along each axis counts instead. */
 static int pdi_bond_diffusivity_find_normal_axis(const pd_bond_diffusivity *m, int32_t i)
 {
     double gradient[PD_DIM], change[PD_DIM], length = 0.0, changes = 0.0;
@@ -286,7 +292,8 @@ static int pdi_bond_diffusivity_find_normal_axis(const pd_bond_diffusivity *m, i
     return -1;
 }
 
-/* Mean diffusivity [m2/s] of the cell of node i along `axis`, material by material. */
+/* Mean diffusivity [m2/s] along `axis` over one spacing about node i: arithmetic, each material weighted by its length
+ * with the value at its middle; pdi_bond_diffusivity_mean_in_surface where all of it lies within the surface. */
 static double pdi_bond_diffusivity_cell_mean(const pd_bond_diffusivity *m, int32_t i, int axis)
 {
     pdi_bond_diffusivity_segment w;
@@ -301,8 +308,8 @@ static double pdi_bond_diffusivity_cell_mean(const pd_bond_diffusivity *m, int32
     return side ? sum : pdi_bond_diffusivity_mean_in_surface(&w, 1.0);
 }
 
-/* Mean diffusivity of the cell of node i minus that of the node [m2/s], at least 0, when the surface cuts the cell. The
- * neighbours in the material of higher diffusivity carry this surplus. */
+/* Mean diffusivity of the cell of node i along `axis` minus that of the node [m2/s], at least 0; 0 when the node has no
+ * row or lies on the surface. The neighbours in the material of higher diffusivity carry this surplus. */
 static double pdi_bond_diffusivity_cell_surplus(const pd_bond_diffusivity *m, int32_t i, int axis)
 {
     pdi_bond_diffusivity_segment w;
@@ -312,8 +319,9 @@ static double pdi_bond_diffusivity_cell_surplus(const pd_bond_diffusivity *m, in
     return pd_max(pdi_bond_diffusivity_cell_mean(m, i, axis) - m->node_value[i], 0.0);
 }
 
-/* Mean diffusivity [m2/s] of the layer of cells of node i: of its cell, without its surplus and with that of
- * neighbours of lower diffusivity. */
+/* Mean diffusivity [m2/s] of the layer of cells of node i: of its cell along `axis`, without its surplus and with that
+ * of both neighbours of lower diffusivity; half of that where the node behind such a neighbour is above it in
+ * diffusivity, too. */
 static double pdi_bond_diffusivity_layer_mean(const pd_bond_diffusivity *m, int32_t i, int axis)
 {
     double mean = pdi_bond_diffusivity_cell_mean(m, i, axis) - pdi_bond_diffusivity_cell_surplus(m, i, axis);
@@ -346,9 +354,9 @@ static int pdi_bond_diffusivity_count_reflections(const pd_stencil *s, int n, in
     return reflections;
 }
 
-/* Diffusivity [m2/s] of bond k of node i, or, where that ends in a wall, the mean of its mirror images with the fewest
- * reflections, or that of the node when all of them end in walls: what walls cut off is corrected elsewhere (theory:
- * eq. 5.7). */
+/* Diffusivity [m2/s] of bond k of node i, which has a row; where it ends in a wall, the mean of its mirror images with
+ * the fewest reflections that do not (across `axis` only for want of others), or that of the node when all do: what
+ * walls cut off is corrected elsewhere (theory: eq. 5.7). */
 static double pdi_bond_diffusivity_get_mirrored(const pd_bond_diffusivity *m, int32_t i, int k, int axis)
 {
     const pd_stencil *s = m->stencil;
@@ -367,10 +375,11 @@ static double pdi_bond_diffusivity_get_mirrored(const pd_bond_diffusivity *m, in
     return found ? sum / found : m->node_value[i];
 }
 
-/* Computes the correction of node i (eq. 5.14). Bonds across the surface are resistances in series, and conduct less
- * along the surface than the materials do; a cell that the surface cuts has the material of its node. The deficit of
- * the moments of the node against the mean of its cell is given to its bonds parallel to the surface. Then the layers
- * together conduct along the surface what the materials do, and nothing changes across it. lift->axis -1: none. */
+/* Computes the correction of node i (eq. 5.14): lift->axis, -1 where the surface is inclined, and lift->x, 0 then and
+ * where the moments are singular. Bonds across the surface are resistances in series and conduct less along it than the
+ * materials do; a cut cell has the material of its node. The deficit of the moments of the node against the mean of its
+ * layer goes to its bonds parallel to the surface. So the layers together conduct along it what the materials do, and
+ * nothing changes across it. */
 static void pdi_bond_diffusivity_compute_correction(const pd_bond_diffusivity *m, int32_t i,
                                                     pdi_bond_diffusivity_correction *lift)
 {
@@ -420,7 +429,8 @@ static void pdi_bond_diffusivity_add_correction(const pd_bond_diffusivity *m,
     m->bond_value[(int64_t)m->row_of_node[j] * s->count + back] = *here;
 }
 
-/* Computes the corrections of all nodes near the surface, and adds them to their bonds. */
+/* Computes the corrections of all nodes of the box near the surface, and adds them to their bonds; ghosts have that of
+ * their source. Only out of memory fails, before any change. */
 static pd_status pdi_bond_diffusivity_correct_bonds(pd_ctx *ctx, pd_bond_diffusivity *m)
 {
     pdi_bond_diffusivity_correction *lift = NULL;
@@ -450,9 +460,10 @@ PDI_FN void pdi_bond_diffusivity_list_row_arrays(pdi_array_visitor *owner, void 
     PDI_ARRAY(owner, media, bond_value, media->rows ? (int64_t)media->rows * media->stencil->count : 0, "m2/s");
 }
 
-/* Numbers the nodes within one bond of the surface (rows, row_of_node), ghosts included, and allocates and computes the
- * diffusivities of their bonds, with the correction of eq. 5.14. The tolerance
- * includes all neighbours of a node on the surface, so that both ends of a bond have the same diffusivity. */
+/* Numbers the nodes within one bond of the surface (rows, row_of_node; -1: others), ghosts included and walls not, and
+ * allocates and computes the diffusivities of their bonds, with the correction of eq. 5.14 (not in 1D). bond_value
+ * stays NULL when there are none. The tolerance includes all neighbours of a node on the surface, so that both ends of
+ * a bond have the same diffusivity. */
 static pd_status pdi_bond_diffusivity_build_rows(pd_ctx *ctx, pd_bond_diffusivity *m)
 {
     double longest = 0.0;

@@ -35,16 +35,18 @@ PDI_FN void pdi_bond_diffusivity_list_node_arrays(pdi_array_visitor *owner, void
 /* Describes the array of pd_bond_diffusivity with one entry for each bond of nodes near the surface to the array
  * registry. */
 PDI_FN void pdi_bond_diffusivity_list_row_arrays(pdi_array_visitor *owner, void *object);
-/* Evaluates the diffusivity `field` [m2/s] at all nodes that are not inactive (others: 0), and allocates and computes
- * that of all bonds near the zero level of the signed distance `level` [m] (NULL: no surface), with the correction
- * along surfaces normal to an axis (eq. 5.14). Grid and stencil are borrowed; `media` is overwritten, and the caller
- * frees it on failure, too. PD_ERR_ARGUMENT: a diffusivity is negative or not finite. */
+/* Evaluates the diffusivity `field` [m2/s] at all nodes that are not inactive (others: 0; ghosts: folded into the box),
+ * and allocates and computes that of all bonds near the zero level of the signed distance `level` [m] (NULL: no
+ * surface), with the correction along surfaces normal to an axis (eq. 5.14). Grid and stencil are borrowed; `media` is
+ * overwritten, and the caller frees it on failure, too. PD_ERR_ARGUMENT: a diffusivity is negative, NaN or at least
+ * 1e100. */
 PDI_FN pd_status pdi_bond_diffusivity_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid,
                                             pd_point_fn field, pd_point_fn level, void *user,
                                             pd_bond_diffusivity *media);
 PDI_FN void pdi_bond_diffusivity_free(pd_ctx *ctx, pd_bond_diffusivity *media);
 /* Mean diffusivity [m2/s] of the part of bond k from node i to the fraction `end` of its length: resistances in series;
- * that of the node where the surface is farther away. Computed anew, without the correction of eq. 5.14. */
+ * that of the node where the surface is farther away than this part is long, or no bond value is stored. Computed anew,
+ * without the correction of eq. 5.14. */
 PDI_FN double pdi_bond_diffusivity_get_part(const pd_bond_diffusivity *media, int32_t i, int k, double end);
 /* Harmonic mean 2ab/(a + b) (eq. 5.2), in a form that does not overflow and gives the same bits from both ends. */
 static inline double pdi_bond_diffusivity_harmonic_mean(double a, double b)

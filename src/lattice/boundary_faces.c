@@ -52,8 +52,8 @@ static void pdi_boundary_faces_compute_area(int corners, const double *const *x,
     }
 }
 
-/* centroid [PD_DIM] of a face with the corners x [corners][PD_DIM], in their unit; of a quadrilateral from its two
- * triangles. */
+/* centroid [PD_DIM] of a face with the corners x [corners][PD_DIM], in their unit: the mean of its corners; of a
+ * quadrilateral that of its two triangles, weighted by their areas. */
 static void pdi_boundary_faces_compute_centroid(int corners, const double *const *x, double *centroid)
 {
     double size[2] = {1.0, 0.0};
@@ -97,8 +97,8 @@ static void pdi_boundary_faces_sort_nodes(int64_t *node)
         }
 }
 
-/* Returns 1 when the area vector of a face points away from the centre of its cell, else -1: a cell may be inverted or
- * mirrored. */
+/* Returns 1 when the area vector of a face points away from the mean of all corners of its cell, or is normal to that
+ * direction, else -1: a cell may be inverted or mirrored. 1D: the area vector is +x. */
 static int8_t pdi_boundary_faces_compute_orientation(pd_points_cell_type form, const double *const *corner,
                                                      const double *const *x, int corners)
 {
@@ -253,9 +253,10 @@ static int pdi_boundary_faces_solve_weights(const double *normal, pdi_boundary_f
     return 1;
 }
 
-/* Set s->weight, non-negative where possible: cells with the most negative weight are excluded one by one (active set),
- * their inverse_penalty becomes 0. Otherwise the first solution, which has negative weights, or, when that is singular,
- * the own cell alone. */
+/* Set s->weight, non-negative where possible: the cell with the most negative weight (below
+ * -PDI_BOUNDARY_FACES_WEIGHT_TOLERANCE) is excluded, its inverse_penalty becomes 0, and the rest is solved again
+ * (active set). The first solution, which has negative weights, stays when a later one is singular or makes the own
+ * cell (number 0) negative; the own cell alone counts when the first one is singular. */
 static void pdi_boundary_faces_compute_weights(const double *normal, pdi_boundary_faces_weights *s)
 {
     double first[PDI_BOUNDARY_FACES_MAX_CELLS] = {1.0};
@@ -273,8 +274,10 @@ static void pdi_boundary_faces_compute_weights(const double *normal, pdi_boundar
     }
 }
 
-/* Add the outward area vector of a face, times weights, to boundary_area of the points of the cells around it; link: as
- * of pdi_boundary_faces_list_node_cells. scale, size: factors from lengths and areas of the file to SI units. */
+/* Add the outward area vector of a face, times weights, to boundary_area of the points of the cells that share a node
+ * with it; nothing for a face without area. link: as of pdi_boundary_faces_list_node_cells. Centroids deeper below the
+ * face than that of its own cell have a lower weight. scale, size: factors from lengths and areas of the file to SI
+ * units. */
 static void pdi_boundary_faces_distribute_area(const pd_boundary_faces_face *face,
                                                const pdi_boundary_faces_node_cell *link, int64_t link_count,
                                                double scale, double size, pd_points *points)
@@ -369,8 +372,9 @@ static pd_status pdi_boundary_faces_merge_vertices(pd_ctx *ctx, const pd_boundar
 }
 
 /* Find coincident faces in the sorted list place[count]: a pair from two pieces of the file is shared (shared[face] 1:
- * no boundary), others are seams, which add to coincident_faces of the points. nodes[2][4 count]: nodes of the corners
- * of the seams, with repetitions, and their merged vertices. Returns how many entries each has. */
+ * no boundary); others, in one piece or more than two, are seams, which add to coincident_faces of the points one by
+ * one. nodes[2][4 count]: nodes of the corners of the seams, with repetitions, and their merged vertices. Returns how
+ * many entries each has. */
 static int64_t pdi_boundary_faces_mark_coincident(const pd_boundary_faces *s,
                                                   const pdi_boundary_faces_merged_face *place, int64_t count,
                                                   uint8_t *shared, int64_t *nodes, pd_points *points)
@@ -393,8 +397,9 @@ static int64_t pdi_boundary_faces_mark_coincident(const pd_boundary_faces *s,
     return n;
 }
 
-/* Set shared[count], zero before, to 1 for those of the first `count` faces that two pieces of the file share, and
- * count seams and coincident nodes of the points. Does nothing when 4 count exceeds int32. */
+/* Set shared[count], zero before, to 1 for those of the first `count` faces that two pieces of the file share; add
+ * seams to coincident_faces and set coincident_nodes (nodes of seams less their distinct places) of the points. Does
+ * nothing, with PD_OK, when count is 0 or 4 count exceeds int32. */
 static pd_status pdi_boundary_faces_match_pieces(pd_ctx *ctx, const pd_boundary_faces *s, int64_t count,
                                                  uint8_t *shared, pd_points *points)
 {

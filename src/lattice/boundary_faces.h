@@ -37,11 +37,15 @@ typedef struct pd_boundary_faces {
 #define pd_boundary_faces_finish PD_NAME(pd_boundary_faces_finish)
 #define pd_boundary_faces_free PD_NAME(pd_boundary_faces_free)
 
-/* Append the faces of a cell. node[], corner[][3]: ids and coordinates of its corners; cell: index of its point. */
+/* Append the faces of a cell with their nodes, corners, outward orientation and the present piece; none for
+ * PD_POINTS_CELL_NONE. node[], corner[][3]: ids and coordinates [unit of the file] of its corners, copied; cell: index
+ * of its point. Nothing is checked. On failure (memory) some faces of the cell may be appended. */
 PD_API pd_status pd_boundary_faces_add_cell(pd_ctx *ctx, pd_boundary_faces *skin, pd_points_cell_type form,
                                             const int64_t *node, const double *const *corner, int32_t cell);
-/* Find the boundary faces: add to boundary_area, and set the face and coincident members, of the points; lengths times
- * scale are in metres. Sorts the faces; those that cells share are lost. */
+/* Find the boundary faces, those whose nodes no other face has and that no other piece of the file repeats. Adds their
+ * outward areas [m^(d-1)] to boundary_area of the points, sets their face_corner (which they do not have yet) and
+ * face_count, and counts coincident faces and nodes (not above INT32_MAX/4 faces). Lengths times scale are in metres.
+ * Sorts the faces; those that cells share are lost. Fails only for memory. */
 PD_API pd_status pd_boundary_faces_finish(pd_ctx *ctx, pd_boundary_faces *skin, double scale, pd_points *points);
 /* Free the faces. A zeroed object is allowed. */
 PD_API void pd_boundary_faces_free(pd_ctx *ctx, pd_boundary_faces *skin);

@@ -15,7 +15,8 @@ typedef struct pdi_csr_work {
     int32_t size;     /* entries of the row so far */
 } pdi_csr_work;
 
-/* PD_ERR_ARGUMENT: unknown operator, axis out of range, or a diffusivity that is missing, negative or not finite. */
+/* PD_ERR_ARGUMENT: unknown operator, axis out of range, or, for PD_CSR_DIFFUSE, a diffusivity that is missing, or
+ * negative or not below 1e300 at a fluid, inlet or outlet node. */
 static pd_status pdi_csr_check_input(pd_ctx *ctx, const pd_bonds *bonds, const pd_csr_desc *d)
 {
     int along = d->op == PD_CSR_GRADIENT || d->op == PD_CSR_DIVERGENCE;
@@ -55,7 +56,8 @@ static void pdi_csr_add_entry(pdi_csr_work *w, int32_t far, double weight)
 }
 
 /* Returns the weight [unit of the operator] of the value at the far end of the open bond k of node i, 0 for the
- * gradient at an inlet ghost of a truncated family; *diagonal: that of the value at node i itself in this bond. */
+ * gradient at an inlet ghost of a truncated family. *diagonal: that of the value at node i itself in this bond, the
+ * negative of it; for the divergence the same weight. Images take the diffusivity of their source. */
 static double pdi_csr_compute_weight(const pdi_csr_work *w, int32_t i, int k, double *diagonal)
 {
     const pd_bonds *b = w->bonds;
@@ -88,7 +90,8 @@ static double pdi_csr_compute_weight(const pdi_csr_work *w, int32_t i, int k, do
     return weight;
 }
 
-/* Assembles the row of node i into column and weight [size] of w, the diagonal included. */
+/* Assembles the row of node i into column and weight [size] of w; replaces the row before. Blocked bonds and weights of
+ * 0 are left out. The diagonal is always there: 0 at full families for the gradient and the planar divergence. */
 static void pdi_csr_assemble_row(pdi_csr_work *w, int32_t i)
 {
     const pd_bonds *b = w->bonds;
@@ -153,8 +156,9 @@ static pd_status pdi_csr_set_unknowns(pd_ctx *ctx, const pd_bonds *bonds, const 
     return PD_OK;
 }
 
-/* Allocates and builds the matrix w->csr and the working arrays of w: sources of images, lengths of rows, then entries.
- * The caller frees the working arrays, and on failure the matrix. */
+/* Allocates and builds the matrix w->csr and the working arrays of w: sources and signs of images (odd in the
+ * divergence where the mirrored axis is the component), lengths of rows, then entries. The caller frees the working
+ * arrays, and on failure the matrix. PD_ERR_GEOMETRY: no fluid node is in the set. */
 static pd_status pdi_csr_build_inner(pd_ctx *ctx, pdi_csr_work *w)
 {
     const pd_ghosts *g = &w->bonds->ghosts;

@@ -43,10 +43,12 @@ typedef struct pd_csr {
 #define pd_csr_apply PD_NAME(pd_csr_apply)
 #define pd_csr_free PD_NAME(pd_csr_free)
 
-/* Assembles the matrix. PD_ERR_ARGUMENT: an axis that does not exist, no diffusivity, one that is negative or not
- * finite. PD_ERR_GEOMETRY: no fluid node is in the set. */
+/* Assembles the matrix; `csr` is overwritten, and all zero after a failure. It keeps no pointer to bonds or desc.
+ * PD_ERR_ARGUMENT: an unknown operator, an axis that does not exist, no diffusivity, one of a fluid, inlet or outlet
+ * node that is negative or not finite. PD_ERR_GEOMETRY: no fluid node is in the set. */
 PD_API pd_status pd_csr_build(pd_ctx *ctx, const pd_bonds *bonds, const pd_csr_desc *desc, pd_csr *csr);
-/* y [rows] = matrix times x [rows], plus the part of the prescribed values f [total]; f NULL: without it. */
+/* y [rows] = matrix times x [rows], plus the part of the prescribed values f [total]; f NULL: without it. y is another
+ * array than x. */
 PD_API void pd_csr_apply(const pd_csr *csr, const double *x, const double *f, double *y);
 PD_API void pd_csr_free(pd_ctx *ctx, pd_csr *csr);
 

@@ -42,8 +42,8 @@ static int pdi_cut_cell_is_smooth(const pd_grid *grid, int shape)
     return shape >= 0 && pd_shape_is_smooth(grid->shapes, shape);
 }
 
-/* Signed distance [m] of x from the nearest of the shapes given by bits: negative inside, 0 on a surface, HUGE_VAL
- * without shapes, -HUGE_VAL for a closed cell. */
+/* Signed distance [m] of x from the nearest of the shapes given by bits (the smaller one): negative inside, 0 within
+ * the surface tolerance, HUGE_VAL without shapes, -HUGE_VAL for a closed cell. */
 static double pdi_cut_cell_signed_distance(const pd_grid *grid, int shapes, const double *x)
 {
     double distance = HUGE_VAL;
@@ -63,8 +63,10 @@ PDI_FN double pdi_cut_cell_surface_distance(const pd_grid *grid, int32_t node)
     return distance;
 }
 
-/* Bits of the smooth shapes that can cut the cell of a node; PDI_CUT_CELL_CLOSED: the cell is closed as a whole. A
- * shape inside which a fluid node lies has receded there and does not cut. */
+/* Bits of the smooth shapes that can cut the cell of a node: for an open node those that it is outside of (one inside
+ * which it lies has receded), for a solid or wall node all. PDI_CUT_CELL_CLOSED, the cell is closed as a whole: it lies
+ * behind a wall side, or is closed and inside no smooth wall, nor, where it is metal, the smooth metal. 0: open, no
+ * smooth shape. */
 static int pdi_cut_cell_find_shapes(const pd_grid *grid, int32_t node)
 {
     static const int bit[2] = {PDI_CUT_CELL_WALL, PDI_CUT_CELL_SOLID};
@@ -99,7 +101,8 @@ static double pdi_cut_cell_edge_fraction(const pdi_cut_cell_simplex *s, int from
     return s->distance[from] / (s->distance[from] - s->distance[to]);
 }
 
-/* Fraction of the volume (area, length) of the simplex that is open (positive distance). */
+/* Fraction of the volume (area, length) of the simplex that is open (distance > 0), from the linear distance in it: 0
+ * or 1 when all vertices are on one side. */
 static double pdi_cut_cell_open_fraction(const pdi_cut_cell_simplex *s)
 {
     int vertices = s->axes + 1;
@@ -143,7 +146,8 @@ static void pdi_cut_cell_edge_point(const pdi_cut_cell_simplex *s, int from, int
 }
 
 /* Passes the surface piece with the corners p [PD_DIM][PD_DIM] [m] to the callback, which may be NULL: sets area vector
- * and centroid of w->piece. `out` points from the fluid into the wall and gives the area vector its sign. */
+ * and centroid (mean of the corners) of w->piece. `out` points from the fluid into the wall and gives the area vector
+ * its sign. 1D: the area is 1; axisymmetric: times the circumference at the centroid. */
 static void pdi_cut_cell_add_facet(pdi_cut_cell_work *w, double p[][PD_DIM], const double *out)
 {
     pdi_cut_cell_facet *piece = &w->piece;
@@ -197,8 +201,9 @@ static double pdi_cut_cell_open_radius(const pdi_cut_cell_simplex *s, double sha
     return lone ? (all - (1.0 - share) * corner) / share : corner;
 }
 
-/* Adds the open volume of the box a .. b [m] to w->volume, and passes on its surface, split into simplices that all
- * begin at the corner `anchor` (bit d: upper end along axis d), so that the parts of a halved box mirror each other. */
+/* Adds the open volume of the box a .. b [m] to w->volume, and passes on its surface. The box is split into simplices
+ * that all begin at the corner `anchor` (bit d: upper end along axis d), so that the parts of a halved box mirror each
+ * other. Simplices without an open vertex are skipped; all open ones have no surface. */
 static void pdi_cut_cell_integrate_simplices(pdi_cut_cell_work *w, const double *a, const double *b, int anchor)
 {
     double level[PDI_CUT_CELL_CORNERS], x[PDI_CUT_CELL_CORNERS][PD_DIM], size = 1.0;
@@ -249,8 +254,9 @@ static void pdi_cut_cell_compute_part(const double *a, const double *b, const do
     }
 }
 
-/* Adds the open volume of the box a .. b [m] to w->volume, and passes on its surface: as a whole where the surface
- * cannot cut it, else by `halvings` recursive halvings, and at last by simplices. */
+/* Adds the open volume of the box a .. b [m] to w->volume, and passes on its surface. As a whole, without surface,
+ * where the |distance| of its centre is at least half of its diagonal; else by `halvings` recursive halvings along all
+ * axes, and at last by simplices. */
 static void pdi_cut_cell_integrate_box(pdi_cut_cell_work *w, const double *a, const double *b, int anchor, int halvings)
 {
     double x[PD_DIM], low[PD_DIM], high[PD_DIM], size = 1.0;
@@ -271,8 +277,8 @@ static void pdi_cut_cell_integrate_box(pdi_cut_cell_work *w, const double *a, co
 
 /* ---- faces of cells ---- */
 
-/* Fraction of the face a .. b of the present axis that is open in the cell and closed in its neighbour, by simplices.
- */
+/* Fraction of the face a .. b of the present axis that is open in the cell and closed in its neighbour, by simplices
+ * whose distances are linear. 1D: 1 or 0. */
 static double pdi_cut_cell_face_open_fraction(const pdi_cut_cell_work *w, const double *a, const double *b, int anchor)
 {
     double sum = 0.0;
@@ -300,8 +306,8 @@ static double pdi_cut_cell_face_open_fraction(const pdi_cut_cell_work *w, const 
     return sum / orders;
 }
 
-/* Passes on the fraction `share` of the face a .. b [m] as a surface piece, with the centroid of the whole face;
- * nothing when that has no area. */
+/* Passes on the fraction `share` of the face a .. b [m] as a surface piece, with the centroid of the whole face and the
+ * area vector out of the cell (times the circumference of a ring); nothing when that has no area. */
 static void pdi_cut_cell_add_face(pdi_cut_cell_work *w, const double *a, const double *b, double share)
 {
     pdi_cut_cell_facet *piece = &w->piece;
@@ -315,7 +321,9 @@ static void pdi_cut_cell_add_face(pdi_cut_cell_work *w, const double *a, const d
     if (fabs(size) > 0.0 && w->callback) w->callback(w->user, piece);
 }
 
-/* Passes on the parts of the face a .. b that are open in the cell and closed in its neighbour, by halves. */
+/* Passes on the parts of the face a .. b that are open in the cell and closed in its neighbour. With distances at its
+ * centre and half its diagonal r: nothing when the cell is closed (<= -r) or the neighbour open (>= r); all of it when
+ * the cell is open and the neighbour closed; else by recursive halvings, and at last by simplices. */
 static void pdi_cut_cell_integrate_face(pdi_cut_cell_work *w, const double *a, const double *b, int anchor,
                                         int halvings)
 {

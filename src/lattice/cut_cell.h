@@ -20,15 +20,17 @@ typedef struct pdi_cut_cell_facet {
 } pdi_cut_cell_facet;
 /* Receives one piece of the surface, valid during the call. */
 typedef void (*pdi_cut_cell_fn)(void *user, const pdi_cut_cell_facet *piece);
-/* Calls `take` (may be NULL) for each surface piece in the cell of `node`, clipped to the box lo .. hi [m]; a closed
- * cell has none, pieces on its faces are those of the open neighbour. Returns the open (fluid) volume of the clipped
- * cell [m^d; rings: m3]. `node` lies in the box of the grid. */
+/* Returns the open (fluid) volume [m^d; rings: m3] of the cell of `node`, clipped to the box lo .. hi [m], and calls
+ * `take` (may be NULL) for each surface piece in it and on its faces. 0 without pieces: nothing is left, or the cell is
+ * closed as a whole; pieces on faces are those of the open side. A solid or wall node inside a smooth shape has a cut
+ * cell, too. `node` lies in the box of the grid. */
 PDI_FN double pdi_cut_cell_integrate(const pd_grid *grid, int32_t node, const double *lo, const double *hi,
                                      pdi_cut_cell_fn take, void *user);
 /* Unsigned distance [m] of the node from the nearest smooth surface of metal or wall as the grid was built with, or a
  * lower bound; HUGE_VAL: there is none. */
 PDI_FN double pdi_cut_cell_surface_distance(const pd_grid *grid, int32_t node);
-/* Fraction of the volume of a node's cell that lies in the box lo .. hi [m]. */
+/* Fraction of the volume of a node's cell that lies in the box lo .. hi [m], open or not, by lengths along the axes
+ * (also on an axisymmetric grid); 0: they do not overlap. */
 PDI_FN double pdi_cut_cell_overlap_fraction(const pd_grid *grid, int32_t node, const double *lo, const double *hi);
 #endif
 
