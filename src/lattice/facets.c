@@ -100,7 +100,8 @@ static int pdi_facets_compare_faces(const void *a, const void *b)
 }
 
 /* Sets w->shell: -1 for triangles with two equal vertices and for pairs of coincident triangles of opposite orientation
- * (touching bodies), which are left out; for others the number of the triangle, a shell of its own. */
+ * (touching bodies; of several as many as pair up), which are left out; for others the number of the triangle, a shell
+ * of its own. Only out of memory fails. */
 static pd_status pdi_facets_remove_degenerate(pd_ctx *ctx, pdi_facets_work *w)
 {
     pdi_facets_face *face = NULL;
@@ -177,9 +178,10 @@ static pd_status pdi_facets_match_edges(pd_ctx *ctx, pdi_facets_work *w)
     return PD_OK;
 }
 
-/* Merges identical corners and, only where the surface is open otherwise, corners within tolerance; sets vertex, shell
- * and merged of w. PD_OK: the surface is closed. PD_ERR_GEOMETRY: it has unmatched edges; the message has the place of
- * the first one. */
+/* Merges identical corners and, only where the surface has unmatched edges otherwise, corners within
+ * PDI_VERTEX_MERGE_TOLERANCE of its extent; sets vertex, shell and merged of w. PD_OK: the surface is closed.
+ * PD_ERR_GEOMETRY: an edge has more triangles in one direction than in the other; the message has the place of the
+ * first one. */
 static pd_status pdi_facets_check_closed(pd_ctx *ctx, pdi_facets_work *w)
 {
     PD_TRY(pdi_vertex_merge_identical(ctx, w->corner, 3 * w->count, w->vertex));
@@ -202,7 +204,7 @@ static pd_status pdi_facets_check_closed(pd_ctx *ctx, pdi_facets_work *w)
                    w->unmatched_triangles > 1 ? "s" : "", (int)w->unmatched_forward, more);
 }
 
-/* PD_ERR_ARGUMENT: number of triangles outside 4 .. INT32_MAX/9, or a coordinate that is not finite. */
+/* PD_ERR_ARGUMENT: number of triangles outside 4 .. INT32_MAX/9, or a coordinate that is NaN or of 1e30 m or more. */
 static pd_status pdi_facets_check_input(pd_ctx *ctx, const double *corner, int64_t count)
 {
     if (count < 4 || count > INT32_MAX / 9)
@@ -247,8 +249,8 @@ static int pdi_facets_compare_keys(const void *a, const void *b)
 }
 
 /* Appends the box of the triangles first .. first + size - 1 of `key` to the tree, and recursively those of its two
- * children: a median split along the longest edge of the box, down to PDI_FACETS_LEAF_SIZE triangles. Reorders `key`.
- */
+ * children: a median split of the centroids along the longest edge of the box, while there are more than
+ * PDI_FACETS_LEAF_SIZE triangles. Reorders `key`. */
 static void pdi_facets_build_subtree(pd_facets *f, const double *corner, pdi_facets_centroid_key *key, int32_t first,
                                      int32_t size)
 {
@@ -300,7 +302,8 @@ static double pdi_facets_square_distance_segment(const double *a, const double *
 }
 
 /* Squared distance [m2] of point x from a triangle corner [3][3]: to its plane where x projects into it, else to the
- * nearest edge. Degenerate triangles count as their edges. */
+ * nearest edge. Degenerate triangles ((twice the area)^2 at most PDI_FACETS_SLIVER times the longest edge^4) count as
+ * their edges. */
 static double pdi_facets_square_distance_triangle(const double *corner, const double *x)
 {
     double e[3][3], offset[3], normal[3], longest = 0.0, best = HUGE_VAL;
@@ -435,9 +438,10 @@ static int pdi_facets_is_inside_shell(const pd_facets *f, int32_t s, const doubl
     return f->orientation[s] * pdi_facets_winding_number(f, f->root[s], -1, x) > 0;
 }
 
-/* Unsigned distance [m] to the surface of a union of several shells; *inside: 1 when x is in the body. Offsetting
- * every shell by t changes how many of them contain x; the distance is the offset t at which bodies minus cavities
- * changes sign, which is the `wanted`-th smallest distance of those shells that can bring it about. */
+/* Unsigned distance [m] to the surface of a union of several shells; *inside: 1 when x is in more bodies than cavities.
+ * Offsetting every shell by t changes how many of them contain x; the distance is the offset t at which bodies minus
+ * cavities changes sign: the `wanted`-th smallest distance of those shells that can bring it about. A lower bound when
+ * `wanted` exceeds PDI_FACETS_MAX_OVERLAP. */
 static double pdi_facets_distance_to_union(const pd_facets *f, const double *x, int *inside)
 {
     double nearest[PDI_FACETS_MAX_OVERLAP];
@@ -473,8 +477,8 @@ PDI_FN double pdi_facets_distance(const pd_facets *f, const double *x)
 /* ---- do all normals point outward? ---- */
 
 /* Winding number of all shells just in front (outside) of triangle k: below 0 where the triangle is oriented the wrong
- * way; 0 also where another triangle lies on it. normal_x: component of its normal along axis 0, of any length, not 0;
- * middle [m]: its centroid. */
+ * way; 0 also where another triangle lies on it (within PDI_VERTEX_MERGE_TOLERANCE of the largest coordinate).
+ * normal_x: component of its normal along axis 0, of any length, not 0; middle [m]: its centroid. */
 static int pdi_facets_winding_in_front(const pd_facets *f, int32_t k, double normal_x, const double *middle)
 {
     int winding = normal_x > 0.0 ? 0 : -1;
@@ -487,8 +491,9 @@ static int pdi_facets_winding_in_front(const pd_facets *f, int32_t k, double nor
     return nearest > PDI_VERTEX_MERGE_TOLERANCE * PDI_VERTEX_MERGE_TOLERANCE * largest * largest ? winding : 0;
 }
 
-/* 1: the orientation of triangle k can be tested by a ray along axis 0, its normal not being across it. *normal_x:
- * component along axis 0 of the normal, whose length is twice the area [m2]; middle [3] [m]: the centroid. */
+/* 1: the orientation of triangle k can be tested by a ray along axis 0: the component of its unit normal along that is
+ * above PDI_FACETS_MIN_NORMAL. Always set: *normal_x, component along axis 0 of the normal, whose length is twice the
+ * area [m2]; middle [3] [m], the centroid. */
 static int pdi_facets_is_orientation_testable(const pd_facets *f, int32_t k, double *normal_x, double *middle)
 {
     const double *a = f->corner + 9 * (int64_t)k, *b = a + 3, *c = a + 6;
@@ -502,8 +507,9 @@ static int pdi_facets_is_orientation_testable(const pd_facets *f, int32_t k, dou
     return fabs(normal[0]) > PDI_FACETS_MIN_NORMAL * sqrt(pdi_facets_dot(normal, normal));
 }
 
-/* PD_ERR_GEOMETRY: a sampled triangle has its normal towards the inside of the body. Samples about 8 triangles or
- * more of each shell, and about PDI_FACETS_ORIENTATION_SAMPLES in all. */
+/* PD_ERR_GEOMETRY: a sampled triangle has its normal towards the inside of the body; the message has the place of the
+ * first one. Samples about 8 triangles or more of each shell, and about PDI_FACETS_ORIENTATION_SAMPLES in all; those
+ * whose normal is across axis 0 are skipped. */
 static pd_status pdi_facets_check_orientation(pd_ctx *ctx, const pd_facets *f)
 {
     int32_t tested = 0, wrong = 0, first = 0, step = 1 + f->count / PDI_FACETS_ORIENTATION_SAMPLES;
@@ -588,8 +594,8 @@ static void pdi_facets_build_trees(pd_facets *f, const double *corner, pdi_facet
         for (int c = 0; c < 9; c++) f->corner[9 * (int64_t)k + c] = corner[9 * (int64_t)key[k].triangle + c] + 0.0;
 }
 
-/* Allocates the surface and fills it from the closed triangles of w, flipped where they are inside out; on failure the
- * caller frees it. PD_ERR_GEOMETRY: no volume. */
+/* Allocates the surface and fills it from the closed triangles of w, flipped as a whole where the enclosed volume is
+ * negative; on failure the caller frees it. PD_ERR_GEOMETRY: fewer than 4 triangles are left, or the volume is 0. */
 static pd_status pdi_facets_build_shells(pd_ctx *ctx, const pdi_facets_work *w, pd_facets *f)
 {
     pdi_facets_centroid_key *key = NULL;
@@ -619,7 +625,8 @@ static pd_status pdi_facets_build_shells(pd_ctx *ctx, const pdi_facets_work *w, 
     return status;
 }
 
-/* Inner part of pd_facets_build: what it leaves behind on failure is freed by the caller. */
+/* Does the work of pd_facets_build on a zeroed surface, the working arrays included; on failure the caller frees the
+ * surface. */
 static pd_status pdi_facets_build_inner(pd_ctx *ctx, const double *corner, int64_t count, pd_facets *f)
 {
     pdi_facets_work w;

@@ -32,18 +32,21 @@ typedef struct pd_facets {
 #define pd_facets_build PD_NAME(pd_facets_build)
 #define pd_facets_free PD_NAME(pd_facets_free)
 
-/* Builds the surface from `count` triangles, corner [count][3][3] [m]. Triangles with two corners at one point are
- * left out. PD_ERR_ARGUMENT: too few or too many triangles, a coordinate that is not finite. PD_ERR_GEOMETRY: the
- * surface is not closed, a shell is inside out and in no other (the message has the place), or there is no volume. */
+/* Builds the surface from `count` triangles, corner [count][3][3] [m], which are copied; all zero after a failure.
+ * Triangles with two corners at one point and pairs that lie on each other are left out. PD_ERR_ARGUMENT: below 4 or
+ * above INT32_MAX/9 triangles, a coordinate that is not finite or of 1e30 m or more. PD_ERR_GEOMETRY: the surface is
+ * not closed (the message has the place), a shell is inside out and in no other, or there is no volume. */
 PD_API pd_status pd_facets_build(pd_ctx *ctx, const double *corner, int64_t count, pd_facets *facets);
 PD_API void pd_facets_free(pd_ctx *ctx, pd_facets *facets);
 
 #ifdef PDI_INTERNAL
-/* Signed distance [m] of the point x[3] [m] from the surface, negative inside. Exact to rounding; a distance of the
- * size of rounding is returned as 0. */
+/* Signed distance [m] of the point x[3] [m] from the surface, negative inside. Exact to rounding, but inside
+ * overlapping bodies a lower bound; a distance of at most 1e-14 of the largest coordinate of the surface is returned as
+ * 0. */
 PDI_FN double pdi_facets_distance(const pd_facets *facets, const double *x);
-/* First intersection of the segment x + t xi, 0 <= t <= 1, with the surface behind t = `after`: returns t, or
- * HUGE_VAL without one. A segment that passes an edge within PDI_FACETS_EDGE_TOLERANCE counts as intersecting. */
+/* First intersection of the segment x + t xi, t <= 1, with the surface at t > `after`: returns t, or HUGE_VAL without
+ * one. `after` is at least 0. A segment that passes an edge within PDI_FACETS_EDGE_TOLERANCE counts as intersecting;
+ * one parallel to the plane of a triangle does not intersect it. */
 PDI_FN double pdi_facets_find_crossing(const pd_facets *facets, const double *x, const double *xi, double after);
 /* Memory [byte] of all arrays of the surface. */
 PDI_FN int64_t pdi_facets_bytes(const pd_facets *facets);

@@ -13,7 +13,7 @@ static void pdi_ghost_list_arrays(pdi_array_visitor *owner, void *object)
     PDI_ARRAY(owner, ghosts, normal_axis, ghosts->capacity, "1");
 }
 
-/* Inner part of pdi_ghosts_build: what it leaves behind on failure is freed by the caller. */
+/* Overwrites *g and lists the ghosts of the grid, which is borrowed; on failure the caller frees what *g holds. */
 static pd_status pdi_ghost_build_inner(pd_ctx *ctx, const pd_grid *grid, pd_ghosts *g)
 {
     memset(g, 0, sizeof *g);
@@ -28,7 +28,8 @@ PDI_FN pd_status pdi_ghosts_build(pd_ctx *ctx, const pd_grid *grid, pd_ghosts *g
     return status;
 }
 
-/* Bit 1 << d of the axis normal to the inlet or outlet behind which a ghost lies; 0: an image. */
+/* Bit 1 << d of the axis normal to the inlet or outlet behind which a ghost lies, once images are folded into the box;
+ * 0: an image, or a node of the box. */
 static int pdi_ghost_find_normal_axis(const pd_grid *grid, int32_t node)
 {
     int i[PD_DIM], across = 0;
@@ -39,7 +40,9 @@ static int pdi_ghost_find_normal_axis(const pd_grid *grid, int32_t node)
     return across;
 }
 
-/* Appends a ghost with its source, signs and normal axis at inlets_end, which grows by one; the list has room. */
+/* Appends a ghost with its source, signs and normal axis at inlets_end, which grows by one; the list has room. Signs
+ * that change: images the mirrored components; outlets these and all components but the normal one; inlets every
+ * mirrored axis, that of the side included. */
 static void pdi_ghost_add(pd_ghosts *g, int32_t node)
 {
     const pd_grid *grid = g->grid;

@@ -24,9 +24,11 @@ typedef struct pd_ghosts {
 #define pd_ghosts_set_vector PD_NAME(pd_ghosts_set_vector)
 
 #ifdef PDI_INTERNAL
-/* Allocates and fills the list of the images, outlet and inlet ghosts of a grid, which is borrowed. */
+/* Allocates and fills the list of the images, outlet and inlet ghosts of a grid, which is borrowed. *ghosts is
+ * overwritten, and all zero after a failure. */
 PDI_FN pd_status pdi_ghosts_build(pd_ctx *ctx, const pd_grid *grid, pd_ghosts *ghosts);
-/* Lists the ghosts again after kinds of the grid have changed; the numbers of ghosts in the list may change. */
+/* Lists the ghosts again after kinds of the grid have changed, and grows the arrays when they are too short; the
+ * numbers of ghosts in the list may change. After a failure the list is empty. */
 PDI_FN pd_status pdi_ghosts_update(pd_ctx *ctx, pd_ghosts *ghosts);
 #endif
 /* Scalar f [total]: images take the value of their source (periodic, or zero normal gradient); outlets and inlets are
@@ -36,9 +38,9 @@ PD_API void pd_ghosts_set_scalar(const pd_ghosts *ghosts, double *f);
  * are left alone. */
 PD_API void pd_ghosts_set_vector(const pd_ghosts *ghosts, double *v);
 #ifdef PDI_INTERNAL
-/* Velocity v [PD_DIM][total] behind inlets: odd extension about the prescribed values on the side, held
- * [PD_DIM][inlets_end - outlets_end] in the order of the list (NULL: zero); where the source is no fluid, the
- * prescribed value itself. Images and outlets are left alone. */
+/* Velocity v [PD_DIM][total] behind inlets: odd extension 2 held - source about the values `held` on the side, [PD_DIM]
+ * [inlets_end - outlets_end] in the order of the list (NULL: zero); the source has the sign of its mirror image in
+ * other sides. Where the source is no fluid: `held` itself. Images and outlets are left alone. */
 PDI_FN void pdi_ghosts_set_inlet_velocity(const pd_ghosts *ghosts, const double *held, double *v);
 /* Pressure p [total]: images take the value of their source, outlets 2 held - source with the prescribed value `held`
  * in the unit of p; inlets are left alone. */

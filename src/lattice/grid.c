@@ -193,7 +193,8 @@ PDI_FN void pdi_grid_fold_position(const pd_grid *grid, double *x)
 }
 
 /* Signed distance [m] of x from a shape and its periodic images behind the sides of `frame` across axis d or a later
- * one; d = PD_DIM: from the shape alone, continued behind these sides. */
+ * one; d = PD_DIM: from the shape alone, continued behind these sides. An image counts only behind the plane: its
+ * distance is at least that of the plane. */
 static double pdi_grid_distance_periodic(const pd_grid *grid, int shape, const pdi_shape_continued_box *frame, int d,
                                          const double *x)
 {
@@ -244,8 +245,8 @@ typedef struct pdi_grid_folded_line {
     double y[PD_DIM], eta[PD_DIM], from, to;
 } pdi_grid_folded_line;
 
-/* Smallest t behind the start of the present part, at most `end`, at which the line crosses a plane through which
- * positions are folded. */
+/* Smallest t > line->from, at most `end`, at which the line crosses a plane through which positions are folded (lo + a
+ * multiple of the box length); axes with walls on both sides, and those normal to the line, have none. */
 static double pdi_grid_find_next_fold(const pdi_grid_folded_line *line, double end)
 {
     const pd_grid *grid = line->grid;
@@ -294,7 +295,7 @@ static double pdi_grid_line_distance(const pdi_grid_folded_line *line, int shape
 }
 
 /* t in from .. to at which the line enters the shape: root of the signed distance, when the line is outside at `from`
- * and inside at `to`; else `from`, which is the face itself. */
+ * (by more than 1e-6 spacings) and inside at `to`; else `from`, which is the face itself. */
 static double pdi_grid_find_sign_change(const pdi_grid_folded_line *line, int shape, double from, double to)
 {
     double low = pdi_grid_line_distance(line, shape, from, NULL), high = pdi_grid_line_distance(line, shape, to, NULL);
@@ -341,8 +342,9 @@ static int pdi_grid_is_inlet_ghost(const pd_grid *grid, const int *i, int side)
     return grid->is_inlet(grid->is_inlet_user, side, x);
 }
 
-/* Kind of a ghost. Behind inlets and outlets it is open only in front of fluid; elsewhere it continues the wall.
- * Behind periodic and mirror sides it is that of its source; solid is as closed as a wall. */
+/* Kind of a ghost: image behind periodic and mirror sides; behind one inlet or outlet that (pdi_grid_is_inlet_ghost),
+ * each only when its source is fluid. Wall: the source is not fluid (solid is as closed as a wall), the side is a wall,
+ * or the ghost lies behind an edge or corner of two sides that are not folded. */
 static uint8_t pdi_grid_get_ghost_kind(const pd_grid *grid, int32_t node)
 {
     int i[PD_DIM];
@@ -367,7 +369,7 @@ static void pdi_grid_set_ghost_kinds(pd_grid *grid)
 }
 
 /* Sets grid->mixed_sides: bits of the sides that are an inlet at some points and an outlet at others, whatever lies in
- * front. */
+ * front; 0 without grid->is_inlet, whose function it calls for all ghosts of such sides. */
 static void pdi_grid_mark_mixed_sides(pd_grid *grid)
 {
     int seen[2] = {0, 0};
@@ -382,7 +384,7 @@ static void pdi_grid_mark_mixed_sides(pd_grid *grid)
     grid->mixed_sides = (uint8_t)(seen[0] & seen[1]);
 }
 
-/* Marks walls out of reach of every fluid and solid node as PD_INACTIVE. */
+/* Marks walls, ghosts included, without a fluid or solid node of the box in their family as PD_INACTIVE. */
 static void pdi_grid_mark_outside(const pd_stencil *stencil, pd_grid *grid)
 {
     for (int32_t node = 0; node < grid->total; node++) {
@@ -400,7 +402,8 @@ static void pdi_grid_mark_outside(const pd_stencil *stencil, pd_grid *grid)
 }
 
 PDI_COLD_BEGIN
-/* Box lo .. hi [m] around shape `index`; unbounded directions, and those of a complement, are +-infinity. */
+/* Box lo .. hi [m] around shape `index`: of a union around all children, of an intersection the common part of theirs,
+ * of a difference that of the first child. +-infinity: unbounded directions, half-spaces and complements. */
 static void pdi_grid_compute_bounds(const pd_shape *shapes, int index, double *lo, double *hi)
 {
     const pd_shape *s = &shapes[index];
@@ -439,7 +442,8 @@ static void pdi_grid_compute_bounds(const pd_shape *shapes, int index, double *l
     }
 }
 
-/* PD_ERR_GEOMETRY: the metal reaches beyond a side that is a wall, inlet or outlet. */
+/* PD_ERR_GEOMETRY: the bounds of the metal reach beyond a side that is a wall, inlet or outlet by more than 1e-9 of the
+ * length of the box. Directions without bounds do not count. */
 static pd_status pdi_grid_check_solid(pd_ctx *ctx, const pd_grid *grid)
 {
     double lo[PD_DIM], hi[PD_DIM];
@@ -456,8 +460,10 @@ static pd_status pdi_grid_check_solid(pd_ctx *ctx, const pd_grid *grid)
     return PD_OK;
 }
 
-/* Sets ghost layers, cells, spacings, strides, total and sides from desc. PD_ERR_GEOMETRY, PD_ERR_SIZE,
- * PD_ERR_ARGUMENT: as pd_grid_build. */
+/* Sets ghost (the larger of desc->ghost and the reach), cells, spacings, box, strides, total and sides.
+ * PD_ERR_GEOMETRY: an edge of the box is not positive, has 2e9 cells or more, or no whole number of them (to 1e-6 of a
+ * cell, above 1000 cells to 1e-9 of the edge). PD_ERR_SIZE: total times PD_DIM does not fit int32. PD_ERR_ARGUMENT: a
+ * side of no type, or periodic without the opposite one. */
 static pd_status pdi_grid_set_size(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_desc *desc, pd_grid *grid)
 {
     double total = 1.0;
@@ -498,8 +504,9 @@ static pd_status pdi_grid_set_size(pd_ctx *ctx, const pd_stencil *stencil, const
     return PD_OK;
 }
 
-/* Allocates and computes the circumferences of an axisymmetric grid. PD_ERR_GEOMETRY, PD_ERR_ARGUMENT: a box or sides
- * with which fluxes would not be conservative, or not 2D. */
+/* Allocates and computes the circumferences of an axisymmetric grid. PD_ERR_ARGUMENT: not 2D; the side at the axis is
+ * no mirror; another side across r is periodic or a mirror. PD_ERR_GEOMETRY: the box begins neither at r = 0 (to 1e-9
+ * of a cell) nor at least the ghost layers away. Otherwise fluxes would not be conservative. */
 static pd_status pdi_grid_compute_circumferences(pd_ctx *ctx, pd_grid *grid)
 {
     int r = PD_DIM - 1, at_axis = fabs(grid->lo[r]) <= 1e-9 * grid->h[r];
@@ -557,7 +564,8 @@ static uint8_t pdi_grid_classify_point(pd_grid *grid, const double *x)
     return pdi_grid_is_in_shape(grid, grid->solid, x, &grid->nodes_on_surface[0]) ? PD_SOLID : PD_FLUID;
 }
 
-/* Inner part of pd_grid_build: what it leaves behind on failure is freed by the caller. */
+/* Does the work of pd_grid_build on an overwritten grid; on failure the caller frees what it has allocated. Kinds are
+ * set in the order: nodes of the box, ghosts, inactive nodes. */
 static pd_status pdi_grid_build_inner(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_desc *desc, pd_grid *grid)
 {
     memset(grid, 0, sizeof *grid);

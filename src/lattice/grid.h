@@ -76,11 +76,11 @@ typedef struct pd_grid {
 #define pd_grid_is_inside PD_NAME(pd_grid_is_inside)
 #define pd_grid_find_source PD_NAME(pd_grid_find_source)
 
-/* Builds the lattice of the box and sets the kinds of its nodes by the shapes: wall before solid. PD_ERR_GEOMETRY: the
- * box is not a whole number of cells; the solid reaches beyond a wall, inlet or outlet, or covers no node; walls cover
- * all nodes; an axisymmetric box does not begin at the axis or a horizon away. PD_ERR_ARGUMENT: an axis is periodic on
- * one side only; axisymmetric not in 2D, or with sides across r other than the axis, walls, inlets and outlets; a solid
- * or wall without the array of shapes. PD_ERR_SIZE: more nodes than int32 counts. */
+/* Builds the lattice; kinds by the shapes: wall before solid. *grid is all zero after a failure. PD_ERR_GEOMETRY: the
+ * box is no whole number of cells; the solid reaches beyond a wall, inlet or outlet, or covers no node; walls cover all
+ * nodes; an axisymmetric box begins neither at the axis nor a horizon away. PD_ERR_ARGUMENT: a side is of no type; an
+ * axis periodic on one side only; axisymmetric outside 2D, or with sides across r other than axis, wall, inlet, outlet;
+ * a solid or wall without shapes. PD_ERR_SIZE: nodes times PD_DIM exceed int32. PD_CANCELLED. */
 PD_API pd_status pd_grid_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_desc *desc, pd_grid *grid);
 PD_API void pd_grid_free(pd_ctx *ctx, pd_grid *grid);
 /* Position [m] of node id (ghosts included). */
@@ -89,7 +89,7 @@ PD_API void pd_grid_position(const pd_grid *grid, int32_t node, double *x);
 PD_API int32_t pd_grid_node(const pd_grid *grid, const int *i);
 /* Cell index i[] of a node (negative or >= n in ghosts). */
 PD_API void pd_grid_index(const pd_grid *grid, int32_t node, int *i);
-/* 1: the cell index lies inside the box, not in ghost layers. */
+/* 1: the cell index i[] lies inside the box, 0 <= i[d] < n[d] on all axes; 0: in ghost layers or beyond. */
 PD_API int pd_grid_is_inside(const pd_grid *grid, const int *i);
 /* Node of the box that a ghost stands for: shifted by periods behind periodic sides, the mirror image behind all
  * others; the node itself inside the box. *flip (or NULL): bit d set when it is mirrored along axis d. */
@@ -100,12 +100,13 @@ static inline double pd_grid_circumference(const pd_grid *grid, int32_t node)
 {
     return PD_DIM == 2 && grid->circumference ? grid->circumference[node / grid->stride[PD_DIM - 1]] : 1.0;
 }
-/* 1: the point x [m] lies in the box lo .. hi [m] or, within tolerance, on its faces: surfaces and nodes often do. */
+/* 1: the point x [m] lies in the box lo .. hi [m] or within 1e-6 spacings of it, as surfaces and nodes often lie on its
+ * faces. NaN: 0. */
 PD_API int pd_grid_is_between(const pd_grid *grid, const double *lo, const double *hi, const double *x);
 /* 1: fluid passes the side (inlet or outlet). */
 static inline int pd_grid_is_inlet_or_outlet(pd_side side) { return side == PD_SIDE_INLET || side == PD_SIDE_OUTLET; }
 #ifdef PDI_INTERNAL
-/* 1: there is metal, and a periodic or mirror side behind which it has images. */
+/* 1: the grid has a shape of metal, and a periodic or mirror side behind which it has images. */
 PDI_FN int pdi_grid_has_images(const pd_grid *grid);
 /* Number of nodes of one kind, ghosts included. */
 PDI_FN int64_t pdi_grid_count_kind(const pd_grid *grid, pd_kind kind);
@@ -122,7 +123,7 @@ static inline int pdi_grid_index_along(const pd_grid *grid, int32_t node, int ax
 /* Formats the position of a node as "(x, y, z)" in metres for messages: into text [PDI_GRID_POSITION_LENGTH], which is
  * returned. */
 PDI_FN const char *pdi_grid_format_position(const pd_grid *grid, int32_t node, char *text);
-/* 1: the node is a ghost behind a side of the box that is a wall. */
+/* 1: the node is a ghost beyond a side of the box that is a wall, along at least one axis; 0 for nodes of the box. */
 PDI_FN int pdi_grid_is_behind_wall(const pd_grid *grid, int32_t node);
 /* Number of nodes of a cube with `reach` cells on either side of its centre. */
 static inline int pdi_grid_count_cube(int reach)
@@ -134,7 +135,7 @@ static inline int pdi_grid_count_cube(int reach)
 /* Node k of the pdi_grid_count_cube(reach) nodes of the cube with `reach` cells on either side of `node`, which is one
  * of them; -1: it lies outside of the box. *far, always set: its largest distance from `node` along an axis [cells]. */
 PDI_FN int32_t pdi_grid_find_cube_node(const pd_grid *grid, int32_t node, int reach, int k, int *far);
-/* Circumference [m] of a ring whose radius is that of the node plus `offset` [m]; 1 on a planar grid. */
+/* Circumference [m] of a ring whose radius is |radius of the node plus `offset` [m]|; 1 on a planar grid. */
 PDI_FN double pdi_grid_circumference_at(const pd_grid *grid, int32_t node, double offset);
 /* Sum of field [total] over the nodes of a kind, times their circumferences [m] on an axisymmetric grid, without the
  * cell volume; which [total] not NULL: only over those with which[node] == wanted. Rounding is that of a few terms; the
@@ -144,23 +145,26 @@ PDI_FN double pdi_grid_sum_field(const pd_ctx *ctx, const pd_grid *grid, uint8_t
 /* Maps a cell index i[] back into the box through periodic and mirror sides only; along other axes it stays. Returns
  * the bits 1 << d of the axes along which it is mirrored an odd number of times. */
 PDI_FN int pdi_grid_fold_index(const pd_grid *grid, int *i);
-/* Maps a position x [m] into the box through all sides but walls: behind inlets and outlets the geometry is continued
- * by mirroring, too. */
+/* Maps a position x [m] into the box through all sides but walls: periodic ones by shifts, others (inlets and outlets,
+ * too: the geometry is continued) by mirroring, repeatedly for points farther than a box away, but once where the other
+ * side of the axis is a wall. Behind walls x stays. */
 PDI_FN void pdi_grid_fold_position(const pd_grid *grid, double *x);
 /* Signed distance [m] of x [m] from a shape of the grid, continued behind all sides but walls: where the shape meets
  * such a side there is no surface, unless it ends there on a periodic side. Exact near the surface; elsewhere a bound
  * of the right sign. */
 PDI_FN double pdi_grid_signed_distance(const pd_grid *grid, int shape, const double *x);
-/* First point at which the line x + t xi, beginning outside, enters a shape of the grid: the smallest t, at most
- * `limit`; HUGE_VAL: none. A part of the line is judged by its midpoint. A part on the surface belongs to the shape:
- * faces shared by two bodies of a union are not entries. Not for voxel masks. */
+/* First point at which the line x + t xi, 0 <= t, beginning outside, enters a shape of the grid: the smallest t, at
+ * most `limit`; HUGE_VAL: none. A part of the line between two surfaces is inside when its midpoint is in or on the
+ * shape; parts shorter than 1e-6 of a cell do not count. So faces shared by two bodies of a union are not entries. Not
+ * for voxel masks. */
 PDI_FN double pdi_grid_find_shape_entry(const pd_grid *grid, int shape, const double *x, const double *xi,
                                         double limit);
-/* Maps a position x [m] into the box through periodic and mirror sides only; points on them stay. Returns the bits
- * (1 << d) of the axes along which it is mirrored an odd number of times. */
+/* Maps a position x [m] into the box through periodic and mirror sides only; points on them within the surface
+ * tolerance, and behind walls, inlets and outlets, stay. Returns the bits (1 << d) of the axes along which it is
+ * mirrored an odd number of times. */
 PDI_FN int pdi_grid_fold_position_images(const pd_grid *grid, double *x);
 /* Converts a solid node of the box to fluid: its kind, fluid_count and solid_count, and the kinds of the ghosts whose
- * source it is. Bonds are not updated (pd_bonds_update). */
+ * source it is. The kind before is not tested. Bonds and ghost lists are not updated (pd_bonds_update). */
 PDI_FN void pdi_grid_set_fluid(pd_grid *grid, int32_t node);
 /* shift [lines of the stencil] = node id on a grid line of the family (at n_0 = 0) minus that of the node at its
  * middle. */

@@ -37,10 +37,11 @@ typedef struct pd_lattice {
 #define pd_lattice_add_field PD_NAME(pd_lattice_add_field)
 #define pd_lattice_free PD_NAME(pd_lattice_free)
 
-/* Builds stencil, grid and bonds. Failures: those of pd_stencil_build, pd_grid_build and pd_bonds_build. */
+/* Builds stencil, grid and bonds (options 0), without fields. `lattice` is overwritten, and all zero after a failure.
+ * Failures: those of pd_stencil_build, pd_grid_build and pd_bonds_build. */
 PD_API pd_status pd_lattice_build(pd_ctx *ctx, const pd_lattice_desc *desc, pd_lattice *lattice);
-/* Allocates a field: *field [components][total], all zero, freed with the lattice. On failure *field is NULL and the
- * lattice as before. */
+/* Allocates a field: *field [components][total], all zero, freed with the lattice. Pointers to earlier fields stay
+ * valid. On failure *field is NULL and the fields are as before. PD_ERR_ARGUMENT: components outside 1 .. 1024. */
 PD_API pd_status pd_lattice_add_field(pd_ctx *ctx, pd_lattice *lattice, int components, double **field);
 PD_API void pd_lattice_free(pd_ctx *ctx, pd_lattice *lattice);
 

@@ -66,8 +66,8 @@ static void pdi_line_laplacian_sum_kind(const pdi_line_laplacian_data *lines, co
     for (; l < end; l += 2) pdi_line_laplacian_sum_pair(f, f + shift[l], f + shift[l + 1], l == first, n, sum);
 }
 
-/* t [n] (+)= a[0] x[0] + .. + a[kinds-1] x[kinds-1], at most four kinds; a [4] is read in full. With `first` t is set,
- * else added to. */
+/* t [n] (+)= a[0] x[0] + .. + a[kinds-1] x[kinds-1], with 0 to 4 kinds; a [4] is read in full. With `first` t is set (0
+ * without kinds), else added to (left alone without kinds). */
 static void pdi_line_laplacian_sum_weighted(double (*x)[PDI_LINE_LAPLACIAN_COLUMNS], const double *a, int kinds,
                                             int first, int n, double *PD_RESTRICT t)
 {
@@ -134,9 +134,10 @@ static void pdi_line_laplacian_sum_three_layers(const double *PD_RESTRICT f, dou
                   ((w[b - 3] + w[b + 3]) + e * ((f[b + 3] - f[b]) + (f[b - 3] - f[b]))));
 }
 
-/* out [count] = Laplacian of a chunk of `count` nodes; f points to the first of them. Columns beyond the reach of a
- * kind of lines may hold any values: kinds are sorted by reach, and layer n uses those that reach it. `columns` may
- * exceed count plus both sides. */
+/* out [count] = Laplacian of a chunk of `count` nodes; f points to the first of them. The family of m = 3 in 2D is
+ * summed in one pass, others by up to PDI_LINE_LAPLACIAN_MAX_KINDS kinds of lines at a time. Columns beyond the reach
+ * of a kind may hold any values: kinds are sorted by reach, and layer n uses those that reach it. `columns` is at least
+ * count + 2 reach. */
 static void pdi_line_laplacian_apply_chunk(const pdi_line_laplacian_data *lines, const double *f, int count,
                                            int columns, double *out)
 {

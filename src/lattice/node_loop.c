@@ -35,7 +35,8 @@ typedef struct pdi_node_loop_work {
     const void *user;
 } pdi_node_loop_work;
 
-/* Calls the body for those parts of a range that are not near inlets and outlets, block by block. */
+/* Calls the body for those parts of a range that are not near inlets and outlets, block by block, with place -1; nodes
+ * near them are left out. The last block of a part may repeat nodes. */
 static void pdi_node_loop_run_blocks(const void *user, int32_t i, int32_t row, int32_t length)
 {
     const pdi_node_loop_work *w = (const pdi_node_loop_work *)user;
@@ -91,7 +92,8 @@ PDI_FN void pdi_node_loop_by_blocks(const pd_ctx *ctx, const pd_open_boundary *b
 
 PDI_COLD_BEGIN
 /* Adds to *sum the fluxes, times the circumference of `node`, of the open bonds that start at `node`, of index i[], and
- * end behind the plane. */
+ * end at or behind index `index`. Left out: bonds of which no end is fluid, that leave the arrays, that cross a closed
+ * group of cells, or that end in an inlet or outlet beside the box (not behind the upper side of `axis`). */
 static void pdi_node_loop_add_plane_fluxes(const pd_bonds *bonds, int32_t node, const int *i, int axis, int index,
                                            pdi_node_loop_flux_fn flux, const void *user, pdi_compensated_sum *sum)
 {

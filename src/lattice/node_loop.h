@@ -44,14 +44,16 @@ static inline int pdi_node_loop_next_block(int32_t length, int32_t *at)
  * -1). */
 typedef void (*pdi_node_loop_range_fn)(const void *user, int32_t i, int32_t row, int32_t length);
 /* Loop over all fluid nodes in parallel, in pieces of up to `max` nodes (0: ranges as they are). work: number of scalar
- * operations, to decide on threads. Rows at inlets come one by one. `run` writes to its own nodes only. */
+ * operations, to decide on threads. Rows at inlets come one by one. `run` writes to its own nodes only; with `max` it
+ * may get some nodes twice. */
 PDI_FN void pdi_node_loop_by_ranges(const pd_ctx *ctx, const pd_bonds *bonds, int64_t work, int max,
                                     pdi_node_loop_range_fn run, const void *user);
 /* Body of a loop by blocks: up to PDI_BLOCK nodes from i, which own the rows from `row` on, or have full families (row
  * -1). place < 0: no inlet or outlet within reach; else one node near them, entry `place` of pd_open_boundary. */
 typedef void (*pdi_node_loop_block_fn)(const void *user, int32_t i, int32_t row, int32_t place, int count);
 /* Loop over all fluid nodes in parallel, in blocks, and one by one near inlets and outlets. `block` writes to its own
- * nodes only. work: number of scalar operations, to decide on threads. */
+ * nodes only, and may get some nodes twice. `boundary` is up to date with its bonds. work: number of scalar operations,
+ * to decide on threads. */
 PDI_FN void pdi_node_loop_by_blocks(const pd_ctx *ctx, const pd_open_boundary *boundary, int64_t work,
                                     pdi_node_loop_block_fn block, const void *user);
 /* Flux through the open bond k of node i, positive towards its far end. */

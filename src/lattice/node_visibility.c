@@ -46,7 +46,8 @@ typedef struct pdi_node_visibility_staircase {
     int above;       /* bit d: cells are on or above the line along axis d, else on or below it */
 } pdi_node_visibility_staircase;
 
-/* Offset [cells] from the start, along axis d, of the staircase at step k of its longest axis. */
+/* Offset [cells] from the start, along axis d, of the staircase at step k of its longest axis: that of the line rounded
+ * down, or up where bit d of `above` is set. */
 static int pdi_node_visibility_stair_offset(const pdi_node_visibility_staircase *stairs, int k, int d)
 {
     int step = stairs->step[stairs->axis], length = step < 0 ? -step : step, along = k * stairs->step[d];

@@ -80,8 +80,9 @@ static void pdi_op_compute_gradient_full(const pd_bonds *bonds, const double *f,
     }
 }
 
-/* slope [PD_DIM][count] = gradient K^-1 sum w xi (f_j - f_i) at `count` rows from row r, with the moments K of the
- * open bonds (eq. 3.5). Inlet ghosts are left out. */
+/* slope [PD_DIM][count] = gradient K^-1 sum w xi (f_j - f_i) at `count` rows from row r, whose nodes are consecutive,
+ * with the moments K of the open bonds (eq. 3.5). Inlet ghosts are left out; rows with bonds to them come one by one. 0
+ * where K^-1 is 0. */
 static void pdi_op_compute_gradient_truncated(const pd_bonds *bonds, const double *field, int32_t r, int count,
                                               double slope[PD_DIM][PDI_CHUNK])
 {

@@ -37,10 +37,10 @@ PD_API void pd_op_divergence(const pd_ctx *ctx, const pd_bonds *bonds, const dou
  * with zero flux through the surface (Neumann condition). */
 PD_API void pd_op_laplacian(const pd_ctx *ctx, const pd_bonds *bonds, const double *f, double *lap);
 /* Diffusion div(D grad f): out [total] = sum D_ij a (f_j - f_i) with D_ij the harmonic mean of diffusivity [total]
- * [m2/s] at both ends (eq. 5.2). Conservative, self-adjoint, negative semi-definite; consistent where D is smooth and
- * the family full, and the flux through a jump of D lying halfway between layers is that of resistances in series for
- * bonds of one cell. PD_ERR_ARGUMENT: a diffusivity of a fluid node, or of an inlet, outlet or image ghost, is negative
- * or not finite. */
+ * [m2/s] at both ends (eq. 5.2; 0 where both are). Conservative, self-adjoint, negative semi-definite; consistent where
+ * D is smooth and the family full; for bonds of one cell a jump of D halfway between layers is resistances in series.
+ * PD_ERR_ARGUMENT: D of a fluid node, or of an inlet, outlet or image ghost, is negative or not below 1e300; nothing is
+ * written then. */
 PD_API pd_status pd_op_diffusion(pd_ctx *ctx, const pd_bonds *bonds, const double *diffusivity, const double *f,
                                  double *out);
 

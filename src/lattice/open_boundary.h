@@ -20,16 +20,18 @@ typedef struct pd_open_boundary {
 /* 1: a side of the box is an inlet or an outlet. */
 PDI_FN int pdi_open_boundary_has_any(const pd_grid *grid);
 /* Allocates and fills the list of nodes with the far ends of their bonds, empty without inlets and outlets; bonds are
- * borrowed. */
+ * borrowed. `boundary` is overwritten; after a failure it is empty. */
 PDI_FN pd_status pdi_open_boundary_build(pd_ctx *ctx, const pd_bonds *bonds, pd_open_boundary *boundary);
-/* Lists the nodes again, after pd_bonds_update; the number of a node in the list may change. */
+/* Lists the nodes again, after pd_bonds_update, and grows the arrays when they are too short; the number of a node in
+ * the list may change. After a failure the list is empty. */
 PDI_FN pd_status pdi_open_boundary_update(pd_ctx *ctx, pd_open_boundary *boundary);
 PDI_FN void pdi_open_boundary_free(pd_ctx *ctx, pd_open_boundary *boundary);
 /* *near_port: 1 when a side of the type inlet or outlet is within the reach of bonds of node i of the box, blocked ones
  * included, else 0. Returns how many of the `length` nodes from i along axis 0 are like node i in this, at least 1. */
 PDI_FN int32_t pdi_open_boundary_find_segment(const pd_bonds *bonds, int32_t i, int32_t length, int *near_port);
-/* *node: the first fluid node with an open bond to an inlet, from which no path of open bonds leads to an outlet (flood
- * fill); -1: none. */
+/* *node: the first fluid node (lowest id) with an open bond to an inlet, from which no path of open bonds, through
+ * periodic and mirror sides too, leads to an outlet (flood fill from the outlets); -1: none. PD_OK in both cases; on
+ * failure (memory) -1. */
 PDI_FN pd_status pdi_open_boundary_find_blocked_inlet(pd_ctx *ctx, const pd_bonds *bonds, int32_t *node);
 #endif
 
