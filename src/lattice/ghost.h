@@ -38,9 +38,9 @@ PD_API void pd_ghosts_set_scalar(const pd_ghosts *ghosts, double *f);
  * are left alone. */
 PD_API void pd_ghosts_set_vector(const pd_ghosts *ghosts, double *v);
 #ifdef PDI_INTERNAL
-/* Velocity v [PD_DIM][total] behind inlets: odd extension 2 held - source about the values `held` on the side, [PD_DIM]
- * [inlets_end - outlets_end] in the order of the list (NULL: zero); the source has the sign of its mirror image in
- * other sides. Where the source is no fluid: `held` itself. Images and outlets are left alone. */
+/* Velocity v [PD_DIM][total] behind inlets: odd extension 2 held - source about the values `held` on the side (NULL:
+ * zero), stored [PD_DIM][inlets_end - outlets_end] in the order of the list; the source has the sign of its mirror
+ * image in other sides. Where the source is no fluid: `held` itself. Images and outlets are left alone. */
 PDI_FN void pdi_ghosts_set_inlet_velocity(const pd_ghosts *ghosts, const double *held, double *v);
 /* Pressure p [total]: images take the value of their source, outlets 2 held - source with the prescribed value `held`
  * in the unit of p; inlets are left alone. */

@@ -125,7 +125,8 @@ static double pdi_points_compute_gauss_point(const double *x, int g, double *pos
 }
 
 /* Signed volume of a cell by Gauss quadrature, and its centroid centre [PD_DIM], in the unit of the corners. 0: the
- * Jacobian changes sign (folded), or no volume; `centre` has no meaning then. */
+ * Jacobian is not of one sign at all Gauss points (folded), or |volume| is at most PDI_POINTS_MIN_CELL_VOLUME times the
+ * largest extent to the power PD_DIM; `centre` has no meaning then. */
 static double pdi_points_integrate_cell(pd_points_cell_type form, const double *const *corner, double *centre)
 {
     double x[PDI_POINTS_BOX_CORNERS * PD_DIM], volume = 0.0, size = 0.0, first = 0.0, whole = 1.0;

@@ -57,19 +57,23 @@ typedef struct pd_points_converter {
 
 /* Free the points. A zeroed object is allowed. */
 PD_API void pd_points_free(pd_ctx *ctx, pd_points *points);
-/* Append a point at position[PD_DIM] [m] with a volume [m^d] and a region. PD_ERR_SIZE: more than int32 counts. */
+/* Append a point at position[PD_DIM] [m] with a volume [m^d] and a region; its boundary_area is 0. Values are not
+ * checked. PD_ERR_SIZE: more points than int32 counts. On failure nothing changes. */
 PD_API pd_status pd_points_add(pd_ctx *ctx, pd_points *points, const double *position, double volume, int32_t tag);
-/* Shrink the arrays to the number of points. */
+/* Shrink the arrays to the number of points (also none); contents stay. On failure nothing changes. */
 PD_API pd_status pd_points_shrink(pd_ctx *ctx, pd_points *points);
-/* Number of corners of a cell type. */
+/* Number of corners of a cell type; 0 for PD_POINTS_CELL_NONE. */
 PD_API int pd_points_count_corners(pd_points_cell_type form);
-/* Append a mesh cell with these corners[][3] as a point. *fault (static text): why the cell is refused, with PD_OK, or
- * NULL. mirrored 1: its orientation may differ from that of earlier cells, and does not count for later ones. */
+/* Append a mesh cell with these corners[][3] as a point. *fault (static text), with PD_OK and no point added: the cell
+ * is off the line (1D) or plane (2D) of the first one by 1e-9 of the extent, folded, of no volume or one out of range,
+ * or turned against earlier cells; else NULL. mirrored 1: its orientation is not compared, and does not count for later
+ * ones. Sets plane by the first cell, and orientation. */
 PD_API pd_status pd_points_add_cell(pd_ctx *ctx, pd_points_converter *cells, pd_points_cell_type form,
                                     const double *const *corner, int mirrored, int32_t tag, const char **fault);
 
 #ifdef PDI_INTERNAL
-/* Allocate face_corner, zeroed, for that many boundary faces and set face_count. The points have no face_corner yet. */
+/* Allocate face_corner, zeroed, for that many boundary faces and set face_count. The points have no face_corner yet. On
+ * failure face_count stays. */
 PDI_FN pd_status pdi_points_reserve_faces(pd_ctx *ctx, pd_points *points, int64_t faces);
 #endif
 

@@ -97,7 +97,8 @@ static double pdi_quadratic_fit_column_norm(const pdi_quadratic_fit *fit, int to
     return sqrt(square);
 }
 
-/* Applies to all columns of the rows from `top` on the Householder reflection that clears column c below row `top`. */
+/* Applies to all columns of the rows from `top` on the Householder reflection that clears column c below row `top`. A
+ * column of zeros changes nothing. */
 static void pdi_quadratic_fit_apply_reflection(pdi_quadratic_fit *fit, int top, int c)
 {
     double norm = pdi_quadratic_fit_column_norm(fit, top, c),
@@ -115,9 +116,10 @@ static void pdi_quadratic_fit_apply_reflection(pdi_quadratic_fit *fit, int top, 
     for (int r = top + 1; r < fit->rows; r++) fit->row[r][c] = 0.0;
 }
 
-/* QR factorisation of the equations: keeps as many rows as the data determine terms, and drops residuals. order
- * [terms]: columns of the determined terms, then undetermined second derivatives, then undetermined gradients, so
- * that lighter equations never change heavier ones. */
+/* QR factorisation of the equations: keeps as many rows as the data determine terms (a column counts when its rest
+ * exceeds PDI_QUADRATIC_FIT_ROUNDING of its norm at its turn), and drops residuals. order [terms]: columns of the
+ * determined terms, then undetermined second derivatives, then undetermined gradients, so that lighter equations never
+ * change heavier ones. */
 static void pdi_quadratic_fit_factor_qr(pdi_quadratic_fit *fit, int *order)
 {
     int top = 0, rest = 0, unknown[PDI_QUADRATIC_FIT_TERMS];

@@ -22,14 +22,17 @@ typedef struct pdi_quadratic_fit {
 } pdi_quadratic_fit;
 /* Begins a fit without data at the point x [PD_DIM] [m] with the lengths h [PD_DIM] [m] as units (the spacings). */
 PDI_FN void pdi_quadratic_fit_init(pdi_quadratic_fit *fit, const double *x, const double *h);
-/* Adds a datum: the field is `value` at x [m]. Dropped when there are PDI_QUADRATIC_FIT_MAX_DATA data already. */
+/* Adds a datum: the field is `value` at x [m], with the weight 1/(r^2 + 1e-6) of its equation, r in cells. Dropped when
+ * there are PDI_QUADRATIC_FIT_MAX_DATA data already. */
 PDI_FN void pdi_quadratic_fit_add_value(pdi_quadratic_fit *fit, const double *x, double value);
-/* Adds a datum: the derivative of the field at x [m] along the unit vector `normal` is `derivative` [unit of the
- * field / m]. Dropped when there are PDI_QUADRATIC_FIT_MAX_DATA data already. */
+/* Adds a datum: the derivative of the field at x [m] along the unit vector `normal` is `derivative` [unit of the field
+ * / m], with the weight 1/(r^2 + 1) of its equation, r in cells. Dropped when there are PDI_QUADRATIC_FIT_MAX_DATA data
+ * already. */
 PDI_FN void pdi_quadratic_fit_add_derivative(pdi_quadratic_fit *fit, const double *x, const double *normal,
                                              double derivative);
-/* Solves the least-squares problem; returns the value of the quadratic at the point, NaN without data. Overwrites the
- * data: a fit is solved once. */
+/* Solves the least-squares problem; returns the value of the quadratic at the point, NaN without data. Derivatives that
+ * the data do not determine are 0; with derivatives as only data the value is 0. Overwrites the data: a fit is solved
+ * once. */
 PDI_FN double pdi_quadratic_fit_solve(pdi_quadratic_fit *fit);
 #endif
 

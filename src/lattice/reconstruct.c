@@ -34,7 +34,8 @@ static void pdi_reconstruct_compute_terms(const pd_stencil *s, int k, double t, 
 }
 
 /* term [terms], as of pdi_reconstruct_compute_terms, at the surface point nearest to the end of a bond of row r that
- * only grazes the surface. Returns 1; 0: no such point is found. */
+ * only grazes the surface, by one step along the normal. Returns 1; 0: an edge is nearby, or the point reached is 0.05
+ * of the smallest spacing or more off the surface. */
 static int pdi_reconstruct_compute_surface_terms(const pd_bonds *bonds, int32_t r, const pdi_bond_wall_end *end,
                                                  double *term)
 {
@@ -63,7 +64,8 @@ static void pdi_reconstruct_add_datum(const double *term, double weight, pdi_rec
             m->sum[a * PDI_RECONSTRUCT_TERMS + b] += weight * term[a] * term[b];
 }
 
-/* Scales and factors the matrix m->sum in place (Cholesky). Returns 1; 0: the data do not determine a quadratic. */
+/* Scales and factors the matrix m->sum in place (Cholesky). Returns 1; 0: a scaled pivot is not above
+ * PDI_RECONSTRUCT_MIN_PIVOT, whatever the order of the terms: the data do not determine a quadratic. */
 static int pdi_reconstruct_factor_normal_matrix(pdi_reconstruct_normal_matrix *m)
 {
     double least[PDI_RECONSTRUCT_TERMS];
@@ -101,14 +103,15 @@ static int pdi_reconstruct_is_scalar_bond(const pd_bonds *bonds, int32_t r, int 
     return pdi_bond_is_open(bonds, r, k) && bonds->grid->kind[bonds->node[r] + bonds->paths.shift[k]] != PD_INLET;
 }
 
-/* 1: the node has a scalar value: open and no inlet. */
+/* 1: the node has a scalar value: fluid, outlet or image. 0: inlet, or closed. */
 static int pdi_reconstruct_is_scalar_node(const pd_grid *grid, int32_t node)
 {
     return pdi_grid_is_open(grid->kind[node]) && grid->kind[node] != PD_INLET;
 }
 
-/* step [2]: differences of node ids to the two other nodes of a parabola along axis d: both neighbours, or the next
- * two on one side. Returns 1; 0: there are none with a scalar value. */
+/* step [2]: differences of node ids to the two other nodes of a parabola along axis d: both neighbours where they have
+ * scalar values, else the next two on one side. Returns 1; 0: none (one-sided, the first of them must be fluid and the
+ * second have a scalar value); step has no meaning then. */
 static int pdi_reconstruct_find_parabola(const pd_grid *grid, int32_t node, int d, int32_t step[2])
 {
     int32_t stride = grid->stride[d];
@@ -150,7 +153,8 @@ static int pdi_reconstruct_compute_scalar_fit(pd_quadratic_reconstruction *rec, 
 
 /* Computes the velocity fit of row r (eq. 3.4b): the contribution of cut bonds to the Laplacian of a velocity that
  * vanishes on the surface, as coefficients[terms] of the sums over open bonds and *drag [1/m2] of the velocity of the
- * node. extra_weight may be NULL. Returns 1; 0: the bonds determine no fit, nothing is set. */
+ * node. Data: open far ends, inlets included, and points on the surface with weights over t^2, but not those of t > 1.
+ * extra_weight may be NULL. Returns 1; 0: the bonds determine no fit, nothing is set. */
 static int pdi_reconstruct_compute_velocity_fit(const pd_bonds *bonds, int32_t r, const double *extra_weight,
                                                 double factor, double *coefficients, double *drag)
 {
@@ -196,7 +200,9 @@ typedef struct pdi_reconstruct_surface_point {
     double point[PD_DIM], normal[PD_DIM]; /* [m], [-] point, and normal towards the fluid */
 } pdi_reconstruct_surface_point;
 
-/* Sets *foot to the surface point nearest to the node of row r. Returns 1; 0: no smooth surface, or an edge nearby. */
+/* Sets *foot to the surface point nearest to the node of row r, on the shape of its shortest cut bond. Returns 1; 0: no
+ * bond ends on a smooth shape other than a side of the box, an edge is nearby, the node lies inside the shape, or the
+ * sum of the principal curvatures times h is PDI_RECONSTRUCT_EDGE_CURVATURE or more; *foot is partly set then. */
 static int pdi_reconstruct_find_surface_point(const pd_bonds *bonds, int32_t r, pdi_reconstruct_surface_point *foot)
 {
     const pd_stencil *s = bonds->stencil;
@@ -296,8 +302,8 @@ static void pdi_reconstruct_laplacian_error(const pd_quadratic_reconstruction *r
     }
 }
 
-/* Sets viscous_error of row r for each second derivative of the pressure (nearest neighbours only); zero without a
- * velocity fit or smooth surface. */
+/* Sets viscous_error of row r for each second derivative of the pressure; zero without a velocity fit or smooth
+ * surface. Does nothing for wide families, which have no such array. */
 static void pdi_reconstruct_compute_cubic_errors(pd_quadratic_reconstruction *rec, int32_t r,
                                                  const double *extra_weight, double factor)
 {
@@ -401,7 +407,8 @@ static void pdi_reconstruct_list_arrays(pdi_array_visitor *owner, void *object)
     PDI_ARRAY(owner, slopes, index, slopes->row_capacity, "1");
 }
 
-/* Frees and allocates the arrays for `count` rows and more when they are too small; earlier contents are lost then. */
+/* Frees and allocates the arrays, for `count` rows and a quarter more, when `count` or the capacity of the bonds
+ * exceeds theirs; earlier contents are lost then. Else does nothing. On failure no array is left. */
 static pd_status pdi_reconstruct_reserve(pd_ctx *ctx, int32_t count, pd_quadratic_reconstruction *rec)
 {
     const pd_bonds *bonds = rec->bonds;

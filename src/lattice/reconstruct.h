@@ -36,15 +36,15 @@ typedef struct pd_quadratic_reconstruction {
 /* Computes the fits of all rows near smooth surfaces for the present geometry, and allocates or grows the arrays; `rec`
  * is zero or holds earlier fits, which are lost. `bonds` store wall terms (no PD_BONDS_NO_FLOW) and are borrowed.
  * extra_weight: NULL, or [bonds of the stencil] [1/m2] added, times `factor`, to the Laplacian weights (isotropic
- * friction, eq. 4.1c). */
+ * friction, eq. 4.1c). Fails only for memory; the caller frees `rec` then, too. */
 PDI_FN pd_status pdi_reconstruct_update(pd_ctx *ctx, const pd_bonds *bonds, const double *extra_weight, double factor,
                                         pd_quadratic_reconstruction *rec);
 PDI_FN void pdi_reconstruct_free(pd_ctx *ctx, pd_quadratic_reconstruction *rec);
 
 #define PDI_RECONSTRUCT_HESSIAN_SIZE (PD_DIM * (PD_DIM + 1) / 2) /* second derivatives: xx, yx, yy, .. */
-/* Replaces grad [PD_DIM][total] of f [total] at the rows near smooth surfaces (eq. 3.5b): by the fit of wide families,
- * else by parabolas along the axes on which they have neighbours; components along other axes, and other nodes, stay.
- * Ghost values of f must be set. */
+/* Replaces grad [PD_DIM][total] of f [total] at the rows near smooth surfaces (eq. 3.5b): by the fit of wide families
+ * where they have one, else by parabolas along the axes on which they have two neighbours or two nodes on one side;
+ * components along other axes, and other nodes, stay. Ghost values of f must be set. */
 PDI_FN void pdi_reconstruct_set_gradient(const pd_ctx *ctx, const pd_quadratic_reconstruction *rec, const double *f,
                                          double *grad);
 /* 1: row r of the bonds has a velocity fit; 0: none, or it is not near a smooth surface. */

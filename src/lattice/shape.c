@@ -124,8 +124,9 @@ static double pdi_shape_voxel_distance(const pd_shape *s, const double *x)
     return value ? -nearest : pd_max(nearest, box);
 }
 
-/* Signed distance [m] of x from shape `index`, set operations by minimum and maximum of their children; frame NULL:
- * no planes behind which shapes continue. */
+/* Signed distance [m] of x from shape `index`, set operations by minimum and maximum of their children; frame NULL: no
+ * planes behind which shapes continue (they matter for boxes and half-spaces alone). HUGE_VAL: no type, or facets
+ * outside of 3D. */
 static double pdi_shape_signed_distance(const pd_shape *shapes, int index, const pdi_shape_continued_box *frame,
                                         const double *x)
 {
@@ -264,7 +265,7 @@ int pd_shape_is_smooth(const pd_shape *shapes, int index)
 }
 
 PDI_COLD_BEGIN
-/* PD_ERR_ARGUMENT: an edge of the box is not positive and finite. k: index for the message. */
+/* PD_ERR_ARGUMENT: not a < b on an axis, or b - a is not finite. k: index for the message. */
 static pd_status pdi_shape_check_box(pd_ctx *ctx, const pd_shape *s, int k)
 {
     for (int d = 0; d < PD_DIM; d++)
@@ -284,7 +285,8 @@ static pd_status pdi_shape_check_centre(pd_ctx *ctx, const pd_shape *s, int k, c
     return PD_OK;
 }
 
-/* PD_ERR_ARGUMENT: centre, radius or axis of a ball or cylinder is not valid. */
+/* PD_ERR_ARGUMENT: the centre of a ball or cylinder is not finite, its radius not positive and finite, or the axis of a
+ * cylinder not 0, 1 or 2 (in any dimension). */
 static pd_status pdi_shape_check_round(pd_ctx *ctx, const pd_shape *s, int k, const char *name)
 {
     PD_TRY(pdi_shape_check_centre(ctx, s, k, name));
@@ -308,7 +310,8 @@ static pd_status pdi_shape_check_half_space(pd_ctx *ctx, const pd_shape *s, int 
     return PD_OK;
 }
 
-/* PD_ERR_ARGUMENT: a voxel mask is missing, or its size or spacing is not positive. */
+/* PD_ERR_ARGUMENT: a voxel mask is missing, its corner is not finite, its size is below 1 or its spacing not positive
+ * and finite. */
 static pd_status pdi_shape_check_voxels(pd_ctx *ctx, const pd_shape *s, int k)
 {
     PD_TRY(pdi_shape_check_centre(ctx, s, k, "voxels"));
@@ -326,7 +329,8 @@ static pd_status pdi_shape_check_voxels(pd_ctx *ctx, const pd_shape *s, int k)
     return PD_OK;
 }
 
-/* PD_ERR_ARGUMENT: a set operation has the wrong number of children, or one that is not an earlier shape. */
+/* PD_ERR_ARGUMENT: a set operation has the wrong number of children (complement 1, difference 2 to 8, others 1 to 8),
+ * or one that is not an earlier shape. */
 static pd_status pdi_shape_check_children(pd_ctx *ctx, const pd_shape *shapes, int k, const char *name)
 {
     const pd_shape *s = &shapes[k];

@@ -48,17 +48,19 @@ typedef struct pd_shape {
 #define PD_SHAPE_TOLERANCE 1e-9
 
 /* Signed distance [m] of point x to shape `index` of a validated array, negative inside. Exact for primitives (voxel
- * masks: up to one cell, beyond it a bound); a bound of the right sign inside set operations. Lipschitz constant 1. */
+ * masks: up to one cell, beyond it a bound); set operations take the minimum or maximum of their children, a bound of
+ * the right sign. Lipschitz constant 1. HUGE_VAL: the shape has no type. */
 PD_API double pd_shape_distance(const pd_shape *shapes, int index, const double *x);
-/* [m] Distance below which a point x counts as on a surface: PD_SHAPE_TOLERANCE of the smallest spacing h [PD_DIM], or
- * the rounding of coordinates of the size of x. */
+/* [m] Distance up to which a point x counts as on a surface: the larger of PD_SHAPE_TOLERANCE of the smallest spacing
+ * of h [PD_DIM] and the rounding (16 units of double precision) of the largest |coordinate| of x. */
 PD_API double pd_shape_surface_tolerance(const double *h, const double *x);
-/* Checks `count` shapes: parameters finite, radii positive, boxes not empty, children earlier in the array.
- * PD_ERR_ARGUMENT: names the first shape and parameter at fault. PD_ERR_SIZE: PD_SHAPE_MAX or
+/* Checks `count` shapes, which may be 0: parameters finite, radii and voxels positive, boxes and masks not empty, the
+ * right number of children, all earlier in the array, facets in 3D with a surface. PD_ERR_ARGUMENT: names the first
+ * shape and parameter at fault; also a negative count, or no array. PD_ERR_SIZE: PD_SHAPE_MAX or
  * PD_SHAPE_MAX_EVALUATIONS is exceeded. */
 PD_API pd_status pd_shape_validate(pd_ctx *ctx, const pd_shape *shapes, int count);
-/* 1: the zero level of the signed distance is a smooth description of the surface (there is no voxel mask in the
- * tree). */
+/* 1: the zero level of the signed distance is a smooth description of the surface; 0: there is a voxel mask in the tree
+ * of shape `index`. Edges of boxes and facets do not count. */
 PD_API int pd_shape_is_smooth(const pd_shape *shapes, int index);
 #ifdef PDI_INTERNAL
 /* 1: the point x belongs to the shape. Points on the surface do, so that mirrored, rotated and shifted bodies have
@@ -84,7 +86,8 @@ PDI_FN double pdi_shape_distance_continued(const pd_shape *shapes, int index, co
  * or cylinder that it only touches within `tie` [m] has one intersection. Voxel masks are left out. */
 PDI_FN double pdi_shape_find_crossing(const pd_shape *shapes, int index, const double *x, const double *xi,
                                       double after, double tie);
-/* 1: the shape is convex, as its type and those of its children say; 0: it may not be. */
+/* 1: the shape is convex, as its type says: a box, ball, cylinder or half-space, an intersection of such, or a union of
+ * one. 0: it may not be (voxels, facets, differences, complements, other unions). */
 PDI_FN int pdi_shape_is_convex(const pd_shape *shapes, int index);
 #endif
 

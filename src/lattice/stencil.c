@@ -27,8 +27,9 @@ static int pdi_stencil_next_offset(int *n, int reach)
     return 0;
 }
 
-/* Partial volume beta of the cell at offset n (eq. 2.1) [-]; 0: not in the family. The tolerance of 1e-12 keeps the
- * rounding of sqrt from deciding on membership. */
+/* Partial volume beta of the cell at offset n (eq. 2.1) [-]: m + 1/2 - |n|, at most 1; PD_FAMILY_FULL_CELLS: 1 for |n|
+ * <= m. 0: not in the family, as is n = 0. The tolerance of 1e-12 keeps the rounding of sqrt from deciding on
+ * membership. */
 static double pdi_stencil_partial_volume(const int *n, double m, pd_family family)
 {
     double length = pdi_stencil_lattice_length(n), limit = family == PD_FAMILY_FULL_CELLS ? m + 1e-12 : m + 0.5 - 1e-12;
@@ -99,8 +100,8 @@ static pd_status pdi_stencil_build_family(pd_ctx *ctx, pd_family family, pd_sten
 }
 
 /* Sets laplacian_weight and gradient_weight to the coefficients of the continuum as published: lap f = k_L sum
- * df/|xi|^2 V beta, grad f = (d/V_H) sum df e/|xi| V beta. Elliptical horizons: delta_theta = m |xi|/|n| in place of
- * delta (Jafarzadeh et al. 2022, eq. 16, corrected). */
+ * df/|xi|^2 V beta, with k_L = 1, 4/pi, 9/(2 pi) over delta_theta^d in 1D, 2D, 3D; grad f = (d/V_H) sum df e/|xi| V
+ * beta. Elliptical horizons: delta_theta = m |xi|/|n| in place of delta (Jafarzadeh et al. 2022, eq. 16, corrected). */
 static void pdi_stencil_set_published_weights(pd_stencil *s)
 {
     double horizon_volume = PD_DIM == 1 ? 2.0 : PD_DIM == 2 ? PD_PI : 4.0 * PD_PI / 3.0;
@@ -132,8 +133,8 @@ static void pdi_stencil_add_weights(pd_stencil *s, const double *scale, double *
 }
 
 /* Sets laplacian_weight, zero before, and gradient_weight by discrete moments: a(n) = w(n) sum_b s_b e_b^2 with sum_n
- * a(n) xi_a^2 = 2 for every axis (eq. 2.3), and g(n) = w(n) xi / sum w xi_a^2 (eq. 2.4). PD_ERR_GEOMETRY: singular
- * moments, or a negative weight. */
+ * a(n) xi_a^2 = 2 for every axis (eq. 2.3), and g(n) = w(n) xi / sum w xi_a^2 (eq. 2.4). PD_ERR_GEOMETRY: the moments
+ * are singular, or a weight a(n) is not positive (spacings too different). */
 static pd_status pdi_stencil_calibrate_weights(pd_ctx *ctx, pd_stencil *s)
 {
     double matrix[PD_DIM * PD_DIM], residual[PD_DIM], scale[PD_DIM], moment[PD_DIM];
@@ -283,7 +284,8 @@ static double pdi_stencil_get_line_weight(const pd_stencil *s, const int *line, 
     return 0.0;
 }
 
-/* 1: the grid lines through the bonds k and j have the same weights. */
+/* 1: the grid lines through the bonds k and j have the same weights a(n) at each |n_0|, within
+ * PDI_STENCIL_WEIGHT_TOLERANCE of them. */
 static int pdi_stencil_is_same_line_kind(const pd_stencil *s, int k, int j)
 {
     for (int n0 = 0; n0 <= s->reach; n0++) {
@@ -327,7 +329,7 @@ static void pdi_stencil_build_grid_lines(pd_stencil *s)
         }
 }
 
-/* Inner part of pd_stencil_build: what it leaves behind on failure is freed by the caller. */
+/* Does the work of pd_stencil_build on an overwritten stencil; on failure the caller frees what it has allocated. */
 static pd_status pdi_stencil_build_inner(pd_ctx *ctx, const pd_stencil_desc *desc, pd_stencil *stencil)
 {
     memset(stencil, 0, sizeof *stencil);

@@ -64,8 +64,9 @@ typedef struct pd_stencil {
 #define pd_stencil_free PD_NAME(pd_stencil_free)
 
 /* Builds the family of a node away from surfaces, its weights, its grid lines and the cells that its bonds cross.
- * PD_ERR_ARGUMENT: m outside [1, 12], h not positive and finite. PD_ERR_GEOMETRY: a calibrated weight is negative.
- * Source: Tian and Du 2014 (asymptotic compatibility); Zhao and Bobaru 2022 (operators). */
+ * `stencil` is overwritten, and all zero after a failure. PD_ERR_ARGUMENT: m neither 0 (it is 3 then) nor in [1, 12], h
+ * not positive and finite. PD_ERR_GEOMETRY: a calibrated weight is not positive. Also the failures of
+ * pdi_area_weights_compute. Source: Tian and Du 2014 (asymptotic compatibility); Zhao and Bobaru 2022 (operators). */
 PD_API pd_status pd_stencil_build(pd_ctx *ctx, const pd_stencil_desc *desc, pd_stencil *stencil);
 PD_API void pd_stencil_free(pd_ctx *ctx, pd_stencil *stencil);
 

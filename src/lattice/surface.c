@@ -88,8 +88,8 @@ static void pdi_surface_compute_shape_normal(const pd_grid *grid, int shape, con
     for (int d = 0; d < PD_DIM; d++) normal[d] /= length > 0.0 ? length : 1.0;
 }
 
-/* Closed node (may be a ghost) up to one cell behind the surface point x [m]; -1: the metal that was there has
- * dissolved. */
+/* Closed node (may be a ghost) half a cell or one cell behind the surface point x [m], against `normal`, folded into
+ * the box; -1: both are open or outside of the arrays: the metal that was there has dissolved. */
 static int32_t pdi_surface_find_closed_node(const pdi_surface_search *search, const double *x, const double *normal)
 {
     const pd_grid *grid = search->bonds->grid;
@@ -109,8 +109,9 @@ static int32_t pdi_surface_find_closed_node(const pdi_surface_search *search, co
 }
 
 /* Moves `at` [m] onto the surface of a smooth shape by at most 8 steps along the normal; normal [PD_DIM]: that of the
- * last step. *first: signed distance at the start [m]. Returns 1; 0: not converged, or farther away than
- * PDI_SURFACE_MAX_DISTANCE. */
+ * last step. *first: signed distance at the start [m]. Returns 1; 0: the distance that is left exceeds
+ * PDI_SURFACE_TOLERANCE of the smallest spacing, or it moved by more than PDI_SURFACE_MAX_DISTANCE along an axis; `at`
+ * is changed all the same. */
 static int pdi_surface_project_on_shape(const pd_grid *grid, int shape, double *at, double *normal, double *first)
 {
     double from[PD_DIM], smallest = pdi_vec_min(grid->h), level = 0.0, cells = 0.0;
@@ -202,7 +203,8 @@ typedef struct pdi_surface_cell_face {
 
 #if PD_DIM > 1
 /* Maps a point of the face, `across` [half cells from its middle, along the other axes], to the surface: `at` [m] and
- * the unit normal. Sides of the box are the surface where no shape covers them. */
+ * the unit normal towards the fluid. The point itself and the normal of the face: without a smooth shape, where the
+ * projection fails, and on sides of the box that no shape covers. */
 static void pdi_surface_map_face_point(const pdi_surface_cell_face *face, const double *across, double *at,
                                        double *normal)
 {

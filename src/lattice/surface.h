@@ -7,15 +7,16 @@
 #include "lattice/bond.h"
 
 #ifdef PDI_INTERNAL
-/* Surface point nearest to `target` [m] as seen from fluid node `node`: the closest point of smooth shapes, or the cell
- * face that the segment from the node, extended by one cell, intersects. 1: found, -1: found, and `target` lies behind
- * it (in the solid), 0: none, and the results are zero. point [PD_DIM] [m], unit normal [PD_DIM] towards the fluid, and
- * *closed, a closed node behind it (may be a ghost). */
+/* Surface point nearest to `target` [m] as seen from fluid node `node`: the closest point of smooth shapes, up to two
+ * cells away, or the cell face that the segment from the node, extended by one cell, intersects (none when target is
+ * the node). 1: found, -1: found, and `target` lies behind it (in the solid), 0: none, and the results are zero. point
+ * [PD_DIM] [m], unit normal [PD_DIM] towards the fluid, and *closed, a closed node behind it (may be a ghost). */
 PDI_FN int pdi_surface_find_nearest(const pd_bonds *bonds, int32_t node, const double *target, double *point,
                                     double *normal, int32_t *closed);
 /* Signed distance [m] of x from the smooth surface through the cell of node `closed`, and its gradient by central
- * differences over `step` cells either way: the normal towards the fluid, of norm 1 to 1%. Returns 1; 0: the gradient
- * is not of that norm, as an edge is nearby, or there is no smooth surface (NaN). */
+ * differences over `step` cells either way: the normal towards the fluid. Returns 1; 0: its norm differs from 1 by 1e-2
+ * or more, as an edge is nearby, or there is no smooth surface (NaN). The gradient is not normalised; both are set in
+ * either case. */
 PDI_FN int pdi_surface_compute_normal(const pd_bonds *bonds, int32_t closed, const double *x, double step,
                                       double *distance, double *normal);
 /* Area [m^(d-1); axisymmetric: m2 of the full ring] of the surface that belongs to the cell face between open node

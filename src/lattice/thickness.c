@@ -27,8 +27,8 @@ static void pdi_thickness_filter_axis(const pd_grid *grid, uint8_t *mark, int d,
     }
 }
 
-/* Dilates mark [total] by `low` cells before and `high` cells behind along all axes, and then removes it outside of
- * metal. line: scratch as of pdi_thickness_filter_axis. */
+/* Dilates mark [total]: each marked cell marks those from `low` before to `high` behind it along all axes (a cuboid),
+ * and then removes the marks outside of metal. line: scratch as of pdi_thickness_filter_axis. */
 static void pdi_thickness_dilate(const pd_grid *grid, uint8_t *mark, int low, int high, uint8_t *line)
 {
     for (int d = 0; d < PD_DIM; d++) pdi_thickness_filter_axis(grid, mark, d, high, low, 0, line);

@@ -13,12 +13,13 @@
  * without it. More than the rounding of coordinates in files (six decimal digits). */
 #define PDI_VERTEX_MERGE_TOLERANCE 3e-6
 
-/* Merges corners with identical coordinates. corner [n][3] [m]; vertex [n] receives the number of the first corner at
- * the same point. */
+/* Merges corners with identical coordinates (0 and -0 are). corner [n][3] [m]; vertex [n] receives the lowest number of
+ * the corners at the same point. Fails only for memory, and writes nothing then. */
 PDI_FN pd_status pdi_vertex_merge_identical(pd_ctx *ctx, const double *corner, int32_t n, int32_t *vertex);
-/* Merges vertices that lie closer than PDI_VERTEX_MERGE_TOLERANCE times the extent of the surface. vertex [n] goes in
- * as pdi_vertex_merge_identical leaves it and is updated; parent [n] is scratch of the disjoint sets. *merged grows by
- * the number of corners whose vertex changed. Coordinates stay. */
+/* Merges vertices at most PDI_VERTEX_MERGE_TOLERANCE times the largest extent of the surface apart, and chains of such.
+ * vertex [n] goes in as pdi_vertex_merge_identical leaves it and becomes the lowest number of its chain; parent [n] is
+ * scratch of the disjoint sets. *merged grows by the number of corners whose vertex changed. Coordinates stay. Nothing
+ * is done for an extent of 0. */
 PDI_FN pd_status pdi_vertex_merge_nearby(pd_ctx *ctx, const double *corner, int32_t n, int32_t *vertex, int32_t *parent,
                                          int32_t *merged);
 #endif
