@@ -58,16 +58,16 @@ typedef struct pd_points_converter {
 /* Free the points. A zeroed object is allowed. */
 PD_API void pd_points_free(pd_ctx *ctx, pd_points *points);
 /* Append a point at position[PD_DIM] [m] with a volume [m^d] and a region; its boundary_area is 0. Values are not
- * checked. PD_ERR_SIZE: more points than int32 counts. On failure nothing changes. */
+ * checked. The arrays double when they are full; PD_ERR_SIZE: beyond what int32 counts. On failure nothing changes. */
 PD_API pd_status pd_points_add(pd_ctx *ctx, pd_points *points, const double *position, double volume, int32_t tag);
 /* Shrink the arrays to the number of points (also none); contents stay. On failure nothing changes. */
 PD_API pd_status pd_points_shrink(pd_ctx *ctx, pd_points *points);
 /* Number of corners of a cell type; 0 for PD_POINTS_CELL_NONE. */
 PD_API int pd_points_count_corners(pd_points_cell_type form);
 /* Append a mesh cell with these corners[][3] as a point. *fault (static text), with PD_OK and no point added: the cell
- * is off the line (1D) or plane (2D) of the first one by 1e-9 of the extent, folded, of no volume or one out of range,
- * or turned against earlier cells; else NULL. mirrored 1: its orientation is not compared, and does not count for later
- * ones. Sets plane by the first cell, and orientation. */
+ * is off the line (1D) or plane (2D) of the first one by more than 1e-9 of the extent, folded, of no volume or one out
+ * of range, or turned against earlier cells; else NULL. mirrored 1: its orientation is not compared, and does not count
+ * for later ones. Sets plane by the first cell, and orientation. */
 PD_API pd_status pd_points_add_cell(pd_ctx *ctx, pd_points_converter *cells, pd_points_cell_type form,
                                     const double *const *corner, int mirrored, int32_t tag, const char **fault);
 

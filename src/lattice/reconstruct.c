@@ -201,8 +201,9 @@ typedef struct pdi_reconstruct_surface_point {
 } pdi_reconstruct_surface_point;
 
 /* Sets *foot to the surface point nearest to the node of row r, on the shape of its shortest cut bond. Returns 1; 0: no
- * bond ends on a smooth shape other than a side of the box, an edge is nearby, the node lies inside the shape, or the
- * sum of the principal curvatures times h is PDI_RECONSTRUCT_EDGE_CURVATURE or more; *foot is partly set then. */
+ * bond ends on a smooth shape that is curved or inclined (sides of the box do not count), an edge is nearby, the node
+ * lies inside the shape, or the |sum of the principal curvatures| times h is PDI_RECONSTRUCT_EDGE_CURVATURE or more;
+ * *foot is partly set then. */
 static int pdi_reconstruct_find_surface_point(const pd_bonds *bonds, int32_t r, pdi_reconstruct_surface_point *foot)
 {
     const pd_stencil *s = bonds->stencil;

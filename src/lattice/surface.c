@@ -27,8 +27,9 @@ typedef struct pdi_surface_search {
 } pdi_surface_search;
 
 /* Candidate: the face of the first closed cell on the segment, by a walk from cell to cell; a side of the box that is a
- * wall counts as one. A face before the point replaces any candidate, one behind it only a farther one. At a cell whose
- * smooth surface has not receded the walk ends without a candidate. */
+ * wall counts as one, other sides are passed. A face before the point replaces any candidate, one at or behind it only
+ * a candidate that is farther from the point. None: end_fraction or the end of the arrays comes first, or the cell has
+ * a smooth surface that the node lies outside of (not receded). */
 static void pdi_surface_find_cell_face(pdi_surface_search *search)
 {
     const pd_grid *grid = search->bonds->grid;
