@@ -19,7 +19,8 @@ PDI_FN void pdi_flow_compute_pressure_gradient(const pd_ctx *ctx, const pd_flow 
     pd_ghosts_set_vector(&flow->bonds->ghosts, grad);
 }
 
-/* v [PD_DIM][total]: v = K v at `node`, with the tensor K of row r (eq. 4.2b), mirrored along the axes set in `odd`. */
+/* v [PD_DIM][total]: v = K v at `node` alone, in place, with the tensor K of row r (eq. 4.2b), mirrored along the axes
+ * whose bits are set in `odd`. */
 static void pdi_flow_apply_advection_tensor(const pd_flow *flow, int32_t r, int32_t node, int odd, double *v)
 {
     const double *k = flow->bonds->flux_correction + (int64_t)r * PD_DIM * PD_DIM;
@@ -36,7 +37,7 @@ static void pdi_flow_apply_advection_tensor(const pd_flow *flow, int32_t r, int3
     }
 }
 
-/* 1: row r takes the pointwise divergence (4.2c). */
+/* 1: row r takes the pointwise divergence (4.2c): uses_axis_divergence, and the row is beside a smooth surface. */
 static int pdi_flow_has_axis_divergence(const pd_flow *flow, int32_t r)
 {
     return flow->uses_axis_divergence && flow->bonds->near_smooth_surface[r];
@@ -144,7 +145,8 @@ PDI_FN void pdi_flow_add_fitted_wall(const pd_ctx *ctx, const pd_flow *flow, con
 }
 
 PDI_COLD_BEGIN
-/* Merges the patch of row r with those of the rows at the far ends of its open bonds (disjoint sets). */
+/* Merges the patch of row r with those of the rows at the far ends of its open bonds (disjoint sets). Ghosts count as
+ * the node that they stand for. Far ends that are no row, or a row in no patch, are skipped. */
 static void pdi_flow_merge_patches(pd_flow *flow, int32_t r)
 {
     const pd_bonds *bonds = flow->bonds;
@@ -239,7 +241,9 @@ PDI_INLINE void pdi_flow_copy_block(const pd_flow *flow, const pdi_flow_operands
     for (int b = 0; b < count; b++) own->p[b] = t->p[i + b];
 }
 
-/* Adds bond k of nodes i .. i+count-1. open: 1 or 0 for each, NULL: all open, with pressure flux. pressure 0: none. */
+/* Adds bond k of nodes i .. i+count-1 to *sums: its volume flux, a times the pressure stabilisation, and (flux - 2 nu
+ * a) times the velocity difference, with a the Laplacian weight (for friction with its isotropic part). open: 1 or 0
+ * for each node, NULL: all open, with pressure flux. pressure 0: no pressure flux, 1: with it. */
 PDI_INLINE void pdi_flow_add_bond(const pd_flow *flow, const pdi_flow_operands *t,
                                   const pdi_flow_block_values *PD_RESTRICT own, int32_t i, int k, int count,
                                   const double *PD_RESTRICT open, double pressure,
@@ -304,9 +308,9 @@ PDI_NO_VECTORISE void pdi_flow_add_short_block(const pd_flow *flow, const pdi_fl
     pdi_flow_add_open_bonds(flow, t, i, row, count, own, sums);
 }
 
-/* Residuals ru, rc of `count` nodes from i: rows from `row`, or full families (-1). Wall friction enters by
- * wall_laplacian, curvature at the wall, nu u'' = G - f, by wall_curvature (eq. 3.3, 3.4); `turn`: lap u_r - u_r/r^2
- * (3.10). */
+/* Sets residuals ru, rc of `count` nodes from i: rows from `row`, or full families (-1). Wall friction enters by
+ * wall_laplacian and wall_motion, curvature at the wall, nu u'' = G - f, by the factor 1 - wall_curvature on pressure
+ * gradient and force (eq. 3.3, 3.4). Axisymmetric: the radial component also has nu u_r/r^2 (3.10). */
 static void pdi_flow_assemble_block(const pd_flow *flow, const pdi_flow_operands *t, int32_t i, int32_t row, int count,
                                     double *ru, double *rc)
 {
@@ -459,7 +463,9 @@ double pd_flow_integrate_section(pd_ctx *ctx, pd_flow *flow, int axis, int index
 }
 
 PDI_COLD_BEGIN
-/* Volume flux [m^d/s] into the box by the inlet ghost beside node i, behind the face `up` of axis d; 0: no inlet. */
+/* Volume flux [m^d/s; axisymmetric: m3/s] into the box, positive inwards, through the face `up` (0 or 1) of node i
+ * across axis d. Velocity on the face: the mean of node and ghost with inlets_on_side, else that of the ghost. 0: the
+ * ghost next to the node is no inlet. */
 static double pdi_flow_compute_inlet_face_flux(const pd_flow *flow, int32_t i, int d, int up)
 {
     const pd_grid *grid = flow->grid;
@@ -471,7 +477,9 @@ static double pdi_flow_compute_inlet_face_flux(const pd_flow *flow, int32_t i, i
     return (up ? -u : u) * around * flow->bonds->stencil->volume / grid->h[d];
 }
 
-/* Volume flux [m^d/s] into the box through node i by bonds to developed flow at the end `up` of axis d; 0: none. */
+/* Volume flux [m^d/s], positive inwards, that bonds through the end `up` (0 or 1) of axis d bring to node i, by the
+ * advecting velocities of node i and of its mirror image behind that side. 0: that image is beyond the ghosts or no
+ * inlet. */
 static double pdi_flow_compute_developed_inflow(const pd_flow *flow, int32_t i, int d, int up)
 {
     const pd_grid *grid = flow->grid;
@@ -518,7 +526,8 @@ static void pdi_flow_list_inlet_arrays(pdi_array_visitor *owner, void *object)
     PDI_ARRAY(owner, flow, inlet_speed_ratio, flow->inlet_ghosts, "1");
 }
 
-/* Reallocates the arrays over inlet ghosts when their number has changed: solid behind an inlet may dissolve. */
+/* Reallocates the arrays over inlet ghosts, zeroed, when their number has changed: solid behind an inlet may dissolve.
+ * Nothing without an inlet callback. */
 static pd_status pdi_flow_build_inlet_arrays(pd_ctx *ctx, pd_flow *flow)
 {
     const pd_ghosts *ghosts = &flow->bonds->ghosts;
@@ -527,8 +536,9 @@ static pd_status pdi_flow_build_inlet_arrays(pd_ctx *ctx, pd_flow *flow)
     return pdi_array_registry_rebuild(ctx, pdi_flow_list_inlet_arrays, flow, &flow->inlet_ghosts, inlets);
 }
 
-/* Evaluates the inlet velocity at all inlet ghosts, images included, into inlet_velocity and u; with inlets_on_side on
- * the side, and its ratios (eq. 4.5d). *change: raised to the largest change [m/s]. */
+/* Evaluates the inlet velocity at all inlet ghosts, images included, into inlet_velocity and u. With inlets_on_side at
+ * points just outside of the side, and its ratios (eq. 4.5d); else at the ghosts. *change: raised to the largest change
+ * of a component [m/s]. PD_ERR_ARGUMENT: a component is not below 1e100 in size. Nothing without a callback. */
 static pd_status pdi_flow_update_inlets(pd_ctx *ctx, pd_flow *flow, double *change)
 {
     const pd_grid *grid = flow->grid;
@@ -581,8 +591,9 @@ static void pdi_flow_get_wall_velocity(void *user, const double *x, double *u)
     for (int d = 0; d < PD_DIM; d++) walls->max_speed = pd_max(walls->max_speed, fabs(u[d]));
 }
 
-/* motion [PD_DIM] [1/m/s] = wall terms of row r beside moving walls (eq. 3.3), with their mean acceleration over time
- * +- half_step [s] (eq. 4.17b); without a clock or half_step 0 without it. The clock is set back. */
+/* motion [PD_DIM] [1/m/s] = wall terms of row r beside moving walls (eq. 3.3), with their acceleration over nu as the
+ * mean over time +- half_step [s] (eq. 4.17b); no acceleration without a clock or with half_step 0. Raises
+ * walls->max_speed by the velocities at the present time. The clock is set back to flow->time. */
 static void pdi_flow_compute_wall_motion(pd_flow *flow, int32_t r, double half_step, pdi_flow_wall_data *walls,
                                          double *motion)
 {
@@ -599,7 +610,8 @@ static void pdi_flow_compute_wall_motion(pd_flow *flow, int32_t r, double half_s
     for (int d = 0; d < PD_DIM; d++) motion[d] += (curved[1][d] - curved[0][d]) / (2.0 * half_step * flow->nu);
 }
 
-/* Sets from U the weight tau of the pressure flux (eq. 4.5) and the blending of the isotropic friction (eq. 4.1f). */
+/* Sets from U the weight tau of the pressure flux, 1/tau = sum over axes of nu/h^2 + U/(2h) (eq. 4.5), and the blending
+ * of the isotropic friction (eq. 4.1f). Weakly compressible flow keeps its tau. */
 static void pdi_flow_update_stabilisation(pd_flow *flow)
 {
     double rate = 0.0;
@@ -610,8 +622,9 @@ static void pdi_flow_update_stabilisation(pd_flow *flow)
         pdi_isotropic_stencil_compute_blending(&flow->isotropic_stencil, flow->velocity_scale / flow->nu);
 }
 
-/* Sets length_scale L and velocity_scale U (eq. 4.5b): U is the largest of inlets, walls and forces along periodic
- * axes; else of all forces; nu/L where nothing moves. walls: wall speed [m/s]. */
+/* Sets length_scale L and velocity_scale U (eq. 4.5b). U is the largest of the inlet speed, the wall speed `walls`
+ * [m/s] and the speed that the largest force component along periodic axes drives. Where all are 0: the speed that the
+ * largest force component along any axis drives; where that is 0, too: nu/L. */
 static void pdi_flow_estimate_scales(pd_flow *flow, double walls)
 {
     double force = 0.0, around = 0.0;
@@ -642,7 +655,9 @@ PDI_FN void pdi_flow_update_speed_scale(pd_flow *flow)
     pdi_flow_update_stabilisation(flow);
 }
 
-/* Updates wall_motion at all rows. *max_speed: of walls [m/s]; *change: raised to the largest change [m/s]. */
+/* Updates wall_motion at all rows. *max_speed: largest velocity component of walls [m/s], 0 without a wall callback.
+ * *change: raised to the largest change of wall_motion over wall_laplacian [m/s]. PD_ERR_ARGUMENT: a wall term is not
+ * below 1e100 in size; earlier rows are updated. */
 static pd_status pdi_flow_update_wall_motion(pd_ctx *ctx, pd_flow *flow, double half_step, double *change,
                                              double *max_speed)
 {
@@ -670,7 +685,8 @@ static pd_status pdi_flow_update_wall_motion(pd_ctx *ctx, pd_flow *flow, double 
     return PD_OK;
 }
 
-/* Evaluates body_force at fluid nodes and metal (it may dissolve). *change: raised to its largest change [m/s2]. */
+/* Evaluates body_force at fluid nodes and metal (it may dissolve). *change: raised to the largest change of a component
+ * [m/s2]. PD_ERR_ARGUMENT: a component is not below 1e100 in size. Nothing without a body force callback. */
 static pd_status pdi_flow_update_body_force(pd_ctx *ctx, pd_flow *flow, double *change)
 {
     const pd_grid *grid = flow->grid;
@@ -691,8 +707,9 @@ static pd_status pdi_flow_update_body_force(pd_ctx *ctx, pd_flow *flow, double *
 }
 
 /* Sets flow->time, the clock, all boundary data and the body force to time t [s]. half_step [s]: half of the interval
- * over which accelerations of walls are means; 0: none. *change [-]: largest change over the scales of the flow; NULL:
- * not wanted. *walls: largest wall speed [m/s]. U and tau stay. */
+ * over which accelerations of walls are means; 0: none. *change [-]: the larger of velocity change over U and force
+ * change over the momentum scale; NULL: not wanted. *walls: largest wall speed [m/s]. U and tau stay. PD_ERR_ARGUMENT:
+ * a value is not finite; *change is not set. */
 static pd_status pdi_flow_update_boundary_data(pd_ctx *ctx, pd_flow *flow, double t, double half_step, double *change,
                                                double *walls)
 {
@@ -738,7 +755,8 @@ PDI_FN void pdi_flow_list(pdi_array_visitor *owner, void *object)
     if (flow->clock) PDI_SCALAR_STATE(owner, flow, time, "s");
 }
 
-/* Inner part of the build: checks desc and fills the fields. The caller frees after an error. */
+/* Inner part of the build: checks desc, fills the fields, allocates, sets p = p_out at fluid nodes, boundary data of
+ * time 0, scales and tau. Isotropic friction weights unless order 4. The caller frees after an error. */
 static pd_status pdi_flow_try_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow_desc *desc,
                                     pd_flow *flow)
 {

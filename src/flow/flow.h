@@ -108,26 +108,31 @@ typedef struct pd_flow {
  * order, bonds without flow, a boundary value not finite. */
 PD_API pd_status pd_flow_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow_desc *desc,
                                pd_flow *flow);
-/* After pd_bonds_update: `changed` nodes have turned fluid. They get velocity 0 and the mean pressure of their fluid
- * neighbours (p_out without any). Boundary data are evaluated again at the present time. */
+/* After pd_bonds_update: `changed` nodes have turned fluid. They get velocity 0 and the mean pressure of the fluid
+ * nodes of their family that no closed cell blocks, other changed ones included (p_out without any). Boundary data are
+ * evaluated again at flow->time, without acceleration of walls. Scales, derived fields and surface patches stay.
+ * PD_ERR_ARGUMENT: a boundary value is not finite. */
 PD_API pd_status pd_flow_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_flow *flow);
 #ifdef PDI_INTERNAL
 /* Updates all that follows from the u and p that the caller has put in: velocity ghosts (inlets: the prescribed
  * velocity), pressure ghosts, pressure gradient, advecting velocity, second differences of fourth order. Transport
  * needs no more of a given flow. */
 PDI_FN void pdi_flow_update_derived_fields(pd_ctx *ctx, pd_flow *flow);
-/* Sets flow->time, *clock, inlet velocities, wall terms and the body force to time t [s]; without a clock all stays.
- * half_step [s]: wall acceleration is the mean over t +- half_step (eq. 4.17b); 0: none. *change (NULL allowed) [-]:
- * the largest of velocity changes over U, force changes over U^2/L + nu U/L^2. Faster inlets or walls raise U and
- * update tau. PD_ERR_ARGUMENT: a value is not finite. */
+/* Sets flow->time, *clock, inlet velocities, wall terms and the body force to time t [s]; without a clock all stays,
+ * *change is 0. half_step [s]: wall acceleration is the mean over t +- half_step (eq. 4.17b); 0: none. *change (NULL
+ * allowed) [-]: the largest of velocity changes over U, force changes over U^2/L + nu U/L^2. Faster inlets or walls
+ * raise U and update tau; slower ones do not lower them. PD_ERR_ARGUMENT: a value is not finite; data are part old,
+ * part new then. */
 PDI_FN pd_status pdi_flow_set_time(pd_ctx *ctx, pd_flow *flow, double t, double half_step, double *change);
 /* Residuals of the present state at fluid nodes: momentum ru [PD_DIM][total] [m/s2] (du/dt = -ru) and continuity rc
- * [total] [1/s], divergence less pressure flux (eq. 4.1, 4.2). Other entries stay as they are. Updates the derived
- * fields first (pdi_flow_update_derived_fields), and counts one evaluation. */
+ * [total] [1/s], divergence less pressure flux (eq. 4.1, 4.2), with body force, fitted walls and terms of fourth order.
+ * Entries of other nodes stay as they are. Updates the derived fields first (pdi_flow_update_derived_fields), and
+ * counts one evaluation. */
 PDI_FN void pdi_flow_assemble_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc);
 #endif
-/* Volume flux [m^d/s; planar 2D: per unit depth, axisymmetric: m3/s], positive along `axis`, of all bonds that cross
- * the plane between cells index - 1 and index (1 .. n-1): what the scheme conserves. Updates the derived fields. */
+/* Volume flux [m^d/s; planar 2D: per unit depth, axisymmetric: m3/s], positive along `axis`, of all open bonds that
+ * cross the plane between cells index - 1 and index (1 .. n-1; not checked), with pressure flux and divergence
+ * potential: what the scheme conserves. Updates the derived fields. */
 PD_API double pd_flow_integrate_section(pd_ctx *ctx, pd_flow *flow, int axis, int index);
 #ifdef PDI_INTERNAL
 /* Volume flux [m^d/s], positive along `axis`, from the node velocities of the layer `index` of cells: sum of u_axis
@@ -173,21 +178,25 @@ static inline double pdi_flow_get_pressure_flux_weight(const pd_flow *flow)
     return flow->pressure_impulse ? flow->stage_weight : flow->stabilisation;
 }
 /* From here on inlets hold their velocity on the side of the box: ghosts are odd about it (eq. 4.5c). Evaluates inlet
- * velocities and their ratios (eq. 4.5d) anew. Without an inlet callback nothing changes. */
+ * velocities and their ratios (eq. 4.5d) anew; derived fields stay. Without an inlet callback inlets_on_side is 0.
+ * PD_ERR_ARGUMENT: a velocity is not finite. */
 PDI_FN pd_status pdi_flow_set_inlets_on_side(pd_ctx *ctx, pd_flow *flow);
 /* Fills the ghosts of a velocity v [PD_DIM][total] [m/s]. is_state 1: v is odd about the prescribed velocity on inlet
  * sides; 0: v is a Newton increment, odd about 0. Unless inlets_on_side, inlet ghosts stay as they are. */
 PDI_FN void pdi_flow_update_velocity_ghosts(const pd_flow *flow, int is_state, double *v);
-/* grad [PD_DIM][total] [m/s2] = pressure gradient G p at fluid nodes, mirror images and outlet ghosts (eq. 3.5, beside
- * smooth surfaces 3.5b, of fourth order 4.6d). Ghosts of p must be filled. */
+/* grad [PD_DIM][total] [m/s2] = pressure gradient G p at fluid nodes, mirror images and outlet ghosts; inlet ghosts
+ * stay (eq. 3.5; beside smooth surfaces 3.5b if uses_axis_divergence; of fourth order 4.6d). Ghosts of p must be
+ * filled. */
 PDI_FN void pdi_flow_compute_pressure_gradient(const pd_ctx *ctx, const pd_flow *flow, const double *p, double *grad);
 /* ru, rc at fluid nodes = momentum [m/s2] and continuity [1/s] sums over all open bonds (eq. 4.1, 4.2): convection,
- * friction with its parabola at walls, pressure gradient less t->force, pressure flux. Ghosts of all fields must be
- * filled. Fourth order, fitted walls and the position-dependent force are added by other functions. */
+ * friction with its parabola at walls and the row corrections of isotropic weights, pressure gradient less t->force,
+ * pressure flux (none to inlets). Ghosts of all fields must be filled. Fourth order, fitted walls, the divergence
+ * correction and the position-dependent force are added by other functions. */
 PDI_FN void pdi_flow_assemble_bond_sums(const pd_ctx *ctx, const pd_flow *flow, const pdi_flow_operands *t, double *ru,
                                         double *rc);
-/* Subtracts the position-dependent body force from the momentum residual ru [PD_DIM][total] [m/s2]. Beside walls it is
- * scaled as the pressure gradient is (eq. 3.4). */
+/* Subtracts the position-dependent body force from the momentum residual ru [PD_DIM][total] [m/s2] at fluid nodes;
+ * beside walls (1 - wall_curvature) times it, as of the pressure gradient (eq. 3.4). Nothing without a body force
+ * callback. */
 PDI_FN void pdi_flow_add_body_force(const pd_ctx *ctx, const pd_flow *flow, double *ru);
 /* Body force per mass [m/s2] along axis d at a fluid node: the uniform one and that of the callback. */
 static inline double pdi_flow_get_body_force(const pd_flow *flow, int d, int32_t node)
@@ -195,8 +204,9 @@ static inline double pdi_flow_get_body_force(const pd_flow *flow, int d, int32_t
     return flow->force[d] + (flow->body_force ? flow->body_force[(int64_t)d * flow->grid->total + node] : 0.0);
 }
 /* After a change of geometry: groups the rows (nodes with cut families) beside smooth surfaces into connected patches,
- * over which the divergence (4.2c) is made conservative: patch, patch_version. Sets uses_axis_divergence, fits the
- * walls (wall_fit) and marks the regular nodes of fourth order. Row arrays grow with the rows. */
+ * over which the divergence (4.2c) is made conservative: patch, patch_version. uses_axis_divergence becomes 1 where
+ * there are such rows on a planar lattice; then fits the walls (wall_fit). Marks the regular nodes of fourth order.
+ * Without such rows patch_version is 0, patch and wall_fit stay. Row arrays grow with the rows, and are zeroed then. */
 PDI_FN pd_status pdi_flow_find_surface_patches(pd_ctx *ctx, pd_flow *flow);
 /* 1: row r takes the wall terms of the quadratic fit (3.4b) in place of the parabola of (3.3) and (3.4). Rows beside a
  * moving surface keep the parabola. */
@@ -208,7 +218,8 @@ static inline int pdi_flow_has_fitted_wall(const pd_flow *flow, int32_t r)
     return 1;
 }
 /* ru += the difference between the fitted wall terms (3.4b, 3.4c) and those of (3.3), (3.4), for velocity u, pressure p
- * and its gradient. is_state 1: the body force counts; 0: a Newton increment. */
+ * and its gradient, at rows with pdi_flow_has_fitted_wall. is_state 1: the body force counts; 0: a Newton increment.
+ * Nothing unless uses_axis_divergence. */
 PDI_FN void pdi_flow_add_fitted_wall(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *p,
                                      const double *grad, int is_state, double *ru);
 /* rc += sign times the difference between the pointwise divergence (4.2c) and the bond fluxes of `advecting`, beside
@@ -221,10 +232,12 @@ PDI_FN void pdi_flow_add_divergence_correction(const pd_ctx *ctx, const pd_flow 
  * fourth_order.second, those of an increment in second_increment; `work` is overwritten. Nothing for second order. */
 PDI_FN void pdi_flow_add_fourth_order(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *advecting,
                                       const double *grad, double *ru);
-/* Writes the state to a checkpoint; or reads it, sets the boundary data to its time and updates all derived fields. */
+/* Writes the state to a checkpoint; or reads it, sets the boundary data to its time (with a clock) and updates all
+ * derived fields. PD_ERR_ARGUMENT after reading: a boundary value is not finite. */
 PDI_FN pd_status pdi_flow_store(pd_ctx *ctx, pd_flow *flow, pd_archive *archive);
-/* Raises the velocity scale U to the largest velocity component at fluid nodes, never lowers it: the start of a flow in
- * time. Updates tau of the pressure stabilisation (eq. 4.5) and the isotropic blending (eq. 4.1f). */
+/* Raises the velocity scale U to the largest size of a velocity component at fluid nodes, never lowers it: the start of
+ * a flow in time. Updates tau of the pressure stabilisation (eq. 4.5; not of weakly compressible flow) and the
+ * isotropic blending (eq. 4.1f). */
 PDI_FN void pdi_flow_update_speed_scale(pd_flow *flow);
 /* Scale of the momentum residual, U^2/L + nu U/L^2 [m/s2] (eq. 4.7). That of continuity is U/L. */
 static inline double pdi_flow_get_momentum_scale(const pd_flow *flow, double speed, double length)
@@ -273,9 +286,10 @@ PDI_INLINE float pdi_flow_compute_stabilisation_single(const float *xi, float st
     for (int d = 0; d < PD_DIM; d++) stabiliser -= xi[d] * (near[d * near_stride] + far[d * far_stride]);
     return stabiliser;
 }
-/* Volume flux per volume [1/s] from node i through bond k to its far end, with pressure flux and divergence-free
- * correction (eq. 4.4, 4.10b). Bonds to inlets carry no pressure flux. It is what advects solutes. Derived fields must
- * be up to date; whether the bond is open is not checked. */
+/* Volume flux per volume of node i [1/s] from node i through bond k to its far end, with pressure flux and
+ * divergence-free correction (eq. 4.4, 4.10b). Bonds from or to inlets carry no pressure flux. The pressure flux is of
+ * tau p, or of the pressure impulse if there is one. It is what advects solutes. Derived fields must be up to date;
+ * whether the bond is open is not checked. */
 PDI_FN double pdi_flow_compute_bond_flux(const pd_flow *flow, int32_t i, int k);
 /* Returns the volume per time [m3/s; planar 2D: m2/s] that the bonds to inlets carry into the box. *net_inlet: what the
  * inlet velocities give on the faces of the cells beside them, into the box positive (developed flow: what bonds give);

@@ -10,7 +10,7 @@
 
 #define PDI_FORCE_SURFACE_OFFSET 1e-3 /* [cells] a point closer to a surface lies on it */
 
-/* Sets the radial force to 0: around an axis it cancels. */
+/* Sets the radial force to 0 on axisymmetric grids: around an axis it cancels. Nothing on planar ones. */
 static void pdi_force_remove_radial(const pd_grid *grid, double *force)
 {
     if (grid->circumference) force[PD_DIM - 1] = 0.0;
@@ -28,7 +28,8 @@ typedef struct pdi_force_query {
 } pdi_force_query;
 
 /* 1: the closed cell at the end of a bond, or behind a face, is on the shape of the query. side: 1 for sides of the
- * box. */
+ * box. PD_FORCE_ALL: always. Sides belong to PD_FORCE_BOX_SIDES alone, and it to sides alone. Else: the centre of the
+ * cell is inside the shape, or outside by no more than the surface tolerance. */
 static int pdi_force_is_on_shape(const pdi_force_query *q, int32_t closed, int side)
 {
     double x[PD_DIM];
@@ -55,9 +56,10 @@ static double pdi_force_compute_shape_fraction(const pdi_force_query *q, int32_t
     return all > 0.0 ? owned / all : 0.0;
 }
 
-/* rub [PD_DIM] = wall friction of row r on the surface, over rho: V (nu (W u - motion) - Q (G P - f)), or -V nu times
- * the fit (3.4b) or the cubic of fourth order, as the momentum residual has it (eq. 4.27). For one shape: the parts of
- * its bonds, or its fraction. */
+/* rub [PD_DIM] = force of friction of row r on the surface, over rho, for the whole cell of volume V: V (nu (W u -
+ * motion) - Q (G P - f)) with wall_laplacian W and wall_curvature Q (eq. 4.27), for one shape with the parts of its
+ * closed bonds. Rows with a fitted wall: V (viscous error - nu times the fit of 3.4b), of fourth order -V nu times the
+ * cubic of 4.6g; both times the fraction of closed bonds on the shape. */
 static void pdi_force_compute_row_friction(const pdi_force_query *q, int32_t r, double *rub)
 {
     const pd_flow *flow = q->flow;
@@ -105,8 +107,8 @@ static void pdi_force_compute_row_friction(const pdi_force_query *q, int32_t r, 
 
 #define PDI_FORCE_ALL_AXES ((1 << PD_DIM) - 1)
 
-/* Axis across which the end of a closed bond lies behind a flat side of the box; -1: none, or behind an edge of the
- * box. */
+/* Axis across which the end of a closed bond lies behind a side of the box; -1: it is on no side, or behind an edge of
+ * the box (outside along two axes). */
 static int pdi_force_find_side_axis(const pd_grid *grid, const pdi_bond_wall_end *end)
 {
     int i[PD_DIM], axis = -1;
@@ -119,7 +121,8 @@ static int pdi_force_find_side_axis(const pd_grid *grid, const pdi_bond_wall_end
     return axis;
 }
 
-/* Bits of the axes of the flat sides that row r touches; PDI_FORCE_ALL_AXES: it touches other surfaces, or none. */
+/* Bits of the axes of the flat sides that closed bonds of row r end on; PDI_FORCE_ALL_AXES: one of them ends on another
+ * surface or behind an edge of the box, or none is closed. */
 static int pdi_force_find_flat_axes(const pd_flow *flow, int32_t r)
 {
     const pd_bonds *bonds = flow->bonds;
@@ -147,8 +150,10 @@ static int pdi_force_project_into_box(const pd_grid *grid, double *x)
     return axes;
 }
 
-/* Bits of the axes along which the patch of row r exchanges momentum with something else: a side of the box, a flat
- * surface or one outside of the query. A flat side is met along its normal only. */
+/* Bits of the axes along which the bonds of row r exchange momentum with another surface. All axes: a closed bond ends
+ * on the shape outside of lo .. hi, or on another surface that is no side; an open one leads to an inlet or outlet. A
+ * bit each: the normal of a side that a closed bond ends on or behind, the sides beside a row at the far end that is at
+ * no smooth surface, an axis across which the far end is a mirror image. */
 static int pdi_force_find_coupled_axes(const pdi_force_query *q, int32_t r)
 {
     const pd_bonds *bonds = q->flow->bonds;
@@ -204,7 +209,8 @@ static int pdi_force_get_isolated_axes(const pd_flow *flow, int32_t r)
     return PDI_FORCE_ALL_AXES & ~(int)flow->patch_sums[flow->patch[r]];
 }
 
-/* 1: the surface beside row r is smooth and has no edge. */
+/* 1: row r is beside a smooth surface, and none of its closed bonds meets that near an edge
+ * (pdi_near_wall_compute_curvature). */
 static int pdi_force_is_smooth_row(const pd_flow *flow, int32_t r)
 {
     const pd_bonds *bonds = flow->bonds;
@@ -220,8 +226,9 @@ static int pdi_force_is_smooth_row(const pd_flow *flow, int32_t r)
     return 1;
 }
 
-/* Bits of the axes along which row r gives the friction of its surface. Beside a smooth surface that goes on elsewhere
- * the surface pieces give it: rows are right only in the mean over many, and not where a box ends. */
+/* Bits of the axes along which row r gives the friction of its surface; surface pieces give it along the others. All
+ * axes: beside no smooth surface, at an edge of one, on axisymmetric lattices, or when the body is isolated along all
+ * axes. Else the isolated axes: rows are right only in the mean over a whole body. */
 static int pdi_force_find_friction_axes(const pd_flow *flow, int32_t r)
 {
     int free = flow->bonds->near_smooth_surface[r] && !flow->grid->circumference ? pdi_force_get_isolated_axes(flow, r)
@@ -268,9 +275,9 @@ static int32_t pdi_force_find_mirror_node(const pd_flow *flow, int32_t r, int k,
     return grid->kind[image] == PD_FLUID ? image : -1;
 }
 
-/* Adds the pressure force [N] at row r of an isolated body to q->sum, by the discrete momentum balance: V (G P -
- * sum_open (P_i + P_j) g). Bond terms are antisymmetric, so the sum over the body is the flux through a box around
- * it. */
+/* Adds the pressure force [N] at row r of an isolated body to q->sum, along its isolated axes alone, by the discrete
+ * momentum balance: rho V (G P - sum (P_i + P_j) g) over open bonds, and over closed ones to a flat side by the mirror
+ * node. Bond terms are antisymmetric, so the sum over the body is the flux through a box around it. */
 static void pdi_force_add_row_pressure(pdi_force_query *q, int32_t r)
 {
     const pd_flow *flow = q->flow;
@@ -319,7 +326,7 @@ typedef struct pdi_force_cell_sums {
 } pdi_force_cell_sums;
 
 /* Fluid node, or mirror image of one, in front of the surface point x, whose unit normal `into` points into the wall:
- * its cell, or the next one away from the wall within two cells. -1: none. */
+ * its cell, or the next one away from the wall, in steps of half a cell up to two cells. -1: none. */
 static int32_t pdi_force_find_fluid_node(const pd_grid *grid, const double *x, const double *into)
 {
     for (int half = 0; half <= PDI_FORCE_MAX_HALF_CELLS; half++) {
@@ -336,7 +343,9 @@ static int32_t pdi_force_find_fluid_node(const pd_grid *grid, const double *x, c
     return -1;
 }
 
-/* 1: a surface piece is on the shape of the query. On a smooth surface: the shape that is nearest, or contains it. */
+/* 1: a surface piece is on the shape of the query. Cell faces and queries without a shape: pdi_force_is_on_shape. On a
+ * smooth surface: at a point 0.05 cells behind it the distance of the shape is, within the tolerance, at most the
+ * smaller one of wall and metal, or the point is inside the shape. */
 static int pdi_force_is_piece_on_shape(const pdi_force_query *q, const pdi_cut_cell_facet *piece, const double *into)
 {
     const pd_grid *grid = q->flow->grid;
@@ -349,7 +358,8 @@ static int pdi_force_is_piece_on_shape(const pdi_force_query *q, const pdi_cut_c
     return pdi_grid_signed_distance(grid, q->shape, x) <= pd_max(least, 0.0) + pd_shape_surface_tolerance(grid->h, x);
 }
 
-/* 1: the piece belongs to this group: same node, same surface, normals within 60 degrees. */
+/* 1: the piece belongs to this group: same node, same axes of friction, same closed cell (-1: smooth surface), normals
+ * within 60 degrees of each other. */
 static int pdi_force_is_same_group(const pdi_force_piece_group *rubbed, const pdi_cut_cell_facet *piece, int32_t node,
                                    int axes)
 {
@@ -381,8 +391,9 @@ static void pdi_force_add_to_group(pdi_force_cell_sums *cell, const pdi_cut_cell
     }
 }
 
-/* Adds the friction of a group along its axes to q->sum: wall shear by least squares, or at an edge by a parabola from
- * the node to the wall. Nothing where the normals cancel. */
+/* Adds the friction [N] of a group along its axes to q->sum: rho nu times area times wall shear by least squares; where
+ * that is not known (an edge) by a parabola from the node to the wall, at least half the smallest spacing away, without
+ * its normal part. Nothing where it is not known and the normals cancel. */
 static void pdi_force_add_group_friction(pdi_force_query *q, const pdi_force_piece_group *rubbed)
 {
     const pd_flow *flow = q->flow;
@@ -413,9 +424,10 @@ static void pdi_force_add_group_friction(pdi_force_query *q, const pdi_force_pie
         if (rubbed->axes >> a & 1) pdi_compensated_sum_add(&q->sum[a], flow->rho * flow->nu * slope[a] * rubbed->area);
 }
 
-/* Callback for each surface piece of a cell: adds its area and drives to the sums of the cell, and on the shape of the
- * query its pressure force to the query and its friction to a group. A piece without fluid in front counts for
- * nothing. */
+/* Callback for each surface piece of a cell: adds its area and drives to the sums of the cell. A piece on the shape of
+ * the query also adds its pressure force, extrapolated from the node in front, along the axes where rows do not give
+ * it, and its friction to a group along the axes where rows do not. Nothing for a piece of no area or without fluid in
+ * front. */
 static void pdi_force_add_piece(void *user, const pdi_cut_cell_facet *piece)
 {
     pdi_force_cell_sums *cell = (pdi_force_cell_sums *)user;
@@ -446,8 +458,9 @@ static void pdi_force_add_piece(void *user, const pdi_cut_cell_facet *piece)
         if (!(free >> d & 1)) pdi_compensated_sum_add(&q->sum[PD_DIM + d], flow->rho * p * piece->area[d]);
 }
 
-/* Adds pressure and friction of the surface in the cell of `node`. Rows count the friction and forces of complete
- * cells: the difference to the cut cell is corrected by the momentum balance. */
+/* Adds pressure and friction of the surface in the cell of `node`, between lo and hi. Rows count the friction and
+ * forces of complete cells: the open volume less that (0 for a closed node) is corrected by the momentum balance, on
+ * the part of the area that is on the shape. Nothing when no piece is on the shape. */
 static void pdi_force_integrate_cell(pdi_force_query *q, int32_t node)
 {
     const pd_flow *flow = q->flow;
@@ -468,7 +481,8 @@ static void pdi_force_integrate_cell(pdi_force_query *q, int32_t node)
     }
 }
 
-/* Adds pressure and friction for all cells of the box; cells farther from smooth surfaces than their size have none. */
+/* Adds pressure and friction of all cells of the box that may have a surface: fluid nodes with a cut family, and cells
+ * no farther than half their diagonal from a smooth surface. */
 static void pdi_force_integrate_cells(pdi_force_query *q)
 {
     const pd_grid *grid = q->flow->grid;
@@ -554,7 +568,8 @@ static int pdi_force_is_symmetry_axis(const pd_grid *grid, int d)
 }
 
 /* first, last [PD_DIM] = first and last cell inside of the box lo .. hi, rounded to cell faces; at the axis of symmetry
- * from 0. PD_ERR_GEOMETRY: it is empty or not two cells inside of the lattice. */
+ * from 0, whatever lo is. PD_ERR_GEOMETRY: along an axis no cell is left, or it begins before cell 2 or ends after cell
+ * n - 3. */
 static pd_status pdi_force_find_box_cells(pd_ctx *ctx, const pd_grid *grid, const double *lo, const double *hi,
                                           int *first, int *last)
 {
@@ -573,8 +588,9 @@ static pd_status pdi_force_find_box_cells(pd_ctx *ctx, const pd_grid *grid, cons
     return PD_OK;
 }
 
-/* Adds to sum [PD_DIM] [N] the momentum flux into the box through both faces across `axis`: the force on what is
- * inside. PD_ERR_GEOMETRY: a node within two cells of a face is not fluid. */
+/* Adds to sum [PD_DIM] [N] rho times the momentum flux into the box through both faces across `axis`: the force on what
+ * is inside. The axis of symmetry has no face. PD_ERR_GEOMETRY: one of the two nodes on either side of a face is not
+ * fluid; sum has a part of the flux then. */
 static pd_status pdi_force_integrate_box_sides(pd_ctx *ctx, const pd_flow *flow, const int *first, const int *last,
                                                int axis, pdi_compensated_sum *sum)
 {

@@ -47,8 +47,9 @@ static double pdi_fourth_order_compute_second_derivative(const double *x, const 
     return sum;
 }
 
-/* Second difference of a component of v along axis d at row r beside a wall: cubic through the wall value, the node and
- * the next two (eq. 4.6b); a quadratic where there are fewer. */
+/* Second difference of a component of v along axis d at row r beside a wall: second derivative, in spacings, of the
+ * polynomial through the wall value, the node and the next two (eq. 4.6b). The polynomial is a quadratic where only one
+ * node follows (a ghost is the last one), and between two walls. wall NULL: walls at rest. */
 static double pdi_fourth_order_compute_wall_second_difference(const pd_fourth_order *sharp, pd_velocity_fn wall,
                                                               void *user, const double *v, int32_t r, int d,
                                                               int component)
@@ -86,7 +87,8 @@ static double pdi_fourth_order_compute_wall_second_difference(const pd_fourth_or
     return pdi_fourth_order_compute_second_derivative(place, value, count);
 }
 
-/* Second differences along `axis` at ghosts. Behind inlets the velocity is odd about the value of the inlet. */
+/* Second differences along `axis` at ghosts, `second` [PD_DIM][total]: images and outlets as a vector; inlets from
+ * their source, with the sign of a velocity that is odd about the value of the inlet. */
 static void pdi_fourth_order_update_ghost_second_differences(const pd_fourth_order *sharp, int axis, double *second)
 {
     const pd_ghosts *ghosts = &sharp->bonds->ghosts;
@@ -130,8 +132,8 @@ PDI_FN void pdi_fourth_order_compute_second_differences(const pd_ctx *ctx, const
 
 /* ---- advecting velocity ---- */
 
-/* Sum of the differences of f from `node` to its neighbours along axis b: open ones, or with
- * `only` > 0 those of this kind of node. */
+/* Sum of the differences of f from `node` to its two neighbours along axis b; with `only` 0 to the open ones, else to
+ * those of this kind of node. Other neighbours count 0. */
 static double pdi_fourth_order_compute_neighbour_difference(const pd_fourth_order *sharp, const double *f, int32_t node,
                                                             int b, int only)
 {
@@ -152,7 +154,8 @@ static double pdi_fourth_order_compute_open_half_count(const pd_fourth_order *sh
     return 0.5 * (pdi_fourth_order_is_open(sharp, node - stride) + pdi_fourth_order_is_open(sharp, node + stride));
 }
 
-/* Component d of the advecting velocity (4.6c) at a node. */
+/* Component d of the advecting velocity (4.6c) at a node, times half the number of its open neighbours along d. With
+ * none of these it is the component of v as it is. */
 static double pdi_fourth_order_compute_velocity_component(const pd_fourth_order *sharp, const double *v,
                                                           const double *second, int32_t node, int d)
 {
@@ -170,8 +173,8 @@ static double pdi_fourth_order_compute_velocity_component(const pd_fourth_order 
     return sides * value;
 }
 
-/* Second difference of the inlet profile f along axis b; at its end that of the next node, since a wall is no part of
- * it. */
+/* Second difference of the inlet profile f along axis b, over inlet ghosts alone. At the end of the profile that of the
+ * next ghost, since a wall is no part of it; 0 where three ghosts in a line are missing. */
 static double pdi_fourth_order_compute_inlet_second_difference(const pd_fourth_order *sharp, const double *f,
                                                                int32_t node, int b)
 {
@@ -185,7 +188,7 @@ static double pdi_fourth_order_compute_inlet_second_difference(const pd_fourth_o
 }
 
 /* Sets the inlet ghost at place k of the list so that its mean with the node that it mirrors is (4.6c) of the inlet
- * profile, which is in `work`. */
+ * profile, which is in `work`. A component without open neighbours of that node along its axis stays. */
 static void pdi_fourth_order_set_inlet_ghost(const pd_fourth_order *sharp, int32_t k, double *corrected)
 {
     const pd_ghosts *ghosts = &sharp->bonds->ghosts;
@@ -210,7 +213,8 @@ static void pdi_fourth_order_set_inlet_ghost(const pd_fourth_order *sharp, int32
     }
 }
 
-/* Sets all inlet ghosts. Those behind periodic and mirror sides repeat others. */
+/* Sets all inlet ghosts of `corrected` whose source is regular, after their profile in `work`: the mean of ghost and
+ * source, the ghost alone where the source is not fluid. Those behind periodic and mirror sides repeat others. */
 static void pdi_fourth_order_set_inlet_ghosts(const pd_fourth_order *sharp, const double *v, double *corrected)
 {
     const pd_grid *grid = sharp->bonds->grid;
@@ -261,7 +265,8 @@ static int pdi_fourth_order_has_pressure(const pd_fourth_order *sharp, int32_t n
     return pdi_fourth_order_is_open(sharp, node) && sharp->bonds->grid->kind[node] != PD_INLET;
 }
 
-/* Second difference of p with `stride`. At the end of a line it is extrapolated linearly from the next ones. */
+/* Second difference of p at node i with `stride`. At the end of a line (a closed node or inlet next) it is extrapolated
+ * linearly from the next two nodes, or is that of the next one where there are fewer; 0 where there is none, too. */
 static double pdi_fourth_order_compute_pressure_curvature(const pd_fourth_order *sharp, const double *p, int32_t i,
                                                           int32_t stride)
 {
@@ -277,8 +282,8 @@ static double pdi_fourth_order_compute_pressure_curvature(const pd_fourth_order 
     return 2.0 * next - (p[i + to] - 2.0 * p[i + 2 * to] + p[i + 3 * to]);
 }
 
-/* Derivative of p along the stride, times h, with its second differences q (eq. 4.6d): one-sided at the end of a line.
- * Exact for cubics. */
+/* Derivative of p along the stride at node i, times h, with its second differences q (eq. 4.6d): one-sided beside a
+ * closed node or inlet, 0 between two. Exact for cubics. */
 static double pdi_fourth_order_compute_derivative(const pd_fourth_order *sharp, const double *p, const double *q,
                                                   int32_t stride, int32_t i)
 {
@@ -401,8 +406,9 @@ static int pdi_fourth_order_compute_face_excess(const pd_fourth_order *sharp, in
     return 1;
 }
 
-/* Corrections at the upper face along d of each fluid node, and the one below it, into `work`: momentum [PD_DIM][total]
- * [m/s2], then volume [total] [1/s]; 0 where the face gets none. */
+/* Corrections at the faces along d above each node, where it or the next one is fluid, into `work`: momentum
+ * [PD_DIM][total] [m/s2] (convection less nu times friction), then volume [total] [1/s]; 0 where the face gets none.
+ * Other entries stay. */
 static void pdi_fourth_order_compute_faces(const pd_ctx *ctx, const pd_fourth_order *sharp, int d,
                                            const pdi_fourth_order_field *w, const pdi_fourth_order_field *u, double nu)
 {

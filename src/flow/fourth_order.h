@@ -27,18 +27,18 @@ typedef struct pdi_fourth_order_field {
     const double *v, *second; /* [m/s] node velocity and its second differences (eq. 4.6b) */
 } pdi_fourth_order_field;
 
-/* 1: no side of the box is an inlet or outlet, and there are walls across two axes or more, which meet in edges. side
- * [2 PD_DIM]. */
+/* 1: no side of the box is an inlet or outlet, and two axes or more have a wall on at least one of their sides, so that
+ * walls meet in edges; 0 in 1D. side [2 PD_DIM]. */
 PDI_FN int pdi_fourth_order_has_closed_sides(const pd_side *side);
-/* 1: such a closed box that holds fluid alone, no walls or metal inside. */
+/* 1: pdi_fourth_order_has_closed_sides, and all nodes inside the box are fluid: no walls or metal inside. */
 PDI_FN int pdi_fourth_order_is_fluid_box(const pd_grid *grid);
-/* 1: fourth order is known to be more accurate for the same time: a planar closed box of fluid alone
- * (pdi_fourth_order_is_fluid_box) on nearest neighbours with slow flow (eq. 4.6h). rate: U/nu [1/m], length [m]: that
- * of the flow. */
+/* 1: fourth order is known to be more accurate for the same time (eq. 4.6h): rate times length is at most 1000, rate
+ * times the longest spacing at most 16, the family has the nearest neighbours alone, and the lattice is planar and a
+ * fluid box (pdi_fourth_order_is_fluid_box). rate: U/nu [1/m], length [m]: that of the flow. */
 PDI_FN int pdi_fourth_order_is_efficient(const pd_bonds *bonds, double rate, double length);
 /* Allocates the arrays, computes moments and face bonds, and marks the regular nodes. Bonds are borrowed.
- * PD_ERR_ARGUMENT: the family reaches beyond the nearest neighbours or has bonds along three axes, or the lattice is
- * axisymmetric. */
+ * PD_ERR_ARGUMENT: the family reaches beyond the nearest neighbours or has bonds with offsets along three axes, or the
+ * lattice is axisymmetric. After an error nothing is allocated, and sharp->bonds is NULL. */
 PDI_FN pd_status pdi_fourth_order_build(pd_ctx *ctx, const pd_bonds *bonds, pd_fourth_order *sharp);
 /* Lists the arrays of a pd_fourth_order (`object`). */
 PDI_FN void pdi_fourth_order_list(pdi_array_visitor *owner, void *object);
@@ -46,7 +46,8 @@ PDI_FN void pdi_fourth_order_list(pdi_array_visitor *owner, void *object);
  * geometry. */
 PDI_FN void pdi_fourth_order_mark_regular_nodes(const pd_fourth_order *sharp);
 /* second [PD_DIM axes][PD_DIM][total] [m/s] = second differences of v [PD_DIM][total] along all axes (eq. 4.6b), not
- * divided by h^2, at fluid nodes and ghosts. Ghosts of v are given. wall: velocity of the walls; NULL: at rest. */
+ * divided by h^2, at fluid nodes and ghosts; beside a closed neighbour from a cubic with the wall value. Ghosts of v
+ * are given. wall: velocity of the walls; NULL: at rest. */
 PDI_FN void pdi_fourth_order_compute_second_differences(const pd_ctx *ctx, const pd_fourth_order *sharp,
                                                         pd_velocity_fn wall, void *user, const double *v,
                                                         double *second);
@@ -56,11 +57,13 @@ PDI_FN void pdi_fourth_order_compute_second_differences(const pd_ctx *ctx, const
 PDI_FN void pdi_fourth_order_compute_advecting_velocity(const pd_ctx *ctx, const pd_fourth_order *sharp,
                                                         const double *v, const double *second, double *corrected);
 /* grad [PD_DIM][total] [unit of p/m] = pressure gradient of fourth order, at regular fluid nodes alone; other entries
- * stay (eq. 4.6d). Ghosts of p are given. Overwrites `work`. */
+ * stay (eq. 4.6d). Closed neighbours and inlets give no pressure: one-sided beside one, 0 along an axis between two.
+ * Ghosts of p are given. Overwrites `work`. */
 PDI_FN void pdi_fourth_order_compute_pressure_gradient(const pd_ctx *ctx, const pd_fourth_order *sharp, const double *p,
                                                        double *grad);
-/* ru [PD_DIM][total] [m/s2] += fourth-order less second-order convection of u by w and friction nu of u, face by face
- * (eq. 4.6e, 4.6f). nu [m2/s], 0: convection alone. Overwrites `work`. */
+/* ru [PD_DIM][total] [m/s2] += fourth-order less second-order convection of u by w and friction nu of u at fluid nodes,
+ * face by face (eq. 4.6e, 4.6f), less u times half the divergence of this difference of volume fluxes. Faces at or
+ * beside a smooth surface or a closed node have no correction. nu [m2/s], 0: convection alone. Overwrites `work`. */
 PDI_FN void pdi_fourth_order_add_momentum(const pd_ctx *ctx, const pd_fourth_order *sharp,
                                           const pdi_fourth_order_field *w, const pdi_fourth_order_field *u, double nu,
                                           double *ru);
@@ -70,13 +73,14 @@ typedef struct pdi_fourth_order_wall_terms {
     const double *force, *body; /* [PD_DIM], [PD_DIM][total] [m/s2] */
     const double *wall_motion;  /* [PD_DIM][total] [1/m/s] of moving walls */
 } pdi_fourth_order_wall_terms;
-/* ru += friction nu [m2/s] of flat walls by the cubic (4.6g), in place of that by the parabola of (3.3) and (3.4).
- * drive->grad must be given, its other terms may be NULL. */
+/* ru += friction nu [m2/s] of flat walls by the cubic (4.6g), in place of that by the parabola of (3.3) and (3.4), at
+ * the rows where pdi_fourth_order_compute_wall_laplacian returns 1. drive->grad must be given, its other terms may be
+ * NULL. */
 PDI_FN void pdi_fourth_order_add_wall_friction(const pd_ctx *ctx, const pd_fourth_order *sharp,
                                                const pdi_fourth_order_field *u,
                                                const pdi_fourth_order_wall_terms *drive, double nu, double *ru);
-/* lap [PD_DIM] [1/m/s] = wall part of the Laplacian of v at row r (eq. 4.6g). Returns 1 when the row is beside a flat
- * wall and has one, else 0 with lap 0. */
+/* lap [PD_DIM] [1/m/s] = wall part of the Laplacian of v at row r (eq. 4.6g), of the axes with a closed neighbour.
+ * Returns 1 when the row has a closed neighbour along an axis and is beside no smooth surface, else 0 with lap 0. */
 PDI_FN int pdi_fourth_order_compute_wall_laplacian(const pd_fourth_order *sharp, int32_t r, const double *v,
                                                    const double *second, double *lap);
 PDI_FN void pdi_fourth_order_free(pd_ctx *ctx, pd_fourth_order *sharp);

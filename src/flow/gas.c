@@ -53,8 +53,8 @@ static void pdi_gas_apply_kernel(const pd_ctx *ctx, const pd_gas *gas, pdi_gas_k
 }
 
 /* ---- states ---- */
-/* Primitive state q = (rho, v, p) of the conserved one u = (rho, rho v, rho E). 0: density or pressure is not positive
- * and finite. */
+/* Primitive state q = (rho, v, p) of the conserved one u = (rho, rho v, rho E). Returns 1; 0: density or pressure is
+ * not positive, or one of them or the kinetic energy is not below 1e200; q is set all the same. */
 static int pdi_gas_compute_primitive(double gamma, const double *u, double *q)
 {
     double kinetic = 0.0;
@@ -119,9 +119,9 @@ PDI_NOINLINE static void pdi_gas_update_ghosts(const pd_gas *gas, int with_slope
     }
 }
 
-/* Kernel: factors [-] that limit the gradients of density and pressure, into their fields of time_derivative: half a
- * bond must not change the value by more than the distance to the nearer one of the extremes of the family (eq. 4.23).
- * At an extremum it is 0. */
+/* Kernel: factors [-] that limit the gradients of density and pressure (not of velocity), into their fields of
+ * time_derivative. Half of any open bond must not change the value by more than the distance to the nearer one of the
+ * extremes over the node and its open bonds (eq. 4.23). At an extremum it is 0, else at most 1. */
 static void pdi_gas_limit_gradients_kernel(const pd_gas *gas, int32_t i, int32_t row, int count)
 {
     const pd_bonds *bonds = gas->bonds;
@@ -156,8 +156,9 @@ static void pdi_gas_limit_gradients_kernel(const pd_gas *gas, int32_t i, int32_t
     }
 }
 
-/* Fills the ghosts of admissible primitive states, and of second order `gradient` with its ghosts; those of density and
- * pressure are limited. time_derivative is work. */
+/* Fills the ghosts of admissible primitive states; in second order also `gradient` with its ghosts, that of density and
+ * pressure limited at fluid nodes. Behind outlets the gradients see states that are extrapolated. time_derivative is
+ * work. */
 static void pdi_gas_compute_gradients(const pd_ctx *ctx, const pd_gas *gas)
 {
     const uint8_t *kind = gas->grid->kind;
@@ -187,8 +188,9 @@ static inline double pdi_gas_limit_van_leer(double a, double b)
     return 2.0 * positive / sum;
 }
 
-/* States on both sides of the middle of bond k by limited linear reconstruction (eq. 4.22). They lie between those of
- * its ends. open: 1.0 or 0.0 for each node, NULL: all open. */
+/* States on both sides of the middle of bond k by limited linear reconstruction (eq. 4.22), between those of its ends;
+ * without gradients those of its ends. open: 1.0 or 0.0 for each node, NULL: all open. A closed bond has the state of
+ * the node on both sides. */
 static void pdi_gas_interpolate_face(const pd_gas *gas, int32_t i, int k, int count, const double *open,
                                      pdi_gas_face_states *f)
 {
@@ -233,7 +235,8 @@ static inline double pdi_gas_compute_slowest_wave(double gamma, double spread, d
     return own < roe ? own : roe;
 }
 
-/* Normal velocities and outer wave speeds of a face with the normal n. */
+/* Sets u_left, u_right (velocities along the normal n) and s_left, s_right (slowest and fastest wave, eq. 4.21) of *f
+ * for `count` nodes, from the states on both sides. */
 static void pdi_gas_compute_wave_speeds(const pd_gas *gas, const double *n, int count, pdi_gas_face_states *f)
 {
     double gamma = gas->desc.gamma, spread = pdi_gas_compute_jump_weight(gamma);
@@ -283,8 +286,9 @@ PDI_NOINLINE static void pdi_gas_add_hllc_flux(const pd_gas *gas, const double *
     }
 }
 
-/* Outflow velocity *u at slip wall w of row r, and its normal n (eq. 4.24). The wall is the middle of a bond to the
- * mirror image, with the same reconstruction. Returns the weight 2 |wall_face| [1/m]; 0: there is no such wall. */
+/* Outflow velocity *u [m/s] at slip wall w of row r, and its normal n into the wall (eq. 4.24). First order: the normal
+ * velocity of node i. Second order: reconstructed at the middle of a bond to the mirror image. Returns the weight 2
+ * |wall_face| [1/m]; 0: there is no such wall, *u is 0 and n not set. */
 static double pdi_gas_compute_slip_wall(const pd_gas *gas, int32_t i, int32_t r, int w, double *n, double *u)
 {
     int64_t total = gas->grid->total, place = (int64_t)r * PD_DIM + w;
@@ -315,8 +319,8 @@ static double pdi_gas_compute_slip_wall_wave(const pd_gas *gas, int32_t i, doubl
 }
 
 /* ---- sums over bonds ---- */
-/* Kernel: time derivatives of the state by bonds and slip walls (eq. 4.19, 4.24), into time_derivative. Gradients and
- * ghosts must be set. */
+/* Kernel: sets time_derivative to the rates of the state by all open bonds, those through open sides included, and slip
+ * walls (eq. 4.19, 4.24). A slip wall adds to the momentum alone. Gradients and ghosts must be set. */
 static void pdi_gas_compute_rates_kernel(const pd_gas *gas, int32_t i, int32_t row, int count)
 {
     const pd_bonds *bonds = gas->bonds;
@@ -386,8 +390,9 @@ static void pdi_gas_add_open_side_faces(const pd_gas *gas, int32_t i, const pdi_
     }
 }
 
-/* Replaces the bonds through open sides by faces in time_derivative. passes [4]: mass and energy [kg/s], [J/s] (1D: per
- * m2; 2D: per m) that go out, then those that come in, all positive. */
+/* Replaces the bonds through open sides by faces in time_derivative of open_side_nodes. passes [4]: sums of mass and
+ * energy rates [kg/s], [J/s] (1D: per m2; 2D: per m) over nodes where they go out, then over nodes where they come in,
+ * all positive. */
 static void pdi_gas_update_open_side_rates(const pd_gas *gas, double *passes)
 {
     int64_t total = gas->grid->total;
@@ -407,7 +412,9 @@ static void pdi_gas_update_open_side_rates(const pd_gas *gas, double *passes)
     }
 }
 
-/* Kernel: sums of wave speeds [1/s] of the step limit (eq. 4.26), into the first field of time_derivative. */
+/* Kernel: sum over the faces of a node of weight times size of the slowest wave where that is negative [1/s], with the
+ * states of the nodes as they are, and over its slip walls (eq. 4.26), into the first field of time_derivative. One
+ * over it is the step limit of the node. */
 static void pdi_gas_compute_limit_kernel(const pd_gas *gas, int32_t i, int32_t row, int count)
 {
     const pd_bonds *bonds = gas->bonds;
@@ -480,9 +487,9 @@ static void pdi_gas_compute_stage_state(const pd_gas *gas, const pdi_gas_rk_stag
     }
 }
 
-/* Sets first_order_flag: 1: the stage would leave the node inadmissible, 2: flagged in an earlier round, 3: both.
- * *last: one of the inadmissible ones. Returns their number, or -1 when a node was flagged before, so that first order
- * has not helped. */
+/* Updates first_order_flag at fluid nodes: 1: the stage would leave the node inadmissible, 2: flagged in an earlier
+ * round, 3: both, 0: neither. *last: the last one of the inadmissible nodes. Returns their number, or -1 when one of
+ * them was flagged before, so that first order has not helped. The state stays. */
 static int64_t pdi_gas_mark_inadmissible(const pd_ctx *ctx, pd_gas *gas, const pdi_gas_rk_stage *g, int32_t *last)
 {
     const uint8_t *kind = gas->grid->kind;
@@ -507,8 +514,9 @@ static int64_t pdi_gas_mark_inadmissible(const pd_ctx *ctx, pd_gas *gas, const p
     return again ? -1 : found;
 }
 
-/* First order at nodes of flag 1, which are counted: zero gradients there and at the far ends of their bonds; images
- * count for their sources. Ghosts of the gradients are filled. */
+/* First order at nodes of flag 1, which are added to first_order_count: zero gradients there and at the far ends of
+ * their bonds; images and outlet ghosts count for their sources. Ghosts of the gradients are filled. Gradients must be
+ * allocated. */
 static void pdi_gas_set_first_order(pd_gas *gas)
 {
     const pd_bonds *bonds = gas->bonds;
@@ -526,8 +534,10 @@ static void pdi_gas_set_first_order(pd_gas *gas)
     pdi_gas_update_ghosts(gas, 1);
 }
 
-/* Does a stage. 1: done; passes [4]: flow rates through open sides (pdi_gas_update_open_side_rates). 0: *lost is a node
- * whose density or pressure would not stay positive; the state is that before the stage. */
+/* Does a stage. Nodes that would become inadmissible fall back to first order, and the rates are computed again. 1:
+ * done; passes [4]: flow rates through open sides (pdi_gas_update_open_side_rates). 0: *lost is an inadmissible node,
+ * the state is that before the stage: it fell back in vain, there are no gradients, or 8 such rounds were not enough.
+ * */
 static int pdi_gas_try_stage(const pd_ctx *ctx, pd_gas *gas, const pdi_gas_rk_stage *g, int32_t *lost, double *passes)
 {
     const uint8_t *kind = gas->grid->kind;
@@ -612,7 +622,7 @@ static pd_status pdi_gas_accept(pd_ctx *ctx, void *self, pd_step *s)
     return PD_OK;
 }
 
-/* Process callback: halves a rejected step; fails after too many. */
+/* Process callback: halves a rejected step and counts it. PD_ERR_STATE: it was rejected after 20 halvings. */
 static pd_status pdi_gas_reject_step(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_gas *gas = (pd_gas *)self;
@@ -691,7 +701,7 @@ PDI_FN void pdi_gas_integrate_state(pd_ctx *ctx, const pd_gas *gas, double *stoc
 }
 
 /* ---- build ---- */
-/* Allocates and fills the list of fluid nodes with bonds to ghosts of open sides. */
+/* Allocates and fills the list of fluid nodes with bonds, open or closed, to ghosts of inlets and outlets. */
 static pd_status pdi_gas_find_open_side_nodes(pd_ctx *ctx, pd_gas *gas)
 {
     const pd_bonds *bonds = gas->bonds;
@@ -712,8 +722,8 @@ static pd_status pdi_gas_find_open_side_nodes(pd_ctx *ctx, pd_gas *gas)
     return PD_OK;
 }
 
-/* Sets the initial state of a node by the callback, mirrored for an inlet behind a mirror side, and its primitive
- * state. PD_ERR_ARGUMENT: it is not admissible. */
+/* Sets the initial state of a node by the callback, and its primitive state. A ghost takes the point inside the box
+ * that it stands for, with velocity components reversed across mirror sides. PD_ERR_ARGUMENT: it is not admissible. */
 static pd_status pdi_gas_init_node(pd_ctx *ctx, const pd_gas *gas, int32_t node)
 {
     const pd_grid *grid = gas->grid;
@@ -759,7 +769,8 @@ PDI_FN void pdi_gas_list(pdi_array_visitor *owner, void *object)
     PDI_SCALAR_STATE(owner, gas, first_order_count, "1");
 }
 
-/* Inner part of the build. The caller frees after an error. */
+/* Inner part of the build: checks desc, sets cfl (0: 0.8), allocates, finds open sides and slip walls, and sets the
+ * initial states of fluid nodes and inlets if there is a callback. The caller frees after an error. */
 static pd_status pdi_gas_try_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_gas_desc *desc,
                                    pd_gas *gas)
 {

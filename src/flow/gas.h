@@ -69,15 +69,18 @@ typedef struct pd_gas {
 
 /* Grid and bonds are borrowed and must not change. Sides: periodic, mirror, wall; outlets let pass what comes; inlets
  * hold the state that the caller gives their ghosts (a far field: waves leave through them too; theory: eq. 4.24b).
- * PD_ERR_ARGUMENT: gamma not above 1, cfl negative, an axisymmetric grid, an initial density or pressure not positive
- * and finite. */
+ * Without an initial callback all states are 0, and are not checked. PD_ERR_ARGUMENT: gamma not between 1 and 100, cfl
+ * negative or 100 or more, an unknown order, an axisymmetric grid, an initial density or pressure not positive and
+ * finite. After an error gas is freed. */
 PD_API pd_status pd_gas_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_gas_desc *desc,
                               pd_gas *gas);
-/* *limit [s]: step limit of the present state (eq. 4.26, cfl not applied). To this length a step of first order keeps
- * density and pressure positive. Updates `primitive`. PD_ERR_STATE: the state is not admissible, *limit is 0. */
+/* *limit [s]: step limit of the present state (eq. 4.26, cfl not applied), the least over fluid nodes. To this length a
+ * step of first order keeps density and pressure positive. Updates `primitive`, overwrites `time_derivative`.
+ * PD_ERR_STATE: the state of a fluid node or inlet is not admissible, *limit is 0. */
 PD_API pd_status pd_gas_limit(pd_ctx *ctx, pd_gas *gas, double *limit);
-/* One step of dt [s]; adds to time, steps, inflow and outflow. PD_RETRY, state unchanged: a density or pressure would
- * turn non-positive or infinite. PD_ERR_STATE: the state before the step is not admissible. */
+/* One step of dt [s]; adds to time, steps, inflow and outflow, and updates `primitive`. PD_RETRY, state unchanged: a
+ * density or pressure would turn non-positive or infinite, at first order too; first_order_count has grown all the
+ * same. PD_ERR_ARGUMENT: dt is not positive. PD_ERR_STATE: the state before the step is not admissible. */
 PD_API pd_status pd_gas_step(pd_ctx *ctx, pd_gas *gas, double dt);
 /* The gas as a process, with ledgers of mass and energy. Steps of cfl times the limit; rejected steps are halved.
  * PD_ERR_STATE: 20 halvings did not help. */

@@ -20,7 +20,8 @@ typedef struct pdi_gas_wall_hits {
     double *point, *normal; /* [count][PD_DIM] */
 } pdi_gas_wall_hits;
 
-/* 1: the walls a and b face each other across a concave edge. */
+/* 1: the walls a and b face each other across a concave edge: the cosine of their normals is between -0.9 and 0.5 (no
+ * channel, no smooth surface), and the point of each lies in front of the other. */
 static int pdi_gas_wall_is_concave_pair(const pdi_gas_wall_hits *w, int a, int b)
 {
     const double *na = w->normal + a * PD_DIM, *nb = w->normal + b * PD_DIM;
@@ -33,7 +34,8 @@ static int pdi_gas_wall_is_concave_pair(const pdi_gas_wall_hits *w, int a, int b
     return dot < PDI_GAS_WALL_EDGE_COSINE && dot > -PDI_GAS_WALL_CHANNEL_COSINE && front_a > 0.0 && front_b > 0.0;
 }
 
-/* Volume that the normals of walls a, b, c span, 1 when they are orthogonal; 0 in 1D and 2D. */
+/* Volume that the unit normals of walls a, b, c span, 1 when they are orthogonal; 0 in 1D and 2D, and when c makes no
+ * concave pair with a or with b. The pair a, b is not checked. */
 static double pdi_gas_wall_compute_normal_volume(const pdi_gas_wall_hits *w, int a, int b, int c)
 {
     const double *na = w->normal + a * PD_DIM, *nb = w->normal + b * PD_DIM, *nc = w->normal + c * PD_DIM;
@@ -46,8 +48,10 @@ static double pdi_gas_wall_compute_normal_volume(const pdi_gas_wall_hits *w, int
     return fabs(volume);
 }
 
-/* Finds the walls of a concave edge or corner, those farthest from parallel. Returns their number: 0, or 2 to PD_DIM. 0
- * where several choices are equal, as between a ball and a floor. */
+/* Finds the walls of a concave edge or corner. In 3D three walls of pairwise concave edges, whose normals span the
+ * largest volume, above 0.3; else the concave pair with the smallest cosine. wall: their indices. Returns their number:
+ * 0, 2, or 3 in 3D. 0 where there is none, or where the best choice is not the only one, as between a ball and a floor.
+ * */
 static int pdi_gas_wall_find_corner(const pdi_gas_wall_hits *w, int *wall)
 {
     double least = 1.0, widest = PDI_GAS_WALL_CORNER_VOLUME;
@@ -77,8 +81,9 @@ static int pdi_gas_wall_find_corner(const pdi_gas_wall_hits *w, int *wall)
     return alike ? 0 : found;
 }
 
-/* Splits the area vector `face` [PD_DIM] among the walls of a corner, in place, into face [walls][PD_DIM]; the
- * remainder goes with them. 0: one of them would have a negative area, `face` is unchanged. */
+/* Splits the area vector `face` [PD_DIM] among the walls of a corner, in place, into face [walls][PD_DIM], which sum up
+ * to it; what no wall normal gives is shared in proportion to their areas. Returns 1; 0: the normals are not
+ * independent or one part would be negative, `face` is unchanged. */
 static int pdi_gas_wall_split_area(const pdi_gas_wall_hits *w, const int *wall, int walls, double *face)
 {
     double gram[PD_DIM * PD_DIM], inverse[PD_DIM * PD_DIM], part[3] = {0.0}, rest[PD_DIM];
@@ -145,9 +150,9 @@ static double pdi_gas_wall_compute_distance(const pd_bonds *bonds, int32_t r, co
     return weights > 0.0 ? along / (weights * size) : 0.0;
 }
 
-/* Adds a wall at point x with normal n, unless it faces away from the gas. Of parallel walls the nearest counts, at the
- * mean of its points within `slack` [m], since a single point at an edge does not tell on which side the other wall
- * is. */
+/* Adds a wall at point x with normal n, unless it faces away from the gas (n along `face`). Of walls with the same
+ * normal the nearest to the gas counts, at the mean of its points within `slack` [m], since a single point at an edge
+ * does not tell on which side the other wall is. */
 static void pdi_gas_wall_add_wall(pdi_gas_wall_hits *w, const double *face, const double *x, const double *n,
                                   double slack)
 {
@@ -166,8 +171,8 @@ static void pdi_gas_wall_add_wall(pdi_gas_wall_hits *w, const double *face, cons
     if (at == w->count) w->count++;
 }
 
-/* face [PD_DIM][PD_DIM], gap [PD_DIM] of row r: one slip wall, or those of a concave edge or corner; others are 0. w:
- * work. Opposite bonds that are both closed cancel. */
+/* face [PD_DIM][PD_DIM], gap [PD_DIM] of row r: the slip walls of a concave edge or corner; else, and in 1D always, one
+ * wall. Others are 0. Opposite bonds that are both closed cancel, and take no part. w: work. */
 static void pdi_gas_wall_build_row(const pd_bonds *bonds, int32_t r, pdi_gas_wall_hits *w, double *face, double *gap)
 {
     const pd_stencil *s = bonds->stencil;

@@ -14,7 +14,8 @@ static inline double pdi_gas_wall_get_bond_face(const pd_stencil *s, int k, doub
     return 2.0 * size;
 }
 /* Slip walls of all rows, up to PD_DIM each. face [rows][PD_DIM][PD_DIM] [1/m]: area vectors into the walls, in sum
- * that of g over closed bonds, 0 for unused ones. gap [rows][PD_DIM] [m]: distances of the walls. */
+ * that of g over closed bonds whose opposite bond is open, 0 for unused ones. gap [rows][PD_DIM] [m]: distances of the
+ * walls, 0 for unused ones. After an error of memory face and gap are not set; work is freed in any case. */
 PDI_FN pd_status pdi_gas_wall_build(pd_ctx *ctx, const pd_bonds *bonds, int32_t rows, double *face, double *gap);
 #endif
 
