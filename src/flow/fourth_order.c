@@ -174,7 +174,8 @@ static double pdi_fourth_order_compute_velocity_component(const pd_fourth_order 
 }
 
 /* Second difference of the inlet profile f along axis b, over inlet ghosts alone. At the end of the profile that of the
- * next ghost, since a wall is no part of it; 0 where three ghosts in a line are missing. */
+ * next ghost, since a wall is no part of it; 0 where no three inlet ghosts are in a line, or the next one is outside of
+ * the box along b. */
 static double pdi_fourth_order_compute_inlet_second_difference(const pd_fourth_order *sharp, const double *f,
                                                                int32_t node, int b)
 {

@@ -62,8 +62,9 @@ PDI_FN void pdi_fourth_order_compute_advecting_velocity(const pd_ctx *ctx, const
 PDI_FN void pdi_fourth_order_compute_pressure_gradient(const pd_ctx *ctx, const pd_fourth_order *sharp, const double *p,
                                                        double *grad);
 /* ru [PD_DIM][total] [m/s2] += fourth-order less second-order convection of u by w and friction nu of u at fluid nodes,
- * face by face (eq. 4.6e, 4.6f), less u times half the divergence of this difference of volume fluxes. Faces at or
- * beside a smooth surface or a closed node have no correction. nu [m2/s], 0: convection alone. Overwrites `work`. */
+ * face by face (eq. 4.6e, 4.6f), less u times half the divergence of this difference of volume fluxes. Faces to a
+ * closed node, and those at or beside a smooth surface, have no correction. nu [m2/s], 0: convection alone. Overwrites
+ * `work`. */
 PDI_FN void pdi_fourth_order_add_momentum(const pd_ctx *ctx, const pd_fourth_order *sharp,
                                           const pdi_fourth_order_field *w, const pdi_fourth_order_field *u, double nu,
                                           double *ru);

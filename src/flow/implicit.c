@@ -45,7 +45,8 @@ PDI_FN size_t pdi_implicit_count_work_bytes(pd_implicit *im)
     return pdi_arena_count_bytes(pdi_implicit_list_work, im);
 }
 
-/* Inner part of the build: checks desc, sets defaults, allocates. The caller frees after an error. */
+/* Inner part of the build: checks desc, sets defaults, raises U, prepares steady, allocates, lends the pressure impulse
+ * to the flow. The caller frees after an error. */
 static pd_status pdi_implicit_try_build(pd_ctx *ctx, pd_flow *flow, pd_steady *steady, const pd_implicit_desc *desc,
                                         pd_implicit *im)
 {
@@ -102,8 +103,8 @@ static void pdi_implicit_copy_from_start(const pd_ctx *ctx, pd_implicit *im)
 }
 
 /* Solves a stage R(u) + rate (u - target) = 0, rate [1/s]. impulse_factor [-], pressure_weight [s]: the pressure
- * impulse at its end is impulse_factor times the present one plus pressure_weight times the pressure. It is updated
- * only when the stage has converged. */
+ * impulse at its end is impulse_factor times the present one plus pressure_weight times (p - p_out). It is updated only
+ * when the stage has converged. Adds to im->evaluations. PD_RETRY: not converged, the flow holds no solution. */
 static pd_status pdi_implicit_solve_stage_equation(pd_ctx *ctx, pd_implicit *im, double rate, const double *target,
                                                    double impulse_factor, double pressure_weight)
 {
@@ -133,8 +134,8 @@ static pd_status pdi_implicit_solve_sdirk_stage(pd_ctx *ctx, pd_implicit *im, do
 
 /* Projects a start that violates continuity or the inlets onto the nearest velocity that does not: u + G q = u0, by a
  * stage so short that friction and convection are below its tolerance (eq. 4.15b). q is the pressure impulse; the
- * pressure stays. Nothing but before the first step and with new fluid. Overwrites start_state; after a failure the
- * state is restored. */
+ * pressure stays. Nothing, unless fluid is new, or no step is done and the start is not yet projected. Overwrites
+ * start_state; after a failure the state is restored. Success clears has_new_fluid. */
 static pd_status pdi_implicit_project_start(pd_ctx *ctx, pd_implicit *im)
 {
     pd_flow *flow = im->flow;
@@ -154,8 +155,8 @@ static pd_status pdi_implicit_project_start(pd_ctx *ctx, pd_implicit *im)
     return status;
 }
 
-/* Embedded error estimate [-]: gamma dt max |f1 - f2|/U, the distance to the first-order step with f1 alone;
- * stage_increment = gamma dt f1, u - stage_target = gamma dt f2. */
+/* Embedded error estimate [-]: gamma dt max |f1 - f2|/U over components at fluid nodes, the distance to the first-order
+ * step with f1 alone; stage_increment = gamma dt f1, u - stage_target = gamma dt f2. */
 static double pdi_implicit_estimate_error(pd_implicit *im)
 {
     const pd_flow *flow = im->flow;
@@ -170,8 +171,8 @@ static double pdi_implicit_estimate_error(pd_implicit *im)
     return worst / flow->velocity_scale;
 }
 
-/* First guess of the first stage: u extrapolated by the time derivative at the end of the last step, (u - u*)/(gamma
- * dt). */
+/* First guess of the first stage, in flow->u: extrapolated from start_state by the time derivative at the end of the
+ * last step, (u - u*)/(gamma dt). Nothing when last_step is 0; else last_step becomes 0. */
 static void pdi_implicit_extrapolate_velocity(const pd_ctx *ctx, pd_implicit *im, double dt)
 {
     int64_t split = PD_DIM * (int64_t)im->flow->grid->total;
@@ -202,7 +203,9 @@ static pd_status pdi_implicit_solve_stages(pd_ctx *ctx, pd_implicit *im, double 
     return status;
 }
 
-/* A step while the scratch memory is lent. PD_RETRY: a stage did not converge, the state is restored. */
+/* A step while the scratch memory is lent. After a failure state and pressure impulse are restored (to the projected
+ * start, if the projection has converged). Fatal statuses, PD_ERR_ARGUMENT and PD_ERR_INTERNAL are returned as they
+ * are, all others as PD_RETRY. */
 static pd_status pdi_implicit_try_step(pd_ctx *ctx, pd_implicit *im, double dt)
 {
     pd_status status = pdi_implicit_project_start(ctx, im);
@@ -248,7 +251,7 @@ static void pdi_implicit_undo_step(const pd_ctx *ctx, pd_implicit *im, double dt
 }
 
 /* Process callback after a rejected attempt: undoes it and proposes a shorter step. s->error is infinite when it did
- * not converge. */
+ * not converge; then there is nothing to undo. PD_ERR_STATE: the rejected step was at most 1e-12 of first_step. */
 static pd_status pdi_implicit_reject_step(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_implicit *im = (pd_implicit *)self;
@@ -284,7 +287,8 @@ static pd_status pdi_implicit_begin(pd_ctx *ctx, void *self, double t)
 /* Step [s] that is tried next: dt, or first_step where that is not known yet. */
 static double pdi_implicit_get_next_step(const pd_implicit *im) { return im->dt > 0.0 ? im->dt : im->desc.first_step; }
 
-/* Process callback: longest outer step [s]. Other processes see the flow at the ends of steps as long as its own. */
+/* Process callback: lowers s->dt to the next step of the flow and to the limit of the run [s]. Other processes see the
+ * flow at the ends of steps as long as its own. */
 static pd_status pdi_implicit_limit_outer_step(pd_ctx *ctx, void *self, pd_step *s)
 {
     s->dt = pd_min(s->dt, pdi_implicit_get_next_step((const pd_implicit *)self));
@@ -337,8 +341,9 @@ static pd_status pdi_implicit_end(pd_ctx *ctx, void *self, double t)
     return pdi_steady_update_divergence_potential(ctx, ((pd_implicit *)self)->steady);
 }
 
-/* Projects the velocity after a change of geometry, and solves for its pressure by a stage as short as the first step.
- * If that stage fails the projected state is restored. */
+/* Projects the velocity after a change of geometry, and solves for its pressure by a stage as short as the first step,
+ * which replaces the velocity, too. If that stage fails the projected state is restored, with the old pressure. Returns
+ * the status of what failed. */
 static pd_status pdi_implicit_project_new_fluid(pd_ctx *ctx, pd_implicit *im)
 {
     pd_status status = pdi_implicit_project_start(ctx, im);
@@ -351,7 +356,9 @@ static pd_status pdi_implicit_project_new_fluid(pd_ctx *ctx, pd_implicit *im)
 }
 
 /* Process callback: nodes `converted` have become fluid. New families make the velocity divergent, which would be an
- * error of the next step however short, so it is projected. If that fails the next step tries again. */
+ * error of the next step however short, so it is projected. A projection that does not converge is no error: the next
+ * step tries again. Fatal statuses, PD_ERR_ARGUMENT and PD_ERR_INTERNAL are returned. Updates derived fields and
+ * divergence potential. */
 static pd_status pdi_implicit_update_geometry(pd_ctx *ctx, void *self, const int32_t *converted, int32_t count)
 {
     pd_implicit *im = (pd_implicit *)self;

@@ -43,10 +43,15 @@ typedef struct pd_implicit {
 #define pd_implicit_free PD_NAME(pd_implicit_free)
 
 /* Starts from the state in flow; flow and steady are borrowed. Raises the scale U of the flow to its velocities, lends
- * it the pressure impulse, and prepares steady for stages. PD_ERR_ARGUMENT: a knob is negative or not finite. */
+ * it the pressure impulse, which starts at 0, and prepares steady for stages. PD_ERR_ARGUMENT: a setting is negative or
+ * not finite; flow and steady are unchanged. After any error implicit is freed, and the flow has no pressure impulse.
+ * */
 PD_API pd_status pd_implicit_build(pd_ctx *ctx, pd_flow *flow, pd_steady *steady, const pd_implicit_desc *desc,
                                    pd_implicit *implicit);
-/* One step of dt [s], whatever its error, which is in `error`. PD_RETRY, state unchanged: a stage did not converge. */
+/* One step of dt [s], whatever its error, which is in `error`. The first step, and one after new fluid, begins with a
+ * projection. PD_RETRY: the projection or a stage did not converge. PD_ERR_ARGUMENT: dt is not positive and finite, or
+ * a boundary value is not finite. After these two the state is that before the step (projected, if that has converged),
+ * but time and boundary data of the flow and its derived fields are not restored. */
 PD_API pd_status pd_implicit_step(pd_ctx *ctx, pd_implicit *implicit, double dt);
 /* The flow as a process; it prepares the flow. Steps of controlled error. PD_ERR_STATE: steps of 1e-12 of the first one
  * do not converge, or their error does not fall. */

@@ -4,7 +4,8 @@
 
 #define PDI_INFLOW_ROUNDING 1e-9 /* [-] sum of bond weights over their sizes that counts as zero */
 
-/* 1: the bonds of row r to inlets have a part along the side. across: bits of the axes that the ghost is behind. */
+/* 1: the gradient weights of the open bonds of row r to inlets do not balance along the side: their sum along an axis
+ * not in `across` exceeds 1e-9 of the sum of their sizes. across: bits of the axes that the ghost is behind. */
 static int pdi_inflow_has_tangential_weight(const pd_bonds *bonds, int32_t r, int across)
 {
     const pd_stencil *s = bonds->stencil;
@@ -40,8 +41,9 @@ PDI_FN double pdi_inflow_compute_flux_weight(const pd_bonds *bonds, int32_t i, i
     return sum * s->volume * pd_grid_circumference(grid, i);
 }
 
-/* Mean normal speed of ghost g and its source over that on the side [-]: the nodes in front of a face together carry
- * what passes the face. 0: the cell at the side is not fluid, or no bond passes. */
+/* Mean normal speed of ghost g and its source over that on the side [-], with which the bonds of all nodes in front of
+ * a face together carry what passes the face: face area over the sum of their flux weights. 0: the cell at the side is
+ * not fluid, or no bond passes. Of several axes that the ghost is behind the first counts. */
 static double pdi_inflow_compute_speed_ratio(const pd_bonds *bonds, int32_t g)
 {
     const pd_ghosts *ghosts = &bonds->ghosts;
@@ -164,9 +166,9 @@ static int pdi_inflow_is_radial_ghost(const pd_bonds *bonds, int32_t g, int up)
     return up ? at >= bonds->grid->n[PD_DIM - 1] : at < 0;
 }
 
-/* Shifts the radial speed of all ghosts at the end `up` of the radius so that bonds carry the flux `pushed`; nothing if
- * no bond does. Bonds between rings have unequal weights in both directions, so the ghosts cannot balance one by
- * one. */
+/* Adds the same radial speed to all inlet ghosts at the end `up` of the radius, so that bonds carry the flux `pushed`;
+ * nothing if no bond does. Bonds between rings have unequal weights in both directions, so the ghosts cannot balance
+ * one by one. */
 static void pdi_inflow_update_radial_ghosts(const pd_bonds *bonds, int up, double pushed, double *v)
 {
     const pd_ghosts *ghosts = &bonds->ghosts;

@@ -19,10 +19,11 @@ PDI_FN int pdi_inflow_has_radial_balance(const pd_bonds *bonds);
 /* Sets v [PD_DIM][total] [m/s] of inlet ghosts to twice the velocity on the side: adds that of the source. Ghosts whose
  * source is not fluid stay at the velocity of the side. */
 PDI_FN void pdi_inflow_set_doubled_velocity(const pd_bonds *bonds, double *v);
-/* Sets the advecting velocity of inlet ghosts (eq. 4.5d), from the doubled velocity on the side
- * (pdi_inflow_set_doubled_velocity) and v of nodes, which is an advecting velocity already. even 1: rows on smooth
- * surfaces keep v = u, without the tensor of (4.2b). Ghosts whose source is not fluid stay, but for the radial
- * balance. */
+/* Sets the advecting velocity of inlet ghosts (eq. 4.5d) from the doubled velocity on the side
+ * (pdi_inflow_set_doubled_velocity) and v of nodes, which is an advecting velocity already. Normal component with ratio
+ * >= 0: ratio times the doubled one; tangential one with `sided`: as in front; else the tensor of the row times the
+ * doubled one, or, with even 1 beside smooth surfaces, that itself; less the one in front. Ghosts whose source is not
+ * fluid stay, but for the radial balance. */
 PDI_FN void pdi_inflow_set_advecting_velocity(const pd_bonds *bonds, const uint8_t *sided, const double *ratio,
                                               int even, double *v);
 #endif

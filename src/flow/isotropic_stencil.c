@@ -9,8 +9,8 @@
  * oscillate. */
 #define PDI_ISOTROPIC_STENCIL_HALF_CELL_REYNOLDS 2.0
 
-/* Mixed second difference [1/m2 times f] of component f over the open bonds of a square with a missing one, to be taken
- * off (eq. 4.1d); 0: it is complete. */
+/* Mixed second difference [1/m2 times f] of component f over those bonds of a square that are open, to be taken off
+ * where one of its three bonds is closed (eq. 4.1d); 0: all three are open. */
 static double pdi_isotropic_stencil_compute_incomplete_square(const pd_bonds *bonds, const pd_isotropic_square *square,
                                                               int32_t r, const double *f)
 {
@@ -72,7 +72,8 @@ PDI_FN void pdi_isotropic_stencil_add_velocity_correction(const pd_ctx *ctx, con
     }
 }
 
-/* 1: the node behind the neighbour `stride` away from row r along axis d, on side 0 or 1, is open. */
+/* 1: the neighbour of row r at `stride` along axis d is fluid, and the node behind it, on side 0 or 1, is not cut off
+ * by a surface. */
 static int pdi_isotropic_stencil_is_open_behind(const pd_bonds *bonds, int32_t r, int d, int side, int32_t stride)
 {
     int32_t j = bonds->node[r] + stride;

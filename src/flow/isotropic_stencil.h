@@ -31,8 +31,9 @@ typedef struct pdi_isotropic_stencil_place {
     void *wall_user;
 } pdi_isotropic_stencil_place;
 
-/* Weights with isotropic leading error for families of the nearest neighbours on planar lattices (eq. 4.1c); for others
- * isotropic->bonds stays NULL. */
+/* Weights with isotropic leading error for families of all nearest neighbours with diagonals in planes of two axes, on
+ * planar lattices in 2D and 3D (eq. 4.1c). In 1D, for larger or smaller families and on axisymmetric lattices
+ * isotropic->bonds stays NULL. Allocates nothing; bonds are borrowed. */
 PDI_FN void pdi_isotropic_stencil_build(const pd_bonds *bonds, pd_isotropic_stencil *isotropic);
 /* Blending factor of the isotropic weights, 1 to 0 (eq. 4.1f): 1/(1 + (U h/(2 nu))^2) with the longest spacing h, since
  * convection errs by more than friction in fast flow. rate: U/nu [1/m]. 0: there are no isotropic weights. */
@@ -50,8 +51,9 @@ PDI_FN void pdi_isotropic_stencil_add_row_corrections(const pd_ctx *ctx, const p
  * given. Nothing without isotropic weights. */
 PDI_FN void pdi_isotropic_stencil_add_velocity_correction(const pd_ctx *ctx, const pd_isotropic_stencil *isotropic,
                                                           const double *v, double *advecting);
-/* Derivative [1/s] of component d of u along axis d: parabola through both neighbours, or through the surface where it
- * is nearer. In 2D on nearest neighbours a cubic with the node behind the open neighbour (for eq. 4.2c). */
+/* Derivative [1/s] of component d of u along axis d at the row: parabola through both neighbours, or through the
+ * surface where it is nearer, with the velocity of the wall. In 1D and 2D on nearest neighbours, where just one
+ * neighbour is closed and the node behind the open one is open: a cubic through that node, too (for eq. 4.2c). */
 PDI_FN double pdi_isotropic_stencil_compute_derivative(const pdi_isotropic_stencil_place *place, int d,
                                                        const double *u);
 #endif

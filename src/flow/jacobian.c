@@ -114,7 +114,8 @@ PDI_INLINE void pdi_jacobian_add_bond(const pdi_jacobian_block_values *PD_RESTRI
 }
 
 /* Adds all bonds of `count` nodes from i: of full families (row -1), or the open ones of the rows from `row`. Bonds to
- * inlets carry no pressure flux. Inlined with a constant for `count`. */
+ * inlets carry no pressure flux. Full families of planar lattices go in pairs of opposite bonds; axisymmetric ones have
+ * the Laplacian weights of the node also for friction. Inlined with a constant for `count`. */
 PDI_INLINE_HOT void pdi_jacobian_add_bonds(const pd_jacobian *q, int32_t i, int32_t row, int count,
                                            pdi_jacobian_block_sums *PD_RESTRICT sums)
 {
@@ -249,7 +250,7 @@ PDI_FN void pdi_jacobian_apply(const pd_ctx *ctx, const pd_jacobian *q, const pd
 }
 
 PDI_COLD_BEGIN
-/* The next power of two above x: scaling by it is exact. */
+/* The next power of two above x, twice x where x is one itself: scaling by it is exact. x 0 gives 1. */
 static double pdi_jacobian_compute_unit(double x)
 {
     int exponent;

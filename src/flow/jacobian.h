@@ -30,8 +30,9 @@ typedef struct pdi_jacobian_increment {
 PDI_FN void pdi_jacobian_list(pdi_array_visitor *owner, void *object);
 /* Lists the single-precision arrays of a pd_jacobian that are lent for a solve. */
 PDI_FN void pdi_jacobian_list_work(pdi_array_visitor *owner, void *object);
-/* Allocates and packs the bond weights in single precision. Units speed and length: powers of two above the velocity
- * scale and the longest spacing. The flow is borrowed; arrays of pdi_jacobian_list_work are not allocated here. */
+/* Allocates and packs the bond weights in single precision. Units speed and length: powers of two above the present
+ * velocity scale and the longest spacing; they stay when the scale rises. The flow is borrowed; arrays of
+ * pdi_jacobian_list_work are not allocated here. After an error nothing is allocated. */
 PDI_FN pd_status pdi_jacobian_build(pd_ctx *ctx, const pd_flow *flow, pd_jacobian *jacobian);
 PDI_FN void pdi_jacobian_free(pd_ctx *ctx, pd_jacobian *jacobian);
 /* Sets the state to linearise about: the one that pdi_flow_update_derived_fields has seen last. Packs its velocities,
@@ -39,7 +40,8 @@ PDI_FN void pdi_jacobian_free(pd_ctx *ctx, pd_jacobian *jacobian);
 PDI_FN void pdi_jacobian_set_state(const pd_ctx *ctx, pd_jacobian *jacobian);
 /* yu [PD_DIM][total] [m/s2], yc [total] [1/s] at fluid nodes = Jacobian of the bond sums of momentum and continuity
  * (pdi_flow_assemble_bond_sums) times the increment, in single precision: to seven digits of the largest terms. Row
- * corrections of the isotropic weights are not in it. Overwrites packed_increment. */
+ * corrections of the isotropic weights, fitted walls, fourth order and pseudo time are not in it. Overwrites
+ * packed_increment. */
 PDI_FN void pdi_jacobian_apply(const pd_ctx *ctx, const pd_jacobian *jacobian, const pdi_jacobian_increment *step,
                                double *yu, double *yc);
 #endif

@@ -26,7 +26,8 @@ typedef struct pdi_near_wall_fit_nodes {
     int32_t wall_cell;
 } pdi_near_wall_fit_nodes;
 
-/* Adds a node at the offset `step` [cells] from the first one, if it is near enough and new. */
+/* Adds a node at the offset `step` [cells] from the first one, unless it is farther than sqrt(5) cells, already there,
+ * or the list is full. */
 static void pdi_near_wall_add_node(pdi_near_wall_fit_nodes *sight, int32_t node, const int *step)
 {
     int square = 0;
@@ -38,7 +39,8 @@ static void pdi_near_wall_add_node(pdi_near_wall_fit_nodes *sight, int32_t node,
     memcpy(sight->offset[sight->count++], step, sizeof sight->offset[0]);
 }
 
-/* Collects the nodes of a fit: `node`, the ends of its open bonds to adjacent cells, and of theirs. */
+/* Collects the nodes of a fit: `node`, the ends of its open bonds to adjacent cells, and of theirs, diagonals included;
+ * inlets are left out, and ghosts lead no further. Resets the list first. */
 static void pdi_near_wall_find_nodes(pdi_near_wall_fit_nodes *sight, int32_t node)
 {
     const pd_bonds *bonds = sight->bonds;
@@ -69,7 +71,8 @@ static void pdi_near_wall_find_nodes(pdi_near_wall_fit_nodes *sight, int32_t nod
     }
 }
 
-/* Distance [m] of x from the surface, and its normal. 0: not known. */
+/* Signed distance [m] of x from the surface, positive in the fluid, and its normal. A wall cell outside of the box:
+ * that from the plane through wall_point. Returns 1; 0: wall_point is on no smooth surface, or an edge is near. */
 static int pdi_near_wall_compute_distance(const pdi_near_wall_fit_nodes *sight, const double *x, double *distance,
                                           double *normal)
 {
@@ -86,8 +89,9 @@ static int pdi_near_wall_compute_distance(const pdi_near_wall_fit_nodes *sight, 
     return pdi_surface_compute_normal(bonds, sight->wall_cell, x, PDI_NEAR_WALL_STEP, distance, normal);
 }
 
-/* *slope [m/s2] = wall-normal derivative of the pressure, from the friction of the normal velocity, which begins with
- * the square of the distance, and the body force (eq. 3.11b). 0: not known. */
+/* *slope [m/s2] = derivative of the kinematic pressure along the normal at the wall, from the friction of the normal
+ * velocity, which begins with the square of the distance, and the body force (eq. 3.11b). Returns 1; 0: the distance of
+ * a node is not known, a node is at the wall point, or the fit is singular. */
 static int pdi_near_wall_compute_pressure_slope(const pdi_near_wall_fit_nodes *sight, const pd_flow *flow,
                                                 double *slope)
 {

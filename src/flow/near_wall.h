@@ -5,18 +5,20 @@
 
 #ifdef PDI_INTERNAL
 /* Kinematic pressure p [total] interpolated at x [m], as seen from fluid node `node`: least-squares quadratic (3.11)
- * through the nodes within two cells, with the wall-normal slope of eq. 3.11b beside a smooth surface at rest. flow
- * NULL: without that slope. Ghosts must be filled. */
+ * through the nodes within two open bonds and sqrt(5) cells, no inlets. Where the surface point nearest to x is within
+ * 1.5 cells and at rest, the wall-normal slope of eq. 3.11b joins it if it can be fitted. flow NULL: without that
+ * slope. Ghosts must be filled. */
 PDI_FN double pdi_near_wall_interpolate_pressure(const pd_bonds *bonds, const pd_flow *flow, const double *p,
                                                  int32_t node, const double *x);
 /* *curvature [1/m] = sum of the principal curvatures (Laplacian of the distance, positive for a convex body) of the
- * smooth surface of cell wall_cell at x. Where an inlet or outlet mirrors the surface, that of the part inside. Returns
- * 1, or 0 near an edge. */
+ * smooth surface of cell wall_cell at x, by finite differences. Where an inlet or outlet mirrors the surface, that of
+ * the part inside. Returns 1; 0 near an edge, where the second derivative along an axis times the spacing is 0.5 or
+ * more, *curvature is set all the same. */
 PDI_FN int pdi_near_wall_compute_curvature(const pd_bonds *bonds, int32_t wall_cell, const double *x,
                                            double *curvature);
-/* slope [PD_DIM] [1/s] = derivative of the tangential velocity along the normal into the fluid, on the smooth surface
- * beside x, as seen from fluid node `node`, by least squares (eq. 4.27c). Returns 1, or 0 when it cannot be
- * determined. */
+/* slope [PD_DIM] [1/s] = derivative of the tangential velocity along the normal into the fluid, at the surface point
+ * nearest to x as seen from fluid node `node`, by least squares (eq. 4.27c). Returns 1; 0: there is no surface, it is
+ * that of cell faces inside the box, an edge is near, or the fit is singular; slope is not set then. */
 PDI_FN int pdi_near_wall_compute_shear(const pd_flow *flow, int32_t node, const double *x, double *slope);
 #endif
 

@@ -14,9 +14,10 @@
 #define PDI_QUASI_STEADY_CLOSED_INFLOW 1e-6 /* net over gross inflow below which inlets are taken to feed each other \
                                              */
 
-/* Checks the solved flow: PD_ERR_GEOMETRY where the inflow differs from that of the inlets, PD_ERR_DIVERGED where
- * sections of the flow differ from each other. Where a horizon spans the gap between metal and walls, a solution on the
- * lattice may be no flow. Nothing is checked without inflow. */
+/* Checks the solved flow. PD_ERR_GEOMETRY: the inflow by bonds and the net one of the inlet velocities differ by more
+ * than 1e-6 of the gross one. PD_ERR_DIVERGED: section_difference exceeds the tolerance of the solver times the gross
+ * one. Where a horizon spans the gap between metal and walls, a solution on the lattice may be no flow. Nothing is
+ * checked without inflow. Updates the derived fields. */
 static pd_status pdi_quasi_steady_check_inflow(pd_ctx *ctx, const pd_quasi_steady *q)
 {
     char place[PDI_GRID_POSITION_LENGTH];
@@ -38,8 +39,9 @@ static pd_status pdi_quasi_steady_check_inflow(pd_ctx *ctx, const pd_quasi_stead
     return PD_OK;
 }
 
-/* After a failed solve: fails with PD_ERR_GEOMETRY where no open path leads from an inlet to an outlet, else returns
- * `status`. Inlets that feed each other count as open. */
+/* After a failed solve: fails with PD_ERR_GEOMETRY where an inlet has no open path to an outlet, else returns `status`.
+ * Not checked after a fatal status, nor where the net inflow is at most 1e-6 of the gross one: inlets that feed each
+ * other. */
 static pd_status pdi_quasi_steady_check_open_path(pd_ctx *ctx, const pd_quasi_steady *q, pd_status status)
 {
     double pushed, gross;
@@ -55,7 +57,8 @@ static pd_status pdi_quasi_steady_check_open_path(pd_ctx *ctx, const pd_quasi_st
                    q->time, pdi_grid_format_position(q->flow->grid, node, place));
 }
 
-/* Fails with PD_ERR_DIVERGED and a message for a solve that stalled: what it has reached, and what helps. */
+/* Fails with PD_ERR_DIVERGED and a message for a solve that stalled: what it has reached, whether that is rounding
+ * (below 1.5e-8) or there may be no steady flow, and below 1e-3 the tolerance that accepts it. */
 static pd_status pdi_quasi_steady_fail_unsteady(pd_ctx *ctx, const pd_quasi_steady *q)
 {
     const pd_steady_result *r = &q->result;
@@ -79,8 +82,9 @@ static pd_status pdi_quasi_steady_fail_unsteady(pd_ctx *ctx, const pd_quasi_stea
         pdi_grid_format_position(q->flow->grid, q->steady->worst_node, place), why, accept);
 }
 
-/* Solves for the steady flow if it is out of date, counts the work, and checks it. It stays out of date after a
- * failure. A solve that does not converge is an error. */
+/* Solves for the steady flow if it is out of date, counts the work, and checks it; else does nothing. It stays out of
+ * date after a failure; success resets boundary_change. PD_ERR_DIVERGED: the solve did not converge. PD_ERR_GEOMETRY:
+ * no open path, or a wrong inflow. */
 static pd_status pdi_quasi_steady_update_flow(pd_ctx *ctx, pd_quasi_steady *q)
 {
     if (!q->is_out_of_date) return PD_OK;
@@ -97,8 +101,8 @@ static pd_status pdi_quasi_steady_update_flow(pd_ctx *ctx, pd_quasi_steady *q)
     return PD_OK;
 }
 
-/* Process callback: sets boundary data of time t [s]; solves again when they have changed by more than the
- * tolerance. */
+/* Process callback: sets boundary data of time t [s], and adds their change to boundary_change. Solves when this sum
+ * exceeds the tolerance of the solver, or when the flow was out of date before. */
 static pd_status pdi_quasi_steady_set_time(pd_ctx *ctx, void *self, double t)
 {
     pd_quasi_steady *q = (pd_quasi_steady *)self;
@@ -117,7 +121,8 @@ static pd_status pdi_quasi_steady_end(pd_ctx *ctx, void *self, double t)
     return pdi_quasi_steady_update_flow(ctx, (pd_quasi_steady *)self);
 }
 
-/* Process callback: nodes `converted` have become fluid. */
+/* Process callback: nodes `converted` have become fluid. Marks the flow out of date, and gives them velocity and
+ * pressure (pd_flow_update); nothing is solved here. */
 static pd_status pdi_quasi_steady_update_geometry(pd_ctx *ctx, void *self, const int32_t *converted, int32_t count)
 {
     pd_quasi_steady *q = (pd_quasi_steady *)self;

@@ -19,7 +19,9 @@ typedef struct pd_quasi_steady {
 
 #define pd_quasi_steady_process PD_NAME(pd_quasi_steady_process)
 
-/* Zeroes `quasi`, which must live as long as the process. Flow and solver are borrowed. */
+/* Zeroes `quasi`, which must live as long as the process, and marks it out of date: the first solve is at the start of
+ * a run. Flow and solver are borrowed. A solve that does not converge ends the run with PD_ERR_DIVERGED, one without an
+ * open path or with a wrong inflow with PD_ERR_GEOMETRY. */
 PD_API pd_physics pd_quasi_steady_process(pd_flow *flow, pd_steady *steady, pd_quasi_steady *quasi);
 
 #endif

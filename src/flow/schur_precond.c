@@ -19,8 +19,8 @@ typedef struct pdi_schur_precond_sweep_args {
 /* ---- mobility ---- */
 
 /* Adds the wall drag [1/s] of `count` fluid nodes in a line from `first`. Between two walls flow is a parabola, so
- * 1/drag = (distance to one wall)(distance to the other)/(2 nu). below, above: 1 where a wall ends the line, else a
- * mirror. */
+ * 1/drag = (distance to one wall)(distance to the other)/(2 nu); the other end of a line with one wall is a mirror.
+ * below, above: 1 where a wall ends the line. Nothing without walls. */
 static void pdi_schur_precond_add_wall_drag(const pd_flow *flow, int axis, int32_t first, int count, int below,
                                             int above, double *drag)
 {
@@ -32,8 +32,8 @@ static void pdi_schur_precond_add_wall_drag(const pd_flow *flow, int axis, int32
     }
 }
 
-/* Adds the wall drag [1/s] along the grid line of `axis` that begins at `node`, for each stretch of fluid nodes in
- * it. */
+/* Adds the wall drag [1/s] along the grid line of `axis` that begins at `node`, for each stretch of fluid nodes in it.
+ * A closed node at its end is a wall; any other, inlets and outlets too, a mirror. */
 static void pdi_schur_precond_add_line_drag(const pd_flow *flow, int axis, int32_t node, double *drag)
 {
     const pd_grid *grid = flow->grid;
@@ -77,7 +77,8 @@ PDI_FN void pdi_schur_precond_compute_mobility(const pd_ctx *ctx, const pd_flow 
 
 /* ---- commutator ---- */
 
-/* f at the lower or upper neighbour of node i along axis d; behind a closed face `closed` times f of the node. */
+/* f at the lower or upper neighbour of node i along axis d; where that is closed or an inlet, `closed` times f of the
+ * node. */
 static double pdi_schur_precond_get_neighbour(const pd_grid *grid, const double *f, int32_t i, int d, int up,
                                               double closed)
 {
@@ -194,8 +195,8 @@ static double pdi_schur_precond_compute_checkerboard_symbol(const pd_stencil *st
     return sum;
 }
 
-/* Viscosity for smooth residuals [m2/s]: nu, and in convective cells a part of the weight of the pressure flux. rate
- * [1/s]: 1/tau (eq. 4.5). */
+/* Viscosity for smooth residuals [m2/s]: nu, and 0.3 times the convective part of `rate` over the sum of the Laplacian
+ * weights. rate [1/s]: 1/tau (eq. 4.5); its convective part is what exceeds the sum of nu/h^2 over axes, at least 0. */
 static double pdi_schur_precond_compute_smooth_viscosity(const pd_flow *flow, double rate)
 {
     for (int d = 0; d < PD_DIM; d++) rate -= flow->nu / (flow->grid->h[d] * flow->grid->h[d]);

@@ -29,7 +29,8 @@ static int pdi_stability_is_stable(double re, double im)
     return pr * pr + pi * pi <= 1.0 + 1e-10;
 }
 
-/* Lowers *dt until dt times the eigenvalue re + i im [1/s] is stable, by bisection. A positive re counts as 0. */
+/* Lowers *dt until dt times the eigenvalue re + i im [1/s] is stable, by bisection between 0 and *dt; a stable *dt
+ * stays. A positive re counts as 0. */
 static void pdi_stability_limit_step(double re, double im, double *dt)
 {
     re = pd_min(re, 0.0);
@@ -87,7 +88,8 @@ static void pdi_stability_limit_by_wave(const pdi_stability_state *q, double gra
     pdi_stability_limit_step(-v, shift, dt);
 }
 
-/* Lowers *dt for one wave in the fastest stream and in a fluid at rest: eigenvalues of all others lie between. */
+/* Lowers *dt for one wave in a fluid at rest, and in the fastest stream unless max_velocity has no component along it:
+ * eigenvalues of all others lie between. */
 static void pdi_stability_limit_by_streams(const pdi_stability_state *q, const double *gradient, double laplacian,
                                            double diffusion, double *dt)
 {
@@ -110,8 +112,8 @@ static void pdi_stability_get_wave_vector(const pd_stability *sp, int wave, doub
     }
 }
 
-/* Lowers *dt by a search for the worst wave around k [PD_DIM] [rad per node], along one axis after the other. k moves
- * to it. */
+/* Lowers *dt by a search for the worst wave around k [PD_DIM] [rad per node]: a step up and down along one axis after
+ * the other, halved six times from the spacing of the sampled waves. k moves to it. */
 static void pdi_stability_limit_by_refined_waves(const pd_stability *sp, const pdi_stability_state *q, double *k,
                                                  double *dt)
 {
@@ -233,7 +235,9 @@ static double pdi_stability_compute_max_tridiagonal(int n, const double *diagona
     return high;
 }
 
-/* Largest eigenvalue [1/m2] of pdi_stability_apply_acoustic_operator by Lanczos steps from random numbers. */
+/* Largest eigenvalue [1/m2], at least 0, of pdi_stability_apply_acoustic_operator by at most 40 Lanczos steps from a
+ * fixed sequence of random numbers: an estimate from below. Ends where the next vector is 1e-12 of the largest diagonal
+ * element; 0 without fluid nodes. */
 static double pdi_stability_estimate_max_eigenvalue(const pd_ctx *ctx, pdi_stability_lanczos_fields *w)
 {
     const pd_grid *grid = w->flow->grid;
@@ -276,8 +280,9 @@ static pd_status pdi_stability_estimate_gradient_norm(pd_ctx *ctx, const pd_flow
     return PD_OK;
 }
 
-/* Largest increase [1/m2] of the eigenvalues of -lap by walls: a cut bond counts 1/t of its weight at the node, where
- * without the wall it would count once (eq. 3.3). */
+/* Largest increase [1/m2], at least 0, of the eigenvalues of -lap by walls: maximum over rows of wall_laplacian less
+ * the weights of closed bonds. A cut bond counts 1/t of its weight at the node, where without the wall it would count
+ * once (eq. 3.3). */
 static double pdi_stability_compute_wall_increase(const pd_bonds *bonds)
 {
     double most = 0.0;

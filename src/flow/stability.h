@@ -30,10 +30,11 @@ typedef struct pdi_stability_state {
 } pdi_stability_state;
 
 /* Allocates and computes the symbols of gradient, Laplacian and density diffusion for all sampled waves, and with cut
- * families the operator norms. Bonds and grid of the flow must not change afterwards. */
+ * families or on axisymmetric lattices bounds of the operator norms. Bonds and grid of the flow must not change
+ * afterwards. After an error the caller frees. */
 PDI_FN pd_status pdi_stability_build(pd_ctx *ctx, const pd_flow *flow, pd_stability *spectrum);
-/* Longest stable step [s] of the three-stage Runge-Kutta method for a state (eq. 4.14, 4.14b), with a margin of 2 % for
- * waves between the sampled ones. */
+/* Longest stable step [s] of the three-stage Runge-Kutta method for a state: by single waves (eq. 4.14), with cut
+ * families or on axisymmetric lattices by operator norms (eq. 4.14b). 2 % less, for waves between the sampled ones. */
 PDI_FN double pdi_stability_compute_limit(const pd_stability *spectrum, const pdi_stability_state *state);
 PDI_FN void pdi_stability_free(pd_ctx *ctx, pd_stability *spectrum);
 #endif
