@@ -28,7 +28,8 @@ PDI_FN double pdi_steady_get_momentum_scale(const pd_steady *s)
 }
 PDI_FN double pdi_steady_get_continuity_scale(const pd_flow *flow) { return flow->velocity_scale / flow->length_scale; }
 
-/* Scales x [PD_DIM+1][total]: the momentum rows and the continuity row. */
+/* Multiplies x [PD_DIM+1][total] in place: velocity or momentum rows by `momentum`, the row of pressure or continuity
+ * by `continuity`; ghosts, too. */
 static void pdi_steady_apply_scales(const pd_ctx *ctx, const pd_flow *flow, double momentum, double continuity,
                                     double *x)
 {
@@ -46,8 +47,8 @@ static void pdi_steady_apply_velocity_inverse(pd_ctx *ctx, pd_steady *s, const d
     for (int d = 0; d < PD_DIM; d++) pdi_multigrid_cycle(ctx, &s->mg_u, r + d * total, du + d * total);
 }
 
-/* 1: the block factorisation takes F^-1 before the pressure, too. Not with mirror sides, where the cycle does not know
- * that the component across is held, nor with stretched cells, where its rounding is too rough. */
+/* 1: the block factorisation takes F^-1 before the pressure, too. 0: with a mirror side, where the cycle does not know
+ * that the component across is held, or with stretched cells, where its rounding is too rough. */
 static int pdi_steady_is_fully_factorised(const pd_grid *grid)
 {
     if (pdi_compact_operator_is_stretched(grid->h)) return 0;
@@ -168,8 +169,9 @@ static pd_status pdi_steady_update_poisson_multigrid(pd_ctx *ctx, pd_steady *s)
     return PD_OK;
 }
 
-/* Sets up all multigrids one after the other: mobility, velocity block, Laplacian. Overwrites s->compact and
- * s->advecting. */
+/* Sets up all multigrids one after the other for s->pseudo_rate: mobility, velocity block, Laplacian (unless done for
+ * this geometry). Overwrites s->compact and s->advecting. PD_ERR_ARGUMENT: a coefficient is not finite in single
+ * precision. */
 static pd_status pdi_steady_build_multigrids(pd_ctx *ctx, pd_steady *s)
 {
     const pdi_compact_operator_bc velocity = {1, 1, 0, s->flow->bonds}; /* outlets alone let it free */
@@ -256,7 +258,8 @@ PDI_FN double pdi_steady_assemble_residual(pd_ctx *ctx, pd_steady *s, pd_steady_
     return sqrt(s->momentum_weight * s->momentum_weight * pdi_par_dot(ctx, split, r, r) + continuity);
 }
 
-/* Largest velocity component of fluid and inlets [m/s]; other ghosts may be out of date. Overwrites s->newton_step. */
+/* Largest size of a velocity component at fluid nodes and of prescribed inlet velocities [m/s]; other ghosts may be out
+ * of date. Overwrites the velocity part of s->newton_step. */
 static double pdi_steady_compute_max_speed(const pd_ctx *ctx, const pd_steady *s)
 {
     const pd_flow *flow = s->flow;
@@ -322,7 +325,8 @@ static void pdi_steady_list_work(pdi_array_visitor *owner, void *object)
 
 PDI_FN pd_arena *pdi_steady_get_arena(pd_steady *s) { return s->desc.arena ? s->desc.arena : &s->own_arena; }
 
-/* Options of GMRES for Newton steps. */
+/* Sets *kd to the options of GMRES for Newton steps. Basis in single precision for stages in time and on stretched
+ * cells, else in 16 bit integers. The basis may grow up to max_krylov vectors, in multiples of restart. */
 static void pdi_steady_init_newton_krylov(pd_steady *s, pd_krylov_desc *kd)
 {
     memset(kd, 0, sizeof *kd);
@@ -407,7 +411,9 @@ static void pdi_steady_set_order(pd_flow *flow)
     flow->isotropic_blending = 0.0;
 }
 
-/* Inner part of the build: checks desc and prepares the solvers. The caller frees after an error. */
+/* Inner part of the build: checks desc, sets tolerance (0: 1e-6), holds inlets on the side, decides on the order,
+ * builds the corrections of fourth order where the flow has none, prepares the solvers, reserves scratch memory. The
+ * caller frees after an error; what is changed in the flow stays. */
 static pd_status pdi_steady_try_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc, pd_steady *s)
 {
     memset(s, 0, sizeof *s);
@@ -470,7 +476,8 @@ PDI_FN pd_status pdi_steady_begin_solves(pd_ctx *ctx, pd_steady *s)
     return PD_OK;
 }
 
-/* The node with the largest residual. */
+/* The node with the largest entry of s->residual by size, momentum or continuity; the first of equal ones. 0 when no
+ * entry is a number. */
 static int32_t pdi_steady_find_worst_node(const pd_steady *s)
 {
     int32_t total = s->flow->grid->total, worst = 0;
@@ -497,7 +504,8 @@ PDI_FN pd_status pdi_steady_end_solves(pd_ctx *ctx, pd_steady *s, pd_status stat
 }
 
 /* Solves a linear system with the right-hand side s->residual into s->newton_step, both from component `first` on.
- * precond NULL: none, or it is part of `apply`. A positive status: not converged. */
+ * precond NULL: none, or it is part of `apply`. Borrows the basis from the arena. A positive status: not converged,
+ * newton_step has the last iterate. */
 static pd_status pdi_steady_solve_linear(pd_ctx *ctx, pd_steady *s, pd_krylov *krylov, int first, pd_apply_fn apply,
                                          pd_apply_fn precond, pd_krylov_result *linear)
 {
@@ -544,7 +552,7 @@ static void pdi_steady_apply_poisson_cycle(void *user, const double *x, double *
     pdi_multigrid_cycle(u->ctx, &u->steady->mg_p, x, y);
 }
 
-/* Largest cell volume [m^d; axisymmetric: m3]. */
+/* Largest cell volume [m^d; axisymmetric: m3, of the outermost ring]. */
 static double pdi_steady_compute_max_volume(const pd_flow *flow)
 {
     const pd_grid *grid = flow->grid;

@@ -63,7 +63,9 @@ typedef struct pd_steady_result {
 } pd_steady_result;
 
 /* Prepares the solver for a flow, which is borrowed. From here on its inlets hold their velocity on the side, and an
- * automatic order is decided. PD_ERR_ARGUMENT: a tolerance or limit is negative, or the tolerance is not below 1. */
+ * automatic order is decided; both stay after an error and after pd_steady_free. PD_ERR_ARGUMENT: a tolerance or limit
+ * is negative, the tolerance is not below 1, restart is above 1000, the lattice has no fourth order that the flow asks
+ * for, or an inlet velocity is not finite. After an error steady is freed. */
 #define pd_steady_build PD_NAME(pd_steady_build)
 #define pd_steady_free PD_NAME(pd_steady_free)
 
@@ -74,28 +76,31 @@ PD_API void pd_steady_free(pd_ctx *ctx, pd_steady *steady);
 /* Default restart of GMRES: it keeps one basis vector more. */
 #define PDI_STEADY_RESTART 20
 /* After implicit stages: solves for the potential that takes the remaining divergence off the bond fluxes (eq. 4.10b),
- * where bond fluxes alone are not free of it (uses_axis_divergence; eq. 4.2c). Elsewhere clears it: the potential of
- * the flow becomes NULL. */
+ * where bond fluxes alone are not free of it (uses_axis_divergence; eq. 4.2c). Elsewhere clears it: the potential is
+ * set to 0, and that of the flow becomes NULL. A missed tolerance is no error. */
 PDI_FN pd_status pdi_steady_update_divergence_potential(pd_ctx *ctx, pd_steady *steady);
 /* Lists the arrays of a pd_steady that last between solves, beside those of its solvers. */
 PDI_FN void pdi_steady_list(pdi_array_visitor *owner, void *object);
-/* Sets defaults and sizes of the linear solvers, without arrays: enough to count memory. */
+/* Sets defaults (max_krylov 0: 300, restart 0: 20) and sizes of the linear solvers, without arrays: enough to count
+ * memory. PD_ERR_ARGUMENT: a setting or size that a linear solver refuses, such as a restart above 1000. */
 PDI_FN pd_status pdi_steady_plan(pd_ctx *ctx, pd_steady *steady);
 /* Scratch memory [byte] of one solve. */
 PDI_FN size_t pdi_steady_count_work_bytes(pd_steady *steady);
 /* The arena that lends the scratch memory: that of desc, or its own. */
 PDI_FN pd_arena *pdi_steady_get_arena(pd_steady *steady);
-/* Takes the scratch memory of a solve until pdi_steady_end_solves; calls may nest. Stages within share a
- * preconditioner. */
+/* Takes the scratch memory of a solve until pdi_steady_end_solves; calls may nest, and stages within share a
+ * preconditioner. The outermost call takes it, and marks preconditioner and multigrid of the Laplacian as not set up.
+ * After an error nothing is taken, and pdi_steady_end_solves must not be called. */
 PDI_FN pd_status pdi_steady_begin_solves(pd_ctx *ctx, pd_steady *steady);
 /* Gives it back, at the outermost of nested calls: sets worst_node, and after an error (status < 0) updates the derived
- * fields of the flow, which were work. Returns `status`, or the error of a corrupted arena. */
+ * fields of the flow, which were work; not after PD_RETRY or PD_NOT_CONVERGED. Returns `status`, or the error of a
+ * corrupted arena. */
 PDI_FN pd_status pdi_steady_end_solves(pd_ctx *ctx, pd_steady *steady, pd_status status);
 /* Writes or reads what solves carry on beside the flow: the potential and the reference norm. After reading the flow
  * takes the potential, and its surface patches and derived fields are updated. */
 PDI_FN pd_status pdi_steady_store(pd_ctx *ctx, pd_steady *steady, pd_archive *archive);
-/* Prepares for stages in time, once: GMRES of Newton steps gets a basis of single precision, and the arena room for a
- * solve and `more` [byte] of the time integrator. */
+/* Prepares for stages in time: GMRES of Newton steps gets a basis of single precision, and the arena room for a solve
+ * and `more` [byte] of the time integrator. Nothing when called again, whatever `more` is. */
 PDI_FN pd_status pdi_steady_build_stages(pd_ctx *ctx, pd_steady *steady, size_t more);
 /* Scale of the momentum residual [m/s2]: U^2/L + nu U/L^2 (eq. 4.7), in a stage in time at least U rate. Then an error
  * of the velocity counts as its size over U in both residuals. */
@@ -103,24 +108,28 @@ PDI_FN double pdi_steady_get_momentum_scale(const pd_steady *s);
 /* Scale of the continuity residual, U/L [1/s] (eq. 4.8). */
 PDI_FN double pdi_steady_get_continuity_scale(const pd_flow *flow);
 /* Sets up the preconditioner for the pseudo time rate shift [1/s], which becomes pseudo_rate. Overwrites s->advecting.
- * PD_ERR_DIVERGED: coefficients exceed single precision. */
+ * `prepared` becomes 1, or 0 after an error. PD_ERR_DIVERGED: coefficients exceed single precision. */
 PDI_FN pd_status pdi_steady_update_precond(pd_ctx *ctx, pd_steady *s, double shift);
-/* Assembles the scaled residual [-] of the present state, with the term of a stage, into s->residual; returns its norm
- * with momentum_weight. Sets momentum, continuity and residual_over_tolerance of result. */
+/* Assembles the scaled residual [-] of the present state, with the term of a stage, into s->residual; returns its
+ * Euclidean norm over all nodes, with momentum_weight on momentum. Sets momentum, continuity and
+ * residual_over_tolerance of result (largest entries). Updates the derived fields, and counts one evaluation. */
 PDI_FN double pdi_steady_assemble_residual(pd_ctx *ctx, pd_steady *s, pd_steady_result *result);
 /* Sets momentum_weight, the weight of the momentum residual in norms that keeps both off-diagonal blocks of the
- * preconditioned matrix of one size (eq. 4.9c). Overwrites newton_step and advecting. */
+ * preconditioned matrix of one size (eq. 4.9c), from the largest speed and the largest mobility; 1 where no node has a
+ * mobility. Overwrites newton_step and advecting. */
 PDI_FN void pdi_steady_compute_momentum_weight(pd_ctx *ctx, pd_steady *s);
 /* Adds factor times the Newton step to velocity and pressure of the flow. Its derived fields are not updated. */
 PDI_FN void pdi_steady_update_state(const pd_ctx *ctx, pd_steady *s, double factor);
-/* Solves for a Newton step about the frozen state, into s->newton_step, with the preconditioner that is set up. The
- * residual is in s->residual, which is overwritten. forcing: relative linear tolerance. *effort: Krylov iterations,
- * above the limit when the tolerance was missed. Counts in result->krylov and result->newton. */
+/* Solves for a Newton step about the frozen state, into s->newton_step (0 at ghosts), with the preconditioner that is
+ * set up. The residual is in s->residual, which is overwritten. forcing: relative linear tolerance. *effort: Krylov
+ * iterations, or max_krylov + 1 when the tolerance was missed, which is no error. Adds to result->krylov and
+ * result->newton. */
 PDI_FN pd_status pdi_steady_solve_newton_step(pd_ctx *ctx, pd_steady *s, double forcing, pd_steady_result *result,
                                               int *effort);
 /* Solves lap q = Rc for the divergence that the tolerance has left, so that the fluxes given to transport are free of
  * divergence to rounding (eq. 4.10b); the flow takes q as divergence_potential. s->residual is that of the present
- * state, and is overwritten. Sets section_difference; a missed tolerance is no error. Updates the derived fields. */
+ * state, and is overwritten. Sets section_difference from the norm of what is left. A missed tolerance is no error: a
+ * second solve without preconditioner follows it. Updates the derived fields. */
 PDI_FN pd_status pdi_steady_solve_divergence_potential(pd_ctx *ctx, pd_steady *s);
 #endif
 

@@ -40,8 +40,8 @@ typedef struct pdi_steady_newton {
     double full_step_norm;   /* [-] norm of the residual after a full step, or of what the linearisation has missed */
 } pdi_steady_newton;
 
-/* Weighted norm of the part of the residual after a step that the linearisation does not give, |r + sigma du| (eq.
- * 4.10a). */
+/* Norm, with momentum_weight, of the part of the residual after a full step that the linearisation does not give, |r +
+ * sigma du| (eq. 4.10a), sigma the pseudo time rate; pseudo time has no part in continuity. */
 static double pdi_steady_newton_compute_nonlinearity(const pd_ctx *ctx, const pd_steady *s)
 {
     int64_t size = (int64_t)(PD_DIM + 1) * s->flow->grid->total, split = size - s->flow->grid->total;
@@ -75,8 +75,9 @@ static void pdi_steady_newton_move(pd_ctx *ctx, void *self, double length)
     n->length = length;
 }
 
-/* Adapts the pseudo time step to the last Newton step: one that was taken back or a hard linear system shortens it, an
- * easy one lengthens it. */
+/* Adapts `boost`, the factor on the pseudo time rate, to the last Newton step. Taken back: times 10. Linear tolerance
+ * missed: times 4. With q, the nonlinearity over the norm before the step: above 1 times 2q, at most 10; below 1/4
+ * halved, not below min_boost; between these it stays. A larger boost is a shorter pseudo time step. */
 static void pdi_steady_newton_adapt_pseudo_time(pdi_steady_newton *n, const pd_newton_progress *p)
 {
     double nonlinearity = n->full_step_norm / p->previous;
@@ -87,8 +88,9 @@ static void pdi_steady_newton_adapt_pseudo_time(pdi_steady_newton *n, const pd_n
     else if (nonlinearity < 0.25 * PDI_STEADY_NEWTON_MAX_NONLINEARITY) n->boost = pd_max(n->min_boost, n->boost * 0.5);
 }
 
-/* Newton callback: a step of pseudo time continuation by switched evolution relaxation: the pseudo time step grows as
- * the residual falls (eq. 4.10). PD_NOT_CONVERGED: it has become too short to lead on. */
+/* Newton callback: a step of pseudo time continuation by switched evolution relaxation: the pseudo time rate is boost
+ * times U/L times the root of residual norm over reference norm (eq. 4.10). PD_NOT_CONVERGED: boost exceeds 1e8, so
+ * that steps have become too short to lead on. */
 static pd_status pdi_steady_newton_solve_pseudo_time_step(pd_ctx *ctx, void *self, const pd_newton_progress *p)
 {
     pdi_steady_newton *n = (pdi_steady_newton *)self;
@@ -109,7 +111,8 @@ static int pdi_steady_newton_is_prepared(const pd_steady *s)
     return s->prepared && !(s->pseudo_rate < s->stage_rate) && !(s->pseudo_rate > s->stage_rate);
 }
 
-/* Newton callback: a step of a stage, with rate and target in the solver. */
+/* Newton callback: a step of a stage, with rate and target in the solver. The preconditioner is set up only when it is
+ * not that of this rate. */
 static pd_status pdi_steady_newton_solve_stage_step(pd_ctx *ctx, void *self, const pd_newton_progress *p)
 {
     pdi_steady_newton *n = (pdi_steady_newton *)self;
@@ -152,8 +155,9 @@ static pd_status pdi_steady_newton_iterate(pd_ctx *ctx, pdi_steady_newton *n, co
     return status;
 }
 
-/* Iterates to the steady state, then solves for the divergence potential. PD_NOT_CONVERGED: no progress, or the limit
- * of steps. PD_ERR_DIVERGED: the residual is not finite. */
+/* Iterates to the steady state, then solves for the divergence potential. The first pseudo time rate is a tenth where
+ * an earlier solve has left a reference norm. PD_NOT_CONVERGED: no progress (the norm is not halved in 40 steps, or
+ * boost), or the limit of steps; the potential stays. PD_ERR_DIVERGED: the residual is not finite. */
 static pd_status pdi_steady_newton_solve_steady_state(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
 {
     pdi_steady_newton newton = pdi_steady_newton_equations(s, s->desc.tolerance, result);
@@ -194,8 +198,8 @@ pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
     return status;
 }
 
-/* Newton's method for a stage, with stage_rate and stage_target in s. PD_RETRY: it did not converge, or an error that
- * is not fatal. */
+/* Newton's method for a stage, in full steps, with stage_rate and stage_target in s. PD_RETRY: it did not converge in 8
+ * steps, the norm of the residual did not fall, or an error that is not fatal. */
 static pd_status pdi_steady_newton_solve_stage_newton(pd_ctx *ctx, pd_steady *s, double tolerance,
                                                       pd_steady_result *result)
 {

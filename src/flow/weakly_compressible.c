@@ -14,7 +14,8 @@ static double pdi_weakly_compressible_compute_pressure(const pd_weakly_compressi
     return c2 / d->gamma * (pow(density, d->gamma) - 1.0);
 }
 
-/* Density rho/rho0 [-] of a kinematic pressure [m2/s2] by the equation of state. */
+/* Density rho/rho0 [-] of a kinematic pressure [m2/s2] by the equation of state. By Tait's NaN, linear not positive,
+ * where the pressure is too negative to have one. */
 static double pdi_weakly_compressible_compute_density(const pd_weakly_compressible_desc *d, double pressure)
 {
     double c2 = d->sound_speed * d->sound_speed;
@@ -35,8 +36,8 @@ PDI_FN void pdi_weakly_compressible_list(pdi_array_visitor *owner, void *object)
     PDI_SCALAR_STATE(owner, unsteady, steps, "1");
 }
 
-/* Inner part of the build: checks desc, sets defaults, initial density from the pressure. The caller frees after an
- * error. */
+/* Inner part of the build: checks desc, sets defaults, density from the pressure at fluid nodes (1 elsewhere), tau of
+ * the flow, and the waves of the stability limit. The caller frees after an error. */
 static pd_status pdi_weakly_compressible_try_build(pd_ctx *ctx, pd_flow *flow, const pd_weakly_compressible_desc *desc,
                                                    pd_weakly_compressible *un)
 {
@@ -84,8 +85,9 @@ pd_status pd_weakly_compressible_build(pd_ctx *ctx, pd_flow *flow, const pd_weak
 }
 PDI_COLD_END
 
-/* Updates pressure, ghosts, momentum rho v, advecting velocity and pressure gradient from velocity and density. Inlets
- * bring fluid of rest density. */
+/* Updates pressure, ghosts, momentum rho v over rho0, advecting velocity and pressure gradient of the flow from
+ * velocity and density. Inlet ghosts keep velocity and density: inlets bring fluid of rest density. The advecting
+ * velocity is that of the momentum. */
 static void pdi_weakly_compressible_update_derived_fields(const pd_ctx *ctx, pd_weakly_compressible *un)
 {
     pd_flow *flow = un->flow;
@@ -108,8 +110,9 @@ static void pdi_weakly_compressible_update_derived_fields(const pd_ctx *ctx, pd_
     pdi_flow_compute_pressure_gradient(ctx, flow, flow->p, flow->pressure_grad);
 }
 
-/* Sets time_derivative: of velocity [m/s2] and density [1/s] (eq. 4.12, 4.13), after an update of the derived fields.
- * The bond sums give half of div(rho v v); half of v div(rho v) is taken off to make it rho v.grad v. */
+/* Sets time_derivative at fluid nodes: of velocity [m/s2] and of density over rho0 [1/s] (eq. 4.12, 4.13), after an
+ * update of the derived fields. The bond sums give half of div(rho v v); half of v div(rho v) is taken off to make it
+ * rho v.grad v. Counts one evaluation. */
 static void pdi_weakly_compressible_compute_rates(const pd_ctx *ctx, pd_weakly_compressible *un)
 {
     pd_flow *flow = un->flow;
@@ -141,8 +144,9 @@ static void pdi_weakly_compressible_compute_rates(const pd_ctx *ctx, pd_weakly_c
     }
 }
 
-/* One Runge-Kutta stage (Shu and Osher 1988): state = start_weight start + (1 - start_weight) (state + dt rate). 1:
- * done; 0: a value left the admissible range, the state is that after the stage all the same. */
+/* One Runge-Kutta stage (Shu and Osher 1988) at fluid nodes: state = start_weight start + (1 - start_weight) (state +
+ * dt rate). 1: done; 0: a density is not positive, or it or a velocity component not below 1e100; the state is that
+ * after the stage all the same. Derived fields are those before it. */
 static int pdi_weakly_compressible_step_stage(const pd_ctx *ctx, pd_weakly_compressible *un, double start_weight,
                                               double dt)
 {
@@ -198,8 +202,9 @@ pd_status pd_weakly_compressible_step(pd_ctx *ctx, pd_weakly_compressible *un, d
  * alone. */
 static double pdi_weakly_compressible_round_up(double x) { return ceil(128.0 * x) / 128.0; }
 
-/* Rounded upper bounds of the present state, key [PD_DIM+2]: velocity components over c0, speed of sound and specific
- * volume over those at rest. */
+/* Upper bounds of the present state, key [PD_DIM+2], rounded up to 1/128: largest sizes of velocity components over c0,
+ * at fluid nodes and ghosts; speed of sound over that at rest (linear equation of state: 1); rest density over the
+ * lowest density. The last two are at least 1. */
 static void pdi_weakly_compressible_compute_bounds(const pd_weakly_compressible *un, double *key)
 {
     const pd_grid *grid = un->flow->grid;
@@ -270,7 +275,8 @@ static pd_status pdi_weakly_compressible_accept(pd_ctx *ctx, void *self, pd_step
     return PD_OK;
 }
 
-/* Process callback: halves a rejected step; fails after too many. */
+/* Process callback: halves a rejected step. PD_ERR_STATE: 20 attempts of this step were rejected before (s->rejected).
+ * */
 static pd_status pdi_weakly_compressible_reject_step(pd_ctx *ctx, void *self, pd_step *s)
 {
     (void)self;
@@ -290,8 +296,8 @@ static pd_status pdi_weakly_compressible_fail_step_underflow(pd_ctx *ctx, void *
                    s->dt, s->time, s->latest_end, un->desc.sound_speed, un->flow->nu);
 }
 
-/* Process callback: nodes `converted` have become fluid. They get the density of their pressure; the stability limit is
- * set up anew. */
+/* Process callback: nodes `converted` have become fluid. They get velocity and pressure by pd_flow_update, and the
+ * density of their pressure; the waves of the stability limit are computed anew, and the limit at the next request. */
 static pd_status pdi_weakly_compressible_update_geometry(pd_ctx *ctx, void *self, const int32_t *converted,
                                                          int32_t count)
 {
