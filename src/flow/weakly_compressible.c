@@ -14,8 +14,8 @@ static double pdi_weakly_compressible_compute_pressure(const pd_weakly_compressi
     return c2 / d->gamma * (pow(density, d->gamma) - 1.0);
 }
 
-/* Density rho/rho0 [-] of a kinematic pressure [m2/s2] by the equation of state. By Tait's NaN, linear not positive,
- * where the pressure is too negative to have one. */
+/* Density rho/rho0 [-] of a kinematic pressure [m2/s2] by the equation of state; NaN or not positive where the pressure
+ * is too negative to have one. */
 static double pdi_weakly_compressible_compute_density(const pd_weakly_compressible_desc *d, double pressure)
 {
     double c2 = d->sound_speed * d->sound_speed;
@@ -275,8 +275,7 @@ static pd_status pdi_weakly_compressible_accept(pd_ctx *ctx, void *self, pd_step
     return PD_OK;
 }
 
-/* Process callback: halves a rejected step. PD_ERR_STATE: 20 attempts of this step were rejected before (s->rejected).
- * */
+/* Process callback: halves a rejected step. PD_ERR_STATE: 20 attempts of this step were rejected before. */
 static pd_status pdi_weakly_compressible_reject_step(pd_ctx *ctx, void *self, pd_step *s)
 {
     (void)self;
