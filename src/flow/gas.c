@@ -536,8 +536,8 @@ static void pdi_gas_set_first_order(pd_gas *gas)
 
 /* Does a stage. Nodes that would become inadmissible fall back to first order, and the rates are computed again. 1:
  * done; passes [4]: flow rates through open sides (pdi_gas_update_open_side_rates). 0: *lost is an inadmissible node,
- * the state is that before the stage: it fell back in vain, there are no gradients, or 8 such rounds were not enough.
- * */
+ * the state is that before the stage: it fell back in vain, there are no gradients, or 8 such rounds were not
+ * enough. */
 static int pdi_gas_try_stage(const pd_ctx *ctx, pd_gas *gas, const pdi_gas_rk_stage *g, int32_t *lost, double *passes)
 {
     const uint8_t *kind = gas->grid->kind;

@@ -49,8 +49,8 @@ PDI_FN void pdi_gas_open_boundary_extrapolate_ghosts(const pd_bonds *bonds, int 
     }
 }
 
-/* Ghost of the first layer behind `side` (2 axis + 0 or 1) on the grid line of node i; `other` where that is no inlet.
- * */
+/* Ghost of the first layer behind `side` (2 axis + 0 or 1) on the grid line of node i; `other` where that is no
+ * inlet. */
 static int32_t pdi_gas_open_boundary_find_facing_ghost(const pd_grid *grid, int32_t i, int side, int32_t other)
 {
     int index[PD_DIM], d = side / 2;

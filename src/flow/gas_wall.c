@@ -50,8 +50,8 @@ static double pdi_gas_wall_compute_normal_volume(const pdi_gas_wall_hits *w, int
 
 /* Finds the walls of a concave edge or corner. In 3D three walls of pairwise concave edges, whose normals span the
  * largest volume, above 0.3; else the concave pair with the smallest cosine. wall: their indices. Returns their number:
- * 0, 2, or 3 in 3D. 0 where there is none, or where the best choice is not the only one, as between a ball and a floor.
- * */
+ * 0, 2, or 3 in 3D. 0 where there is none, or where the best choice is not the only one, as between a ball and a
+ * floor. */
 static int pdi_gas_wall_find_corner(const pdi_gas_wall_hits *w, int *wall)
 {
     double least = 1.0, widest = PDI_GAS_WALL_CORNER_VOLUME;

@@ -44,8 +44,8 @@ typedef struct pd_implicit {
 
 /* Starts from the state in flow; flow and steady are borrowed. Raises the scale U of the flow to its velocities, lends
  * it the pressure impulse, which starts at 0, and prepares steady for stages. PD_ERR_ARGUMENT: a setting is negative or
- * not finite; flow and steady are unchanged. After any error implicit is freed, and the flow has no pressure impulse.
- * */
+ * not finite; flow and steady are unchanged. After any error implicit is freed, and the flow has no pressure
+ * impulse. */
 PD_API pd_status pd_implicit_build(pd_ctx *ctx, pd_flow *flow, pd_steady *steady, const pd_implicit_desc *desc,
                                    pd_implicit *implicit);
 /* One step of dt [s], whatever its error, which is in `error`. The first step, and one after new fluid, begins with a
