@@ -30,8 +30,8 @@ PDI_FN int pdi_read_dissolution_find_section(pdi_reader *s, int m, const char *k
     return pdi_text_get_section(s->ctx, s->text, pdi_read_dissolution_section_name(u), NULL);
 }
 
-/* Check that each labelled section has the name of a metal and only keys that may differ between metals.
- * PD_ERR_ARGUMENT. */
+/* Check that the label of each labelled section that has a pair is the name of a metal, and that its keys may differ
+ * between metals: rate, law, current, rate_scale, Cs, charge, reaction. PD_ERR_ARGUMENT: they do not. */
 static pd_status pdi_read_dissolution_check_labels(pdi_reader *s)
 {
     static const char *const keys[] = {"rate", "law", "current", "rate_scale", "Cs", "charge", "reaction"};
@@ -58,7 +58,8 @@ static pd_status pdi_read_dissolution_check_labels(pdi_reader *s)
     return PD_OK;
 }
 
-/* Set the constants rho_m, M_m, z_m and Cs to those of a metal, for the numbers of its section. */
+/* Set the constants rho_m, M_m, z_m and Cs, as far as they are declared, to those of a metal, for the numbers of its
+ * section. */
 static void pdi_read_dissolution_set_constants(pdi_reader *s, const pd_setup_metal *metal)
 {
     static const char *const names[] = {"rho_m", "M_m", "z_m", "Cs"};
@@ -96,8 +97,9 @@ PDI_FN pd_status pdi_read_dissolution_constants(pdi_reader *s)
 
 /* ---- laws ---- */
 
-/* Check that the rate law at C = 0 is 0 to 1 m/s, where it depends on C alone, and that there are grains if it uses
- * them. Adds a note on the speed of a law per layer. */
+/* Check a rate law that was read. PD_ERR_ARGUMENT: it uses grain and there are no grains, or it is a constant or
+ * depends on C alone, and its speed at C = 0 is not within 0 to 1 m/s. For key `law` add a note on the speed of a
+ * layer. */
 static pd_status pdi_read_dissolution_check_rate(pdi_reader *s, int section, const char *key,
                                                  const pd_setup_metal *metal)
 {
@@ -116,9 +118,10 @@ static pd_status pdi_read_dissolution_check_rate(pdi_reader *s, int section, con
     return PD_OK;
 }
 
-/* Make the symbol table vars[*count] of the rate law under `key`: C, t, x, y, z, grain, i, E, fields of the physics of
- * the program, whose units unit[] stores, pH, the species that its text names as [H+], whose names name[] stores, and
- * all surface states. Variables without a value here get the name "". */
+/* Make the symbol table vars[*count] of the rate law under `key`: C, t, x, y, z, grain, i (not among migrating ions),
+ * E, fields of registered physics, whose units unit[] stores, pH, the species that its text names as [H+], whose names
+ * name[] stores, and all surface states. A variable that the scene has no value for gets the name "". Without the key
+ * no species and states are added. PD_ERR_ARGUMENT: the law is i alone among migrating ions, or names no solute. */
 static pd_status pdi_read_dissolution_rate_symbols(pdi_reader *s, int section, const char *key, pd_setup_metal *metal,
                                                    pd_expr_symbol *vars, char (*unit)[PD_UNITS_TEXT],
                                                    char (*name)[PD_SPECIES_NAME + 2], int *count)
@@ -147,8 +150,10 @@ static pd_status pdi_read_dissolution_rate_symbols(pdi_reader *s, int section, c
                                            &metal->species_count);
 }
 
-/* Read the prescribed electrode potential [V] of a metal in an electrolyte whose ions migrate, a function of t.
- * metal->has_potential becomes 1 with it, and where an electrode among ions gives the potential. */
+/* Read the prescribed electrode potential [V] of a metal in an electrolyte whose ions migrate, a function of t, if it
+ * is given. metal->has_potential becomes 1 with it, and also where electrodes among migrating ions give the potential.
+ * PD_ERR_ARGUMENT: the key beside such electrodes, without migration, beside a constant named E, or a function of x, y
+ * or z. */
 static pd_status pdi_read_dissolution_potential(pdi_reader *s, int section, pd_setup_metal *metal)
 {
     if (pd_setup_has_ion_electrodes(s->setup)) metal->has_potential = 1;
@@ -176,7 +181,10 @@ static pd_status pdi_read_dissolution_potential(pdi_reader *s, int section, pd_s
                              "alone");
 }
 
-/* Check that the physics of the scene supports a rate law in pH, species or E. PD_ERR_ARGUMENT. */
+/* Check that the scene supports a rate law in pH, species, states or E; other laws pass. PD_ERR_ARGUMENT: pH without
+ * species H+, C beside them, several metals without electrodes among ions, control = activation, driving_force =
+ * difference, [corrode] beside electrodes among ions. Also a law in a field of registered physics beside such
+ * electrodes. */
 static pd_status pdi_read_dissolution_check_species_rate(pdi_reader *s, int section, const char *key,
                                                          const pd_setup_metal *metal)
 {
@@ -208,8 +216,9 @@ static pd_status pdi_read_dissolution_check_species_rate(pdi_reader *s, int sect
     return PD_OK;
 }
 
-/* Read the rate law under `key` in `unit` (speed, 1/s, or current density), and multiply metal->rate_scale by the
- * factor rate_scale. `other`: key that must not stand beside it. */
+/* Read the rate law under `key` in `unit` (speed, 1/s, or current density) into metal->rate, and multiply
+ * metal->rate_scale by the key rate_scale. PD_ERR_ARGUMENT: the section has the key `other`, too, or the law is not
+ * supported. PD_ERR_PARSE: there is no such key. With [dissolve] the key `potential` is read, too. */
 static pd_status pdi_read_dissolution_rate(pdi_reader *s, int section, const char *key, const char *other,
                                            const char *unit, pd_setup_metal *metal)
 {
@@ -239,8 +248,9 @@ static pd_status pdi_read_dissolution_speed_or_current(pdi_reader *s, int sectio
     return pdi_read_dissolution_rate(s, section, current ? "current" : "rate", "rate", current ? "A/m2" : "m/s", m);
 }
 
-/* Read the rate law of [dissolve]: speed, layers of one cell per second (key `law`), or current density.
- * metal->rate_scale converts it to a speed. */
+/* Read the rate law of [dissolve]: current density, which goes first, else layers of one cell per second (key `law`),
+ * else speed. metal->rate_scale converts it to a speed. PD_ERR_ARGUMENT: `law` where spacings differ by more than 1e-9
+ * of the first. */
 static pd_status pdi_read_dissolution_dissolve_rate(pdi_reader *s, int section, pd_setup_metal *metal)
 {
     const pd_setup *u = s->setup;
@@ -255,7 +265,9 @@ static pd_status pdi_read_dissolution_dissolve_rate(pdi_reader *s, int section, 
     return pdi_read_dissolution_rate(s, section, layers ? "law" : "rate", "rate", layers ? "1/s" : "m/s", metal);
 }
 
-/* Check several metals with electrodes and migrating ions: each dissolves by a rate law in E, or has rate 0. */
+/* Check several metals with electrodes among migrating ions where one has a rate law in E or species. PD_ERR_ARGUMENT:
+ * a metal whose law has none of them and is not the constant 0, or covering_thickness with minerals and several such
+ * metals. All other scenes pass. */
 static pd_status pdi_read_dissolution_check_several(pdi_reader *s)
 {
     const pd_setup *u = s->setup;
@@ -299,7 +311,7 @@ PDI_FN pd_status pdi_read_dissolution_rates(pdi_reader *s)
 
 /* ---- what all metals share ---- */
 
-/* Read the factor of the dissolution rate in grain boundaries. */
+/* Read the factor of the dissolution rate in grain boundaries. PD_ERR_ARGUMENT: it is not 1 and there are no grains. */
 static pd_status pdi_read_dissolution_gb_factor(pdi_reader *s, int section)
 {
     pd_setup *u = s->setup;
@@ -357,7 +369,9 @@ PDI_FN pd_status pdi_read_dissolution_horizons(pdi_reader *s, int grid)
                              u->fluid_m);
 }
 
-/* Read the variant of the bond-based model: control, driving force, kernel, weights, random breaking of bonds. */
+/* Read the variant of the bond-based model: control, driving force, kernel, weights, random breaking of bonds with its
+ * seed. PD_ERR_ARGUMENT: control = activation or weights = published beside [flow], or a seed without breaking =
+ * stochastic. */
 static pd_status pdi_read_dissolution_corrode_variant(pdi_reader *s, int section)
 {
     pd_setup *u = s->setup;
@@ -382,7 +396,9 @@ static pd_status pdi_read_dissolution_corrode_variant(pdi_reader *s, int section
     return pdi_text_fail_key(s->ctx, s->text, section, "seed", "found without breaking = stochastic, expected both");
 }
 
-/* Read D and the initial concentration, unless [transport] has them, and the bulk concentration. */
+/* Read D and the initial concentration, unless there is a [transport] section, and the bulk concentration, at most
+ * Csat. D is required, with control = activation 0 by default. A note tells that activation uses neither of them.
+ * PD_ERR_ARGUMENT: D or initial beside [transport]. */
 static pd_status pdi_read_dissolution_corrode_fluid(pdi_reader *s, int section)
 {
     static const char *const keys[] = {"D", "initial"};

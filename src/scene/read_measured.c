@@ -39,7 +39,9 @@ static pd_status pdi_read_measured_fail_row(const pdi_read_tables_state *s, int 
                              s->table.row_line[row], found, expected);
 }
 
-/* Read the column of times, ascending, as time[rows] since the start of the run [s]. */
+/* Read the column of times (the first by default) as time[rows] since the start of the run [s]: time of the file less
+ * the key `start`. PD_ERR_ARGUMENT: no time, a value that is not finite, or one below that of the row before; equal
+ * ones are admitted. */
 static pd_status pdi_read_measured_times(const pdi_read_tables_state *s, double *time)
 {
     char unit[PD_UNITS_TEXT];
@@ -59,8 +61,9 @@ static pd_status pdi_read_measured_times(const pdi_read_tables_state *s, double 
     return PD_OK;
 }
 
-/* Read the columns of values and, if there is one, of error bars into r->value and the new array r->spread, converted
- * to SI. */
+/* Read the columns of values (the second by default) and, if the key or a heading that begins with "spread" gives one,
+ * of error bars into r->value and the new array r->spread, both in SI. PD_ERR_ARGUMENT: a value that is not finite, a
+ * spread that is negative or not finite, or a spread of another dimension. */
 static pd_status pdi_read_measured_values(const pdi_read_tables_state *s, pd_setup_measured *r)
 {
     char unit[PD_UNITS_TEXT];
@@ -85,7 +88,9 @@ static pd_status pdi_read_measured_values(const pdi_read_tables_state *s, pd_set
     return PD_OK;
 }
 
-/* Read the name of the scalar output that the data are compared with: "volume_loss" or "section.name.figure". */
+/* Read the name of the scalar output that the data are compared with: "volume_loss", the default, or
+ * "section.name.figure". PD_ERR_ARGUMENT: another word with fewer than two dots, or one that is too long. Whether the
+ * output exists is not checked here. */
 static pd_status pdi_read_measured_output_name(const pdi_read_tables_state *s, pd_setup_measured *r)
 {
     const char *of;
@@ -119,8 +124,9 @@ static pd_status pdi_read_measured_check_times(const pdi_read_tables_state *s, c
                              s->table.path, until);
 }
 
-/* Read one [measured NAME] section with its data file and append it to the setup. The table of the file stays in
- * s->table for the caller to free. */
+/* Read one [measured NAME] section with its data file and append it to the setup, also on failure. The table of the
+ * file stays in s->table for the caller to free. PD_ERR_ARGUMENT: too many sections, no name or a long one, fewer than
+ * 2 columns, or no row. */
 static pd_status pdi_read_measured_section(pdi_read_tables_state *s, pd_setup *u)
 {
     const char *label = s->text->section[s->section].label;

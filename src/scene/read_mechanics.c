@@ -21,7 +21,8 @@ static pd_status pdi_read_mechanics_add_bc(pd_ctx *ctx, pd_text *text, int secti
     return PD_OK;
 }
 
-/* Read the prescribed displacements ux, uy, uz [m]; axes without one are free. */
+/* Read the prescribed displacements ux, uy, uz [m], expressions in x, y, z, t, and set has_displacement of their axes;
+ * axes without a key are free. */
 static pd_status pdi_read_mechanics_displacements(pd_ctx *ctx, pd_text *text, int section, pd_setup_mechanical_bc *grip)
 {
     for (int d = 0; d < PD_DIM; d++) {
@@ -49,7 +50,8 @@ PDI_FN pd_status pdi_read_mechanics_shape_bc(pd_ctx *ctx, pd_text *text, int sec
                              "displacement");
 }
 
-/* Read all PD_DIM components of a vector of expressions in x, y, z, t into expr[PD_DIM]. */
+/* Read all PD_DIM components of a vector of expressions in x, y, z, t into expr[PD_DIM]. PD_ERR_ARGUMENT: fewer
+ * components; PD_ERR_PARSE: more. */
 static pd_status pdi_read_mechanics_vector(pdi_reader *s, int section, const char *key, const char *unit, pd_expr *expr)
 {
     int count;
@@ -59,7 +61,8 @@ static pd_status pdi_read_mechanics_vector(pdi_reader *s, int section, const cha
     return pdi_text_fail_key(s->ctx, s->text, section, key, "found %d components, expected %d", count, PD_DIM);
 }
 
-/* Read the displacement, traction and pressure of one side of the box, if it has any. */
+/* Read the displacement, traction and pressure of one side of the box as one new boundary condition. A side without any
+ * of these keys adds none. */
 static pd_status pdi_read_mechanics_side_bc(pdi_reader *s, int side)
 {
     static const char *const loads[] = {"traction", "pressure"};
@@ -81,8 +84,8 @@ static pd_status pdi_read_mechanics_side_bc(pdi_reader *s, int side)
                              PD_SETUP_POSITION_VARS, NULL, &grip->pressure);
 }
 
-/* Read the mechanical boundary conditions of all sides; check that something loads the metal and that no side is
- * periodic. */
+/* Read the mechanical boundary conditions of all sides. PD_ERR_ARGUMENT: a side is periodic, or there is neither a
+ * condition of a side or grip nor a body force. */
 static pd_status pdi_read_mechanics_sides(pdi_reader *s, int section)
 {
     const pd_setup *u = s->setup;
@@ -99,7 +102,8 @@ static pd_status pdi_read_mechanics_sides(pdi_reader *s, int section)
         "traction = ... or pressure = ... in a [side ...], kind = grip in a [shape ...], or body_force");
 }
 
-/* Add a monitor of solid mechanics. index: of the boundary condition, 0 for the body; name: of its table. */
+/* Append a monitor of solid mechanics, zero but for its kind, index, line and name. index: of the boundary condition, 0
+ * for the body; name: of its table. PD_ERR_ARGUMENT: PD_SETUP_MONITORS are there. */
 static pd_status pdi_read_mechanics_add_monitor(pdi_reader *s, int section, pd_monitor_kind kind, int index,
                                                 const char *name)
 {
@@ -143,7 +147,9 @@ static int pdi_read_mechanics_is_bond_based(const pd_setup_mechanics *b)
     return b->material == PD_SOLID_COUPLING_BOND_BASED;
 }
 
-/* Read Poisson's ratio; that of the bond-based material is fixed: 1/3 in plane stress, else 1/4. */
+/* Read Poisson's ratio; in 1D do nothing. That of the bond-based material is fixed, 1/3 in plane stress, else 1/4, and
+ * may be left out. PD_ERR_ARGUMENT: another one of it by 1e-3 or more, or a negative one of neo_hookean in plane
+ * stress. */
 static pd_status pdi_read_mechanics_poisson(pdi_reader *s, int section)
 {
     pd_setup_mechanics *b = &s->setup->metal_body;
@@ -166,7 +172,9 @@ static pd_status pdi_read_mechanics_poisson(pdi_reader *s, int section)
                              b->poisson, own);
 }
 
-/* Read yield stress and linear hardening; only of the materials correspondence and hencky. */
+/* Read yield stress and linear hardening. A yield stress of 0 means elastic. PD_ERR_ARGUMENT: hardening without yield
+ * stress, a material other than correspondence and hencky, a yield stress below 1000 rtol E, or correspondence in 2D
+ * plane stress. */
 static pd_status pdi_read_mechanics_plasticity(pdi_reader *s, int section)
 {
     pd_setup_mechanics *b = &s->setup->metal_body;
@@ -192,7 +200,9 @@ static pd_status pdi_read_mechanics_plasticity(pdi_reader *s, int section)
                              "model = hencky");
 }
 
-/* Read the failure criterion: at most one of critical stretch, strength and toughness. */
+/* Read the failure criterion: at most one of critical stretch, strength and toughness (key `fracture_energy`); 0 counts
+ * as not given. PD_ERR_ARGUMENT: two of them, or toughness with a material other than correspondence, in 3D with m
+ * outside 1.5 to 3, or with a yield stress. */
 static pd_status pdi_read_mechanics_failure(pdi_reader *s, int section)
 {
     static const char *const keys[] = {"critical_stretch", "strength", "fracture_energy"};
@@ -226,7 +236,8 @@ static pd_status pdi_read_mechanics_failure(pdi_reader *s, int section)
                              "critical_stretch or strength: energies of bonds are those of metal that does not flow");
 }
 
-/* Read plasticity and failure; check which of them the material and dynamics support. */
+/* Read plasticity and failure. PD_ERR_ARGUMENT: any key of them, or dissolution_factor, with dynamics or the bond-based
+ * material, where only the toughness of the bond-based one is admitted, which is then read. */
 static pd_status pdi_read_mechanics_plasticity_failure(pdi_reader *s, int section)
 {
     static const char *const still[] = {"yield_stress", "hardening_modulus",  "critical_stretch",
@@ -243,8 +254,8 @@ static pd_status pdi_read_mechanics_plasticity_failure(pdi_reader *s, int sectio
     return pdi_read_mechanics_failure(s, section);
 }
 
-/* Read whether the metal moves dynamically, and its density [kg/m3], which stays 0 at rest; neither dynamics nor
- * bond-based metal may dissolve. */
+/* Read whether the metal moves dynamically, and, if it does, its density [kg/m3], which stays 0 at rest.
+ * PD_ERR_ARGUMENT: dynamics or the bond-based material beside metal that dissolves, or a density without dynamics. */
 static pd_status pdi_read_mechanics_dynamics(pdi_reader *s, int section)
 {
     pd_setup_mechanics *b = &s->setup->metal_body;
@@ -259,7 +270,8 @@ static pd_status pdi_read_mechanics_dynamics(pdi_reader *s, int section)
     return pdi_text_fail_key(s->ctx, s->text, section, "density", "found without dynamics = yes, expected both");
 }
 
-/* Read the material of [solid]: constitutive law, E, nu, plane, influence function, horizon, tolerance, failure. */
+/* Read the material of [solid]: constitutive law, E (PD_ERR_ARGUMENT: below 1e-30 Pa), nu, plane (2D only), influence
+ * function, horizon over h (2 by default, bond-based 3), tolerance, dynamics, plasticity and failure. */
 static pd_status pdi_read_mechanics_material(pdi_reader *s, int section)
 {
     pd_setup_mechanics *b = &s->setup->metal_body;
@@ -312,7 +324,8 @@ PDI_FN void pdi_read_mechanics_add_notes(pdi_reader *s)
                           b->poisson, pdi_read_mechanics_material_names[b->material], PDI_READ_MECHANICS_NU_LOCKING);
 }
 
-/* Read the factor [-] by which stress changes the dissolution rate (key `dissolution_factor`), if it is given. */
+/* Read the factor [-] by which stress changes the dissolution rate (key `dissolution_factor`), if it is given, and set
+ * has_rate_factor. PD_ERR_ARGUMENT: no metal dissolves. */
 static pd_status pdi_read_mechanics_rate_factor(pdi_reader *s, int section)
 {
     pd_setup_mechanics *b = &s->setup->metal_body;

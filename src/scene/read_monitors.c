@@ -66,7 +66,8 @@ PDI_FN pd_status pdi_read_monitors_plane_position(pd_ctx *ctx, pd_text *text, co
     return pdi_text_fail_key(ctx, text, section, key, "found %.6g m, expected a place inside the box", *at);
 }
 
-/* Read the coordinates x[PD_DIM] [m] of a point inside the box. */
+/* Read the coordinates x[PD_DIM] [m] of a point in the box, whose sides are admitted. PD_ERR_ARGUMENT: another place,
+ * or fewer than PD_DIM numbers. */
 static pd_status pdi_read_monitors_point(pdi_read_monitors_state *w, const char *key, double *x)
 {
     const pd_setup *u = w->setup;
@@ -84,7 +85,8 @@ static pd_status pdi_read_monitors_point(pdi_read_monitors_state *w, const char 
     return PD_OK;
 }
 
-/* Read the box of a monitor; without the key, if optional, it is that of the grid. */
+/* Read the box of a monitor into m->lo and m->hi; without the key, if optional, it is that of the grid. It may reach
+ * beyond the grid. PD_ERR_ARGUMENT: fewer than PD_DIM ranges. */
 static pd_status pdi_read_monitors_box(pdi_read_monitors_state *w, int optional, pd_setup_monitor *m)
 {
     int count;
@@ -109,7 +111,10 @@ static pd_status pdi_read_monitors_check_section(pdi_read_monitors_state *w, int
     return pdi_text_fail_key(w->ctx, w->text, w->section, name, "found no [%s] section, expected one", what);
 }
 
-/* Read a [line NAME] section: end points, fields, and number or spacing of the sampling points. */
+/* Read a [line NAME] section: end points, fields, those of them that are drawn (all by default), and the number of
+ * sampling points, or their largest spacing, from which the number with both ends follows. PD_ERR_ARGUMENT: ends that
+ * coincide, a drawn field that is not among the fields, points and spacing both, or more than PDI_KEYS_MAX_POINTS
+ * points. */
 static pd_status pdi_read_monitors_line(pdi_read_monitors_state *w, pd_setup_monitor *m)
 {
     double spacing, length = 0.0;
@@ -137,8 +142,8 @@ static pd_status pdi_read_monitors_line(pdi_read_monitors_state *w, pd_setup_mon
     return PD_OK;
 }
 
-/* Read a [plane NAME] section: axis, and m->index, the number of cells below the plane between cells nearest to the
- * coordinate. PD_ERR_ARGUMENT: it would be a side of the box. */
+/* Read a [plane NAME] section: axis, and m->index, the number of cells below the face between cells that is nearest to
+ * the coordinate, of two as near the upper one. PD_ERR_ARGUMENT: it would be a side of the box, or there is a gas. */
 static pd_status pdi_read_monitors_plane(pdi_read_monitors_state *w, pd_setup_monitor *m)
 {
     const pd_setup *u = w->setup;
@@ -156,7 +161,8 @@ static pd_status pdi_read_monitors_plane(pdi_read_monitors_state *w, pd_setup_mo
     return PD_OK;
 }
 
-/* Read the solid or wall on which a force is measured: m->shape is 1 + the index of its shape. */
+/* Read the solid or wall on which a force is measured: m->shape is 1 + the index of its shape. PD_ERR_ARGUMENT: no
+ * [shape] of that name, or one of another kind. */
 static pd_status pdi_read_monitors_shape(pdi_read_monitors_state *w, pd_setup_monitor *m)
 {
     const char *name;
@@ -173,8 +179,9 @@ static pd_status pdi_read_monitors_shape(pdi_read_monitors_state *w, pd_setup_mo
                              "found '%.40s', expected the name of a [shape] with kind = solid or wall", name);
 }
 
-/* Read a [force NAME] section: box or shape, momentum balance, and reference values of the coefficients 2 F/(rho U^2
- * A). */
+/* Read a [force NAME] section: shape, or box, which is optional beside a shape; momentum balance, by default with a box
+ * alone; and, if one of them is given, the reference values of the coefficients 2 F/(rho U^2 A), with A = 1 in 1D.
+ * PD_ERR_ARGUMENT: no [flow]. */
 static pd_status pdi_read_monitors_force(pdi_read_monitors_state *w, pd_setup_monitor *m)
 {
     const char *size = PD_DIM == 3 ? "reference_area" : "reference_length";
@@ -192,8 +199,9 @@ static pd_status pdi_read_monitors_force(pdi_read_monitors_state *w, pd_setup_mo
     return PD_DIM == 1 ? PD_OK : pdi_key_value_get_number(w->ctx, w->text, w->section, size, &m->area);
 }
 
-/* Read the reference concentration of a Sherwood number: fluid = inlet, bulk (needs a flow and an axis), or a value
- * [mol/m3]. */
+/* Read the reference concentration of a Sherwood number: fluid = inlet, bulk, or a value [mol/m3]. PD_ERR_ARGUMENT:
+ * inlet without an inlet (open sides do not count) or with a concentration that is an expression; bulk without [flow]
+ * or without the axis of the stream. */
 static pd_status pdi_read_monitors_reference_fluid(pdi_read_monitors_state *w, pd_setup_monitor *m)
 {
     const pd_setup *u = w->setup;
@@ -223,7 +231,9 @@ static pd_status pdi_read_monitors_reference_fluid(pdi_read_monitors_state *w, p
                                            : "x");
 }
 
-/* Read a [transfer NAME] section: box, axis of local values, area, and the reference values of a Sherwood number. */
+/* Read a [transfer NAME] section: box (the grid by default), axis of local values (m->axis -1: none), area, and, if a
+ * reference length is given, the reference values of a Sherwood number, with D of [transport] by default.
+ * PD_ERR_ARGUMENT: no [transport]. */
 static pd_status pdi_read_monitors_transfer(pdi_read_monitors_state *w, pd_setup_monitor *m)
 {
     static const char *const axes[] = {"x", "y", "z"};
@@ -246,7 +256,8 @@ static pd_status pdi_read_monitors_transfer(pdi_read_monitors_state *w, pd_setup
     return pdi_key_value_get_number_or(w->ctx, w->text, w->section, "D", diffusivity, &m->diffusivity);
 }
 
-/* Read one section of a kind of monitor and append it to the setup. */
+/* Read one section of a kind of monitor and append it to the setup. PD_ERR_ARGUMENT: PD_SETUP_MONITORS are there, no
+ * name, or one of PD_SETUP_NAME - 24 bytes or more. Kinds that other sections make are appended without any key. */
 static pd_status pdi_read_monitors_section(pdi_read_monitors_state *w, pd_monitor_kind kind)
 {
     pd_setup *u = w->setup;
@@ -275,7 +286,8 @@ static pd_status pdi_read_monitors_section(pdi_read_monitors_state *w, pd_monito
     return PD_OK;
 }
 
-/* Read one [probe NAME] section: point and fields. */
+/* Read one [probe NAME] section and append the probe: point and fields, by default C, without transport pH, phi or v,
+ * the first that the physics has. PD_ERR_ARGUMENT: too many probes, no name or a long one, a point outside the box. */
 static pd_status pdi_read_monitors_probe(pdi_read_monitors_state *w)
 {
     pd_setup *u = w->setup;

@@ -7,7 +7,8 @@
 enum { PDI_READ_PRECRACKS_MIN_CORNERS = PD_DIM, PDI_READ_PRECRACKS_MAX_COORDINATES = PD_SETUP_CORNERS * PD_DIM };
 
 /* Read the corners [m] of the crack, all coordinates of one after the other: a point (1D), a polyline (2D), a polygon
- * (3D). */
+ * (3D). PD_ERR_ARGUMENT: fewer than PD_DIM corners, in 1D more than one, a number of coordinates that PD_DIM does not
+ * divide, or a corner at the place of the one before it. */
 static pd_status pdi_read_precracks_corners(pdi_reader *s, int section, pd_setup_precrack *cut)
 {
     static const char *const what[] = {"one place", "2 or more corners of a line", "3 or more corners of a polygon"};
@@ -33,8 +34,9 @@ static pd_status pdi_read_precracks_corners(pdi_reader *s, int section, pd_setup
     return PD_OK;
 }
 
-/* Read the growth direction of the crack; default in 2D: the direction of its last segment. In 2D, and in 3D with a
- * direction, is_recorded becomes 1: the crack gets a table. */
+/* Read the growth direction of the crack, not normalised; default in 2D: its last corner less the one before. In 2D,
+ * and in 3D with a direction, is_recorded becomes 1: the crack gets a table. In 1D, and in 3D without the key, it
+ * becomes 0. PD_ERR_ARGUMENT of a recorded crack: a zero vector, or fewer than PD_DIM numbers. */
 static pd_status pdi_read_precracks_direction(pdi_reader *s, int section, pd_setup_precrack *cut)
 {
     double square = 0.0;
@@ -53,8 +55,9 @@ static pd_status pdi_read_precracks_direction(pdi_reader *s, int section, pd_set
                              "expected a direction, %d numbers that are not all zero", PD_DIM);
 }
 
-/* Read the three radii [m] about the tip that bound the two domains of the J-integral, a horizon or more apart, if they
- * are given; then j_domains is 2. Only 2D, small strains, equilibrium. */
+/* Read the three radii [m] about the tip that bound the two domains of the J-integral, if they are given; then
+ * j_domains is 2. PD_ERR_ARGUMENT: not in 2D, dynamics, a yield stress, a bond-based material or one of large strains,
+ * another number of radii than 3, a negative one, or steps between them below one horizon m h. */
 static pd_status pdi_read_precracks_j_contours(pdi_reader *s, int section, pd_setup_precrack *cut)
 {
     const pd_setup_mechanics *b = &s->setup->metal_body;
@@ -88,7 +91,8 @@ static pd_status pdi_read_precracks_j_contours(pdi_reader *s, int section, pd_se
     return PD_OK;
 }
 
-/* Add a monitor of the tip of the crack that was appended last, if it is recorded. */
+/* Append a monitor of the tip of the crack that was appended last, if it is recorded; else do nothing. PD_ERR_ARGUMENT:
+ * too many monitors. */
 static pd_status pdi_read_precracks_add_monitor(pdi_reader *s, const pd_setup_precrack *cut)
 {
     pd_setup *u = s->setup;
@@ -105,8 +109,8 @@ static pd_status pdi_read_precracks_add_monitor(pdi_reader *s, const pd_setup_pr
     return PD_OK;
 }
 
-/* Read one [crack NAME] section and append the crack, with its monitor. PD_ERR_ARGUMENT: there is no [solid] section.
- */
+/* Read one [crack NAME] section and append the crack, with its monitor. PD_ERR_ARGUMENT: there is no [solid] section,
+ * too many cracks, no name, or one of PD_SETUP_NAME - 24 bytes or more. */
 static pd_status pdi_read_precracks_section(pdi_reader *s, int section)
 {
     pd_setup_mechanics *b = &s->setup->metal_body;

@@ -5,8 +5,8 @@
 #include "scene/reader.h"
 
 #ifdef PDI_APP_INTERNAL
-/* Read all [crack NAME] sections, after [solid]; adds a monitor for each crack that is recorded. PD_ERR_PARSE,
- * PD_ERR_ARGUMENT with file:line. */
+/* Read all [crack NAME] sections, after [solid]; add a monitor for each crack that is recorded: all in 2D, those with a
+ * direction in 3D. PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line. */
 PDI_FN pd_status pdi_read_precracks_read(pdi_reader *reader);
 #endif
 

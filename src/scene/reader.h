@@ -17,7 +17,8 @@ typedef struct pdi_reader {
 /* 1: a and b differ by at most 1e-12 of the larger magnitude, the rounding of unit conversions. */
 PDI_FN int pdi_reader_is_equal(double a, double b);
 /* Read the key `initial` of a section, a concentration [mol/m3] as an expression in x, y, z (default 0), into
- * setup->initial_c. A constant must lie within the bounds of the key. */
+ * setup->initial_c, for pd_setup_free. PD_ERR_ARGUMENT: it is constant and out of the bounds of the key. An expression
+ * is not checked here. */
 PDI_FN pd_status pdi_reader_read_initial(pdi_reader *reader, int section);
 #endif
 

@@ -38,7 +38,8 @@ static void pdi_scene_mark_given(pdi_reader *s, int section, const char *key, pd
 
 /* ---- [grid] ---- */
 
-/* Check that each edge of the box is a whole number of cells, and not too many. */
+/* Check that each edge of the box is a whole number of cells, at least one, within 1e-6 cells. PD_ERR_ARGUMENT: it is
+ * not, or an axis has PDI_SCENE_MAX_CELLS or more. */
 static pd_status pdi_scene_check_whole_cells(pdi_reader *s, int section)
 {
     const pd_setup *u = s->setup;
@@ -63,8 +64,9 @@ static pd_status pdi_scene_check_whole_cells(pdi_reader *s, int section)
     return PD_OK;
 }
 
-/* Read the geometry: planar or axisymmetric around x. The axisymmetric box starts on the axis, whose side becomes a
- * mirror, or at least one horizon away from it. */
+/* Read the geometry: planar or axisymmetric around x. PD_ERR_ARGUMENT: axisymmetric outside 2D. An axisymmetric box
+ * starts on the axis (|y| at most 1e-9 h, which is set to 0, and that side becomes a mirror), or at least as many
+ * spacings above it as the lattice has ghost layers; else PD_ERR_ARGUMENT. */
 static pd_status pdi_scene_read_geometry(pdi_reader *s, int section)
 {
     pd_setup *u = s->setup;
@@ -90,7 +92,9 @@ static pd_status pdi_scene_read_geometry(pdi_reader *s, int section)
                              found, horizon);
 }
 
-/* Read the section [grid]: spacing, horizons of fluid and metal, box of whole cells, threads, geometry. */
+/* Read the section [grid]: spacings, of all axes or one each, horizons of fluid and metal, box, threads, geometry.
+ * PD_ERR_ARGUMENT: a spacing that is not positive, another number of spacings than 1 or PD_DIM, of ranges than PD_DIM,
+ * or a box that is not of whole cells. */
 static pd_status pdi_scene_read_grid(pdi_reader *s)
 {
     pd_setup *u = s->setup;
@@ -118,7 +122,8 @@ static pd_status pdi_scene_read_grid(pdi_reader *s)
 
 /* ---- [side ...] ---- */
 
-/* Check that each [side ...] section names a side of the box. */
+/* Check that the label of each [side ...] section is a side of the box in PD_DIM dimensions: x-, x+, ...
+ * PD_ERR_ARGUMENT. */
 static pd_status pdi_scene_check_side_names(pdi_reader *s)
 {
     for (int k = pdi_text_next_section(s->ctx, s->text, "side", -1); k >= 0;
@@ -156,7 +161,9 @@ static pd_status pdi_scene_read_time_expr(pdi_reader *s, int section, const char
 }
 
 /* Read the strength of the inflow, `mean` [m/s] or `flow_rate` [m3/s], into side->inflow_of_time. A constant also goes
- * into mean_speed or flow_rate; a flow rate that depends on t leaves flow_rate at 1 as a mark. */
+ * into mean_speed or flow_rate. A flow rate that depends on t leaves flow_rate at 1 as a mark, a mean speed that does
+ * leaves mean_speed unchanged. PD_ERR_ARGUMENT: both keys, a flow rate in 1D, a function of x, y or z. PD_ERR_PARSE:
+ * neither key. */
 static pd_status pdi_scene_read_inflow(pdi_reader *s, int section, pd_setup_side *side)
 {
     int volume = pdi_text_has_key(s->ctx, s->text, section, "flow_rate");
@@ -174,8 +181,9 @@ static pd_status pdi_scene_read_inflow(pdi_reader *s, int section, pd_setup_side
     return pdi_key_value_get_number(s->ctx, s->text, section, "flow_rate", &side->flow_rate);
 }
 
-/* Read an inlet: velocity profile, its strength, and for profile = expression the velocity [m/s], which `mean` or
- * `flow_rate` scale if given (is_scaled). */
+/* Read an inlet: velocity profile and its strength. profile = expression has a velocity [m/s] instead, 0 along axes
+ * without a key, which `mean` or `flow_rate` scale if one of them is given (is_scaled). PD_ERR_ARGUMENT: an expression
+ * without any of vx, vy, vz, or one that is scaled and depends on t. */
 static pd_status pdi_scene_read_inlet(pdi_reader *s, int section, pd_setup_side *side)
 {
     static const char *const keys[] = {"vx", "vy", "vz"};
@@ -200,8 +208,8 @@ static pd_status pdi_scene_read_inlet(pdi_reader *s, int section, pd_setup_side 
                              "found 'expression' without a velocity, expected vx = ...");
 }
 
-/* Read a value [SI] that all inlets (C) or outlets (p) share, 0 by default. *seen 1: it must repeat *value. Sets *seen
- * to 1. */
+/* Read a value [SI] that all inlets (C) or outlets (p) share, 0 by default. *seen 1: it must equal *value within the
+ * rounding of units, else PD_ERR_ARGUMENT. Sets *seen to 1 and *value. */
 static pd_status pdi_scene_read_shared_value(pdi_reader *s, int section, const char *key, int *seen, double *value)
 {
     double found;
@@ -223,8 +231,9 @@ static pd_status pdi_scene_read_open_side(pdi_reader *s, int section, pd_setup_s
     return pdi_scene_read_expr(s, section, "C", "mol/m3", "0", &side->inlet_c);
 }
 
-/* Read the concentration of an inlet: a constant into setup->inlet_c, one for all inlets, or an expression into
- * side->inlet_c with setup->has_inlet_c_by_side 1. *inlets 1: a constant was read, also before. */
+/* Read the concentration of an inlet, by default 0: a constant into setup->inlet_c, which must be the same at all
+ * inlets with a constant, or an expression in x, y, z, t into side->inlet_c with setup->has_inlet_c_by_side 1. *inlets
+ * 1: a constant was read, here or before. */
 static pd_status pdi_scene_read_inlet_concentration(pdi_reader *s, int section, pd_setup_side *side, int *inlets)
 {
     pd_expr found;
@@ -238,7 +247,8 @@ static pd_status pdi_scene_read_inlet_concentration(pdi_reader *s, int section, 
     return PD_OK;
 }
 
-/* Read whether a wall holds all species at their inlet values (Dirichlet condition, key `species`). */
+/* Read whether a wall holds all species at their inlet values (Dirichlet condition, key `species`) into
+ * side->has_fixed_species. PD_ERR_ARGUMENT: it does and the scene has no chemistry. */
 static pd_status pdi_scene_read_wall_species(pdi_reader *s, int section, pd_setup_side *side)
 {
     PD_TRY(pdi_key_value_get_index(s->ctx, s->text, section, "species", &side->has_fixed_species));
@@ -248,8 +258,9 @@ static pd_status pdi_scene_read_wall_species(pdi_reader *s, int section, pd_setu
                              "others");
 }
 
-/* Read a wall; k: index of the side. With a flow its tangential velocity (no component across the side), with transport
- * its Dirichlet concentration, and whether it holds species. */
+/* Read a wall; k: index of the side. With a flow: its velocity, where has_wall_velocity becomes 1 unless all components
+ * are the constant 0. With transport: its Dirichlet concentration; without key C no flux. And whether it holds species.
+ * PD_ERR_ARGUMENT: a number of components other than PD_DIM, or one across the side that is not the constant 0. */
 static pd_status pdi_scene_read_wall(pdi_reader *s, int section, int k)
 {
     pd_setup_side *side = &s->setup->side[k];
@@ -274,7 +285,7 @@ static pd_status pdi_scene_read_wall(pdi_reader *s, int section, int k)
     return side->fixed_c.variables_used ? PD_OK : pdi_key_value_get_number(s->ctx, s->text, section, "C", &held);
 }
 
-/* Check that periodic sides come in pairs. */
+/* Check that the opposite of each periodic side is periodic. PD_ERR_ARGUMENT: it is not. */
 static pd_status pdi_scene_check_periodic_pairs(pdi_reader *s)
 {
     for (int k = 0; k < 2 * PD_DIM; k++) {
@@ -288,7 +299,8 @@ static pd_status pdi_scene_check_periodic_pairs(pdi_reader *s)
     return PD_OK;
 }
 
-/* Read an open side of [corrode] in fluid at rest: it becomes a wall whose Dirichlet concentration is `bulk`. */
+/* Read an open side of [corrode] in fluid at rest: it becomes a wall with the Dirichlet concentration `bulk` of
+ * [corrode], by default 0. PD_ERR_ARGUMENT: the side has key C. */
 static pd_status pdi_scene_read_bulk_side(pdi_reader *s, int section, pd_setup_side *side)
 {
     int corrode = pdi_text_get_section(s->ctx, s->text, "corrode", NULL);
@@ -301,7 +313,10 @@ static pd_status pdi_scene_read_bulk_side(pdi_reader *s, int section, pd_setup_s
     return pdi_scene_read_expr(s, corrode, "bulk", "mol/m3", "0", &side->fixed_c);
 }
 
-/* Read one [side ...] section; k: index of the side. *inlets, *outlets: 1 once the shared C and p are known. */
+/* Read one [side ...] section into setup->side[k]; with a gas by pdi_read_gas_side. *inlets, *outlets: 1 once the
+ * shared C and p are known. An outlet, open side or inlet needs [flow]; `open` in [corrode] without flow holds `bulk`.
+ * In an axisymmetric box the side on the axis is a mirror, and any other side of y is neither mirror nor periodic.
+ * PD_ERR_ARGUMENT. */
 static pd_status pdi_scene_read_side(pdi_reader *s, int k, int section, int *inlets, int *outlets)
 {
     static const char *const flows[] = {"noslip", "inlet", "outlet", "periodic", "mirror", "open", NULL};
@@ -335,7 +350,8 @@ static pd_status pdi_scene_read_side(pdi_reader *s, int k, int section, int *inl
     return PD_OK;
 }
 
-/* Read the boundary conditions of all sides. Checks the names of the sections and that periodic sides come in pairs. */
+/* Read the boundary conditions of all sides. A side without a section stays as it is, a wall by default.
+ * PD_ERR_ARGUMENT: a section of no side, or a periodic side across from one that is not. */
 static pd_status pdi_scene_read_sides(pdi_reader *s)
 {
     int inlets = 0, outlets = 0;
@@ -350,8 +366,10 @@ static pd_status pdi_scene_read_sides(pdi_reader *s)
 
 /* ---- physics ---- */
 
-/* Read the time treatment of the flow, its initial or prescribed velocity, and the tolerance (implicit) or equation of
- * state (explicit) of that scheme. */
+/* Read the time treatment of the flow: steady (nothing else is read), implicit with its tolerance, explicit with its
+ * equation of state and speed of sound, or prescribed; all but steady have a velocity in x, y, z, initial or
+ * prescribed, 0 by default. PD_ERR_ARGUMENT: an open side and the flow is not prescribed, or a prescribed one beside
+ * dissolution. */
 static pd_status pdi_scene_read_flow_time(pdi_reader *s, int section)
 {
     static const char *const motions[] = {"steady", "implicit", "explicit", "prescribed", NULL};
@@ -381,7 +399,8 @@ static pd_status pdi_scene_read_flow_time(pdi_reader *s, int section)
     return pdi_key_value_get_number(s->ctx, s->text, section, "c0", &u->sound_speed);
 }
 
-/* Read and ignore eos and c0 in a scene whose flow is steady; adds a note. */
+/* If the flow is steady and eos or c0 is given, read them, so that they count as used, and add a note that they have no
+ * effect. With any other flow do nothing. */
 static pd_status pdi_scene_read_ignored_eos(pdi_reader *s, int section)
 {
     double sound;
@@ -395,8 +414,9 @@ static pd_status pdi_scene_read_ignored_eos(pdi_reader *s, int section)
     return PD_OK;
 }
 
-/* Read the body force per mass [m/s2]: a constant vector into setup->force, or, if one component is not constant,
- * expressions into setup->body_force with has_body_force_expr 1. */
+/* Read the body force per mass [m/s2], if it is given: a constant vector into setup->force, or, if one component
+ * depends on x, y, z or t, expressions into setup->body_force with has_body_force_expr 1. Components that are not given
+ * are 0. */
 static pd_status pdi_scene_read_body_force(pdi_reader *s, int section)
 {
     pd_setup *u = s->setup;
@@ -410,8 +430,8 @@ static pd_status pdi_scene_read_body_force(pdi_reader *s, int section)
     return pdi_text_get_numbers(s->ctx, s->text, section, "body_force", "m/s2", NULL, PD_DIM, u->force, &count);
 }
 
-/* Read the order of the flow discretisation into setup->flow_order: 0 (auto), 2 or 4. 4 needs m = 1, planar geometry
- * and a steady or implicit flow. */
+/* Read the order of the flow discretisation into setup->flow_order: 0 (auto), 2 or 4. PD_ERR_ARGUMENT: 4 with a horizon
+ * of the fluid above 1 spacing, in an axisymmetric box, or with time = explicit or prescribed. */
 static pd_status pdi_scene_read_flow_order(pdi_reader *s, int section)
 {
     const pd_setup *u = s->setup;
@@ -430,7 +450,8 @@ static pd_status pdi_scene_read_flow_order(pdi_reader *s, int section)
     return PD_OK;
 }
 
-/* Read the section [flow], if there is one. PD_ERR_ARGUMENT: an inlet without an outlet. */
+/* Read the section [flow], if there is one: density, viscosity, tolerance, body force, reference values, time
+ * treatment, order. PD_ERR_ARGUMENT: a side that is an inlet, not an open one, and no side that is an outlet. */
 static pd_status pdi_scene_read_flow(pdi_reader *s)
 {
     pd_setup *u = s->setup;
@@ -458,8 +479,9 @@ static pd_status pdi_scene_read_flow(pdi_reader *s)
     return PD_OK;
 }
 
-/* Read the section [transport], if there is one: D, advection scheme, time treatment (that of [chemistry] beside it),
- * initial concentration. */
+/* Read the section [transport], if there is one: D, advection scheme, time treatment (by default that of [chemistry]),
+ * initial concentration. PD_ERR_ARGUMENT: another time treatment than that of [chemistry], or a steady one beside metal
+ * that dissolves. */
 static pd_status pdi_scene_read_transport(pdi_reader *s)
 {
     static const char *const times[] = {"implicit", "steady", NULL};
@@ -496,7 +518,8 @@ static pd_status pdi_scene_check_time_independent(pdi_reader *s, int section, co
     return PD_OK;
 }
 
-/* Check that nothing depends on time in a steady scene: boundary conditions, loads, electrodes, body forces. */
+/* Check that nothing depends on t in a steady scene. PD_ERR_ARGUMENT: conditions of sides and walls, displacements and
+ * loads, potentials or currents of electrodes, or the body forces of flow and metal do. */
 static pd_status pdi_scene_check_steady_scene(pdi_reader *s)
 {
     static const char *const keys[] = {"vx", "vy", "vz"};
@@ -534,8 +557,11 @@ static pd_status pdi_scene_check_steady_scene(pdi_reader *s)
                                             u->body_force, PD_DIM);
 }
 
-/* Read the section [run]: end time, largest step, tolerances. A scene that is steady has none of them; it is checked
- * that nothing in it depends on t. */
+/* Read the section [run]: end time, largest step, and, with transport or species, tolerances. It is read with a gas,
+ * dynamics, registered physics, a flow in time, transport or species in time, or where `until` is given and nothing is
+ * carried. All other scenes are steady: nothing is read, and nothing may depend on t. Default of
+ * max_dissolved_fraction: min(1, 25 rtol), with [corrode] 0.01, 0.1 or 0.2. PD_ERR_ARGUMENT: too many steps of
+ * max_step. */
 static pd_status pdi_scene_read_run(pdi_reader *s)
 {
     pd_setup *u = s->setup;
@@ -571,7 +597,8 @@ static pd_status pdi_scene_read_run(pdi_reader *s)
     return pdi_key_value_get_number(s->ctx, s->text, section, "max_dissolved_fraction", &u->max_node_fraction);
 }
 
-/* Read the plane that images of a 3D run show: slice_axis and slice_at [m]; by default the middle of the last axis. */
+/* Read the plane that images of a 3D run show: slice_axis and slice_at [m]; by default the middle of the last axis,
+ * which is also set in 1D and 2D. PD_ERR_ARGUMENT: key `slice` outside 3D, or a plane outside the box. */
 static pd_status pdi_scene_read_slice(pdi_reader *s, int section)
 {
     pd_setup *u = s->setup;
@@ -583,7 +610,8 @@ static pd_status pdi_scene_read_slice(pdi_reader *s, int section)
     return pdi_read_monitors_plane_position(s->ctx, s->text, u, section, "slice", &u->slice_axis, &u->slice_at);
 }
 
-/* Read the prefix of output files, a word without folder. */
+/* Read the prefix of output files, by default "corr". PD_ERR_ARGUMENT: PD_SETUP_NAME bytes or more, or one of / \ : or
+ * a blank in it. */
 static pd_status pdi_scene_read_prefix(pdi_reader *s, int section)
 {
     const char *value;
@@ -595,7 +623,8 @@ static pd_status pdi_scene_read_prefix(pdi_reader *s, int section)
     return PD_OK;
 }
 
-/* Read the magnification of displacements in images of the metal. */
+/* Read the magnification of displacements in images of the metal, if it is given. PD_ERR_ARGUMENT: in 1D, or without
+ * [solid]. */
 static pd_status pdi_scene_read_magnification(pdi_reader *s, int section)
 {
     if (!pdi_text_has_key(s->ctx, s->text, section, "deformation_scale")) return PD_OK;
@@ -606,8 +635,9 @@ static pd_status pdi_scene_read_magnification(pdi_reader *s, int section)
     return pdi_key_value_get_number(s->ctx, s->text, section, "deformation_scale", &s->setup->displacement_scale);
 }
 
-/* Read the section [output]: interval (a twentieth of the run by default), fields, images and their options, folder. A
- * gas without max_step gets a twentieth of the interval. */
+/* Read the section [output]: interval (a twentieth of the run by default), fields, images and their options, prefix,
+ * folder, slice. In a run without end time `every` is not read. A gas without max_step gets a twentieth of the
+ * interval. By default all fields of registered physics are written, too. PD_ERR_ARGUMENT: more than 9e5 frames. */
 static pd_status pdi_scene_read_output(pdi_reader *s)
 {
     pd_setup *u = s->setup;
@@ -642,7 +672,8 @@ static int pdi_scene_find_section_line(pdi_reader *s, const char *name, const ch
     return section >= 0 ? s->text->section[section].line : 0;
 }
 
-/* Store the lines of the main sections, for errors that only show when the model is built. */
+/* Store the lines of the main sections (0: absent), for errors that only show when the model is built. These sections
+ * then count as looked up. PD_PART_DISSOLVE: that of [dissolve], else of [corrode]. */
 static void pdi_scene_set_section_lines(pdi_reader *s)
 {
     pd_setup *u = s->setup;
@@ -669,8 +700,9 @@ static void pdi_scene_add_renamed_notes(const pd_text *text, pd_setup *setup)
     }
 }
 
-/* Read all sections of a scene in the order of their dependencies; path: of the scene. Checks all names of keys first
- * and, at the end, that every key has an effect. */
+/* Read all sections of a scene in the order of their dependencies; path: of the scene. All names of sections and keys
+ * are checked first, and at the end that every pair was read. PD_ERR_ARGUMENT: no flow, gas, transport, metal under
+ * load, chemistry, potential or registered physics. What was read so far stays in the setup on failure. */
 static pd_status pdi_scene_read_sections(pd_ctx *ctx, pd_text *text, const char *path, pd_setup *setup)
 {
     pdi_reader s;
@@ -727,8 +759,9 @@ static pd_status pdi_scene_read_sections(pd_ctx *ctx, pd_text *text, const char 
     return PD_OK;
 }
 
-/* Read a parsed text: a flat parameter file, or a scene with sections. Constants and tables of the readers are detached
- * afterwards. */
+/* Read a parsed text: a flat parameter file, or a scene with sections, whose included files and overrides are applied
+ * first. The constants and tables of the readers are then detached from a scene with sections. PD_ERR_ARGUMENT: a text
+ * without sections and pairs. */
 static pd_status pdi_scene_read_text(pd_ctx *ctx, pd_text *text, const char *path, const char *const *overrides,
                                      int count, pd_setup *setup)
 {
@@ -744,7 +777,8 @@ static pd_status pdi_scene_read_text(pd_ctx *ctx, pd_text *text, const char *pat
     return status;
 }
 
-/* Build a setup from the text `bytes`, or from the file at `path` if bytes is NULL. On failure the setup is freed. */
+/* Build a setup, with its fingerprint, from the text `bytes`, or from the file at `path` if bytes is NULL. path gives
+ * the name of the setup and, if it is short enough, its source. On failure the setup is freed. */
 static pd_status pdi_scene_build_setup(pd_ctx *ctx, const char *path, const char *bytes, const char *const *overrides,
                                        int count, pd_setup *setup)
 {
