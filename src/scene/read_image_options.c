@@ -22,8 +22,9 @@ typedef struct pdi_read_image_options_state {
     pd_fields drawn_fields; /* bit k: a picture shows pd_field k */
 } pdi_read_image_options_state;
 
-/* Copy the next item of a comma-separated list, without blanks around it and cut to PDI_READ_IMAGE_OPTIONS_ITEM_SIZE
- * bytes, into item and advance *list. 1: there was one; 0: end of the list. */
+/* Copy the next item of a list, without blanks around it and cut to PDI_READ_IMAGE_OPTIONS_ITEM_SIZE bytes, into item
+ * and advance *list. A comma outside parentheses ends an item, which may be empty. 1: there was one; 0: end of the
+ * list. */
 static int pdi_read_image_options_next_item(const char **list, char *item)
 {
     const char *from = *list + strspn(*list, " \t");
@@ -37,7 +38,7 @@ static int pdi_read_image_options_next_item(const char **list, char *item)
     return 1;
 }
 
-/* Find a field by name among the drawn ones; *field: its pd_field. PD_ERR_ARGUMENT: not drawn. */
+/* Find a field by name among the drawn ones; *field: its pd_field. PD_ERR_ARGUMENT: not drawn, or no field. */
 static pd_status pdi_read_image_options_find_field(pdi_read_image_options_state *r, const char *key, const char *name,
                                                    int *field)
 {
@@ -48,7 +49,8 @@ static pd_status pdi_read_image_options_find_field(pdi_read_image_options_state 
                              name);
 }
 
-/* Evaluate the text `from` as a constant in `unit`: one end of a range, or a contour value; *value in SI. */
+/* Evaluate the text `from` as a constant in `unit`: one end of a range, or a contour value; *value in SI.
+ * PD_ERR_ARGUMENT names key and text: it is no such constant. */
 static pd_status pdi_read_image_options_eval_value(pdi_read_image_options_state *r, const char *key, const char *from,
                                                    const char *unit, double *value)
 {
@@ -72,7 +74,9 @@ static pd_status pdi_read_image_options_eval_value(pdi_read_image_options_state 
     return PD_OK;
 }
 
-/* Read one item "C 0 .. 500 mol/m3" of the colour ranges. */
+/* Read one item "C 0 .. 500 mol/m3" of the colour ranges into drawing.range [SI]; item is cut apart. PD_ERR_ARGUMENT: a
+ * field that is not drawn, has categories or has a range already, no "..", a start that is not below its end, or, with
+ * a logarithmic scale, not above 0. */
 static pd_status pdi_read_image_options_range(pdi_read_image_options_state *r, char *item)
 {
     char unit[PD_UNITS_TEXT];
@@ -116,7 +120,8 @@ static pd_status pdi_read_image_options_ranges(pdi_read_image_options_state *r)
     return PD_OK;
 }
 
-/* Read the colour maps: "grey" for all fields, "p diverging" for one. drawing.map[field] is 1 + the map. */
+/* Read the colour maps, if they are given: "grey" for all fields, "p diverging" for one; a later item replaces an
+ * earlier one. drawing.map[field] is 1 + the map. PD_ERR_ARGUMENT: no such map, or a field that is not drawn. */
 static pd_status pdi_read_image_options_maps(pdi_read_image_options_state *r)
 {
     static const char *const names[] = {"violet", "viridis", "grey", "diverging"};
@@ -147,7 +152,8 @@ static pd_status pdi_read_image_options_maps(pdi_read_image_options_state *r)
     return PD_OK;
 }
 
-/* Read the fields drawn on a logarithmic scale. */
+/* Read the fields drawn on a logarithmic scale as bits of drawing.log, by default none. PD_ERR_ARGUMENT: a field that
+ * is not drawn or has categories. */
 static pd_status pdi_read_image_options_log(pdi_read_image_options_state *r)
 {
     pd_setup_image_options *drawing = &r->setup->drawing;
@@ -175,7 +181,7 @@ static char *pdi_read_image_options_split_word(char *item)
     return from + strspn(from, " \t");
 }
 
-/* Parse a whole number in lo .. hi; 0: it is none. */
+/* Parse a whole number in lo .. hi that fills the text; 0: it is none. lo is at least 1. */
 static int pdi_read_image_options_parse_count(const char *from, int lo, int hi)
 {
     int count = 0;
@@ -191,7 +197,8 @@ static int pdi_read_image_options_is_number(const char *word)
     return *word >= '0' && *word <= '9';
 }
 
-/* Read contour values of a field, "100 200 mol/m3": numbers with one unit at the end. */
+/* Read contour values of a field, "100 200 mol/m3": numbers with one unit at the end, appended to drawing.contour_value
+ * [SI] and counted in drawing.contours. PD_ERR_ARGUMENT: none, more than PD_SETUP_CONTOURS, or a wrong unit. */
 static pd_status pdi_read_image_options_contour_values(pdi_read_image_options_state *r, const char *from, int field)
 {
     pd_setup_image_options *drawing = &r->setup->drawing;
@@ -216,7 +223,8 @@ static pd_status pdi_read_image_options_contour_values(pdi_read_image_options_st
                              name, name, unit);
 }
 
-/* Check that lines can be drawn over the image of a field: not if it is drawn in the deformed configuration. */
+/* Check that lines can be drawn over the image of a field. PD_ERR_ARGUMENT: it is a field in the metal and
+ * displacements are magnified, so that it is drawn in the deformed configuration. */
 static pd_status pdi_read_image_options_check_undeformed(pdi_read_image_options_state *r, const char *key, int field)
 {
     const char *name = pd_fields_get_name(r->setup, (pd_field)field);
@@ -227,7 +235,9 @@ static pd_status pdi_read_image_options_check_undeformed(pdi_read_image_options_
                              name);
 }
 
-/* Read one item of the contours: "C 8" (number of lines) or "C at 100 200 mol/m3" (values). */
+/* Read one item of the contours: "C 8" (number of lines, 1 to PD_SETUP_CONTOURS) or "C at 100 200 mol/m3" (values).
+ * item is cut apart. PD_ERR_ARGUMENT: a field that is not drawn, has categories, has contours already or is drawn
+ * deformed. */
 static pd_status pdi_read_image_options_contour(pdi_read_image_options_state *r, char *item)
 {
     pd_setup_image_options *drawing = &r->setup->drawing;
@@ -265,8 +275,9 @@ static pd_status pdi_read_image_options_contours(pdi_read_image_options_state *r
     return PD_OK;
 }
 
-/* Read the fields over which streamlines or arrows are drawn, "v, C 40"; across[field]: how many fit side by side,
- * `usual` by default. */
+/* Read the fields over which streamlines or arrows are drawn, "v, C 40", if the key is given; across[field]: how many
+ * fit side by side, `usual` by default, 0 where none are drawn. PD_ERR_ARGUMENT: the scene has no velocity, a field is
+ * not drawn, is listed twice or drawn deformed, or the number is out of bounds. */
 static pd_status pdi_read_image_options_flow_lines(pdi_read_image_options_state *r, const char *key, int usual,
                                                    int *across)
 {
@@ -297,8 +308,9 @@ static pd_status pdi_read_image_options_flow_lines(pdi_read_image_options_state 
 
 /* ---- the surface of the metal ---- */
 
-/* Read the 3D view of the metal surface: drawing.surface is 1 for "yes", 2 + the field that colours it, which then
- * counts as drawn, and 0 for "no"; and the direction of view. */
+/* Read the 3D view of the metal surface and its direction: drawing.surface is 0 for "no", 1 for "yes", 2 + the field
+ * that colours it, which then counts as drawn. PD_ERR_ARGUMENT: not in 3D, no solid, a field that does not exist, the
+ * kind or the phase, a view that is zero or has not three numbers, or a view without the surface. */
 static pd_status pdi_read_image_options_surface(pdi_read_image_options_state *r)
 {
     pd_setup_image_options *drawing = &r->setup->drawing;
@@ -335,7 +347,8 @@ static pd_status pdi_read_image_options_surface(pdi_read_image_options_state *r)
     return PD_OK;
 }
 
-/* Read the image formats as bits of drawing.formats: 0 for png, 1 for svg. */
+/* Read the image formats as bits of drawing.formats: 0 for png, the default, 1 for svg. PD_ERR_ARGUMENT: another
+ * word. */
 static pd_status pdi_read_image_options_formats(pdi_read_image_options_state *r)
 {
     static const char *const names[] = {"png", "svg"};
@@ -352,7 +365,9 @@ static pd_status pdi_read_image_options_formats(pdi_read_image_options_state *r)
     return PD_OK;
 }
 
-/* Read the options of images of planes (2D and 3D): maps, contours, streamlines, arrows, cells, width. */
+/* Read the options of images of planes: maps, contours, streamlines, arrows, cells, width. Lines are drawn over fields
+ * of `images` alone, not over one that only colours the surface. PD_ERR_ARGUMENT: one of these keys in 1D, where
+ * nothing is read. */
 static pd_status pdi_read_image_options_plane_images(pdi_read_image_options_state *r)
 {
     static const char *const keys[] = {"colormap", "width", "cells", "contours", "streamlines", "vectors"};
@@ -372,7 +387,8 @@ static pd_status pdi_read_image_options_plane_images(pdi_read_image_options_stat
     return pdi_key_value_get_index(r->ctx, r->text, r->section, "width", &drawing->width);
 }
 
-/* With images = none the other options are read and have no effect; without the key `images` they are refused. */
+/* Where nothing is drawn, mark the other image options as read, so that they have no effect with images = none.
+ * PD_ERR_ARGUMENT: one of them is given without the key `images`. */
 static pd_status pdi_read_image_options_check_unused(pdi_read_image_options_state *r)
 {
     static const char *const keys[] = {"range", "percentile", "log_scale", "colormap",    "width",

@@ -148,8 +148,8 @@ static int pdi_read_mechanics_is_bond_based(const pd_setup_mechanics *b)
 }
 
 /* Read Poisson's ratio; in 1D do nothing. That of the bond-based material is fixed, 1/3 in plane stress, else 1/4, and
- * may be left out. PD_ERR_ARGUMENT: another one of it by 1e-3 or more, or a negative one of neo_hookean in plane
- * stress. */
+ * may be left out. PD_ERR_ARGUMENT: a value that differs from it by 1e-3 or more, or a negative one of neo_hookean in
+ * plane stress. */
 static pd_status pdi_read_mechanics_poisson(pdi_reader *s, int section)
 {
     pd_setup_mechanics *b = &s->setup->metal_body;

@@ -31,7 +31,7 @@ PDI_FN int pdi_read_potential_has_sections(pdi_reader *s)
 
 /* ---- where it is ---- */
 
-/* Index of the metal of a [shape] section; 0 if it names none. */
+/* Index of the metal of a [shape] section; 0 if it names no material, or one that no metal has. */
 static int pdi_read_potential_find_metal(pdi_reader *s, int section)
 {
     const char *name;
@@ -69,7 +69,8 @@ static pd_status pdi_read_potential_shape(pdi_reader *s, int section, pd_setup_e
                              name);
 }
 
-/* Read where an electrode is: a solid shape, or all metal of a material (e->shape -1), with e->metal in both cases. */
+/* Read where an electrode is: a solid shape, or all metal of a material (e->shape -1), with e->metal in both cases.
+ * PD_ERR_ARGUMENT: both keys, neither of them, no solid shape of that name, or a material of no metal. */
 static pd_status pdi_read_potential_location(pdi_reader *s, int section, pd_setup_electrode *e)
 {
     const pd_setup *u = s->setup;
@@ -93,8 +94,9 @@ static pd_status pdi_read_potential_location(pdi_reader *s, int section, pd_setu
 
 /* ---- curves ---- */
 
-/* Read a Butler-Volmer (both = 1) or Tafel curve: exchange current density, slopes per decade, which are stored per
- * factor e [V], limiting currents. PD_ERR_ARGUMENT: another number of slopes than two or one. */
+/* Read a Butler-Volmer (both = 1) or Tafel curve: exchange current density, slopes, given per decade and stored per
+ * factor e [V], and the limiting currents of the branches with a slope. PD_ERR_ARGUMENT: not two slopes with
+ * Butler-Volmer, not one with Tafel. */
 static pd_status pdi_read_potential_tafel_slopes(pdi_reader *s, int section, int both, pd_electrode_term *t)
 {
     static const char *const keys[] = {"anodic_slope", "cathodic_slope"}, *const limits[] = {"anodic_limit",
@@ -117,8 +119,9 @@ static pd_status pdi_read_potential_tafel_slopes(pdi_reader *s, int section, int
                              given, both ? "both with butler_volmer" : "one of them with tafel");
 }
 
-/* Tabulate a curve i(E) [A/m2] over its key `range` into new arrays of e, which its term refers to. PD_ERR_ARGUMENT: i
- * falls with E, so that solutions would not be unique. */
+/* Tabulate a curve i(E) [A/m2] at PDI_READ_POTENTIAL_TABLE_POINTS equidistant points of its key `range` into new arrays
+ * of e, which its term refers to. PD_ERR_ARGUMENT: i falls from one point to the next, so that solutions would not be
+ * unique, or |i| is not below PD_KEY_MAX_NUMBER. Arrays that exist then stay in e. */
 static pd_status pdi_read_potential_tabulate_curve(pdi_reader *s, int section, const pd_expr *curve,
                                                    pd_setup_electrode *e)
 {
@@ -153,7 +156,8 @@ static pd_status pdi_read_potential_tabulate_curve(pdi_reader *s, int section, c
     return PD_OK;
 }
 
-/* Check that a curve in E, pH and species does not fall with E from -4 to 4 V, at 1 mol/m3 of each species and pH 7. */
+/* Check that a curve in E, pH and species does not fall with E from -4 to 4 V, at 1 mol/m3 of each species and pH 7.
+ * Potentials where |i| is not below PD_KEY_MAX_NUMBER are left out, falls within rounding admitted. PD_ERR_ARGUMENT. */
 static pd_status pdi_read_potential_check_rising(pdi_reader *s, int section, const pd_setup_electrode *e)
 {
     double vars[PD_EXPR_VARS], last = -HUGE_VAL;
@@ -175,8 +179,9 @@ static pd_status pdi_read_potential_check_rising(pdi_reader *s, int section, con
     return PD_OK;
 }
 
-/* With migrating ions, read a curve that names pH or species; it stays an expression instead of a table. Sets
- * e->has_species_curve; any other curve is left alone. */
+/* With migrating ions, read a curve whose text has "pH" or '['; it stays an expression instead of a table, with
+ * e->has_species_curve 1. Any other curve is left alone. PD_ERR_ARGUMENT: pH without species H+, a film resistance or
+ * range beside it, or a current that falls with E. */
 static pd_status pdi_read_potential_species_curve(pdi_reader *s, int section, pd_setup_electrode *e)
 {
     pd_expr_symbol vars[PD_EXPR_VARS];
@@ -220,7 +225,8 @@ static pd_status pdi_read_potential_expression_curve(pdi_reader *s, int section,
 }
 
 /* Read the polarisation curve of an electrode: Butler-Volmer, Tafel, linear, an expression, or primary (no kinetics),
- * with its parameters and film resistance. With ions that migrate it may be absent (e->has_no_curve). */
+ * with its parameters, E0 (not of an expression) and film resistance. With ions that migrate it may be absent
+ * (e->has_no_curve). PD_ERR_ARGUMENT: it is absent otherwise, or primary with ions that migrate. */
 static pd_status pdi_read_potential_kinetics(pdi_reader *s, int section, pd_setup_electrode *e)
 {
     int curve = 0;
@@ -249,7 +255,7 @@ static pd_status pdi_read_potential_kinetics(pdi_reader *s, int section, pd_setu
 /* ---- circuits ---- */
 
 /* Read the prescribed potential [V] or current [A] of an electrode into e->fixed_value, a function of t; neither: it
- * floats. */
+ * floats. PD_ERR_ARGUMENT: both, or a function of x, y or z. */
 static pd_status pdi_read_potential_control(pdi_reader *s, int section, pd_setup_electrode *e)
 {
     e->has_fixed_potential = pdi_text_has_key(s->ctx, s->text, section, "potential");
@@ -264,7 +270,8 @@ static pd_status pdi_read_potential_control(pdi_reader *s, int section, pd_setup
     return pdi_text_fail_key(s->ctx, s->text, section, key, "found a function of the place, expected one of t alone");
 }
 
-/* Read the electrodes that are electrically connected to electrode `own`, and merge their circuits. */
+/* Read the electrodes that are electrically connected to electrode `own`, if there are any, and merge their circuits
+ * into the one with the smaller number. PD_ERR_ARGUMENT: no other electrode of that name. */
 static pd_status pdi_read_potential_connections(pdi_reader *s, int section, int own)
 {
     pd_setup_potential *p = &s->setup->potential;
@@ -286,7 +293,7 @@ static pd_status pdi_read_potential_connections(pdi_reader *s, int section, int 
     return PD_OK;
 }
 
-/* Check that each circuit has at most one prescribed potential or current. */
+/* Check that at most one electrode of each circuit has a prescribed potential or current. PD_ERR_ARGUMENT. */
 static pd_status pdi_read_potential_check_circuits(pdi_reader *s)
 {
     const pd_setup_potential *p = &s->setup->potential;
@@ -323,7 +330,9 @@ static pd_status pdi_read_potential_add_monitor(pdi_reader *s, int section, int 
     return PD_OK;
 }
 
-/* Read one [electrode NAME] section and append the electrode, in a circuit of its own, with its monitor. */
+/* Read one [electrode NAME] section and append the electrode, in a circuit of its own, with its monitor.
+ * PD_ERR_ARGUMENT: too many electrodes, no name, one of PD_TEXT_WORD bytes or more, or, with ions that migrate, a curve
+ * without a half-reaction. */
 static pd_status pdi_read_potential_electrode(pdi_reader *s, int section)
 {
     pd_setup_potential *p = &s->setup->potential;
@@ -351,7 +360,8 @@ static pd_status pdi_read_potential_electrode(pdi_reader *s, int section)
     return pdi_read_potential_add_monitor(s, section, e->circuit);
 }
 
-/* Read the Dirichlet potentials [V] of the fluid at walls and inlets. */
+/* Read the Dirichlet potentials [V] of the fluid at sides that have one; no current passes others. PD_ERR_ARGUMENT:
+ * with ions that migrate, or at a side that is neither wall nor inlet. */
 static pd_status pdi_read_potential_sides(pdi_reader *s)
 {
     pd_setup *u = s->setup;
@@ -372,7 +382,8 @@ static pd_status pdi_read_potential_sides(pdi_reader *s)
     return PD_OK;
 }
 
-/* Read conductivity and tolerance of the section [potential]. */
+/* Read conductivity and tolerance of the section [potential]. The conductivity may be absent with species, which then
+ * give it. PD_ERR_ARGUMENT: it is given with ions that migrate, or absent without species. */
 static pd_status pdi_read_potential_conductivity(pdi_reader *s, int section)
 {
     pd_setup_potential *p = &s->setup->potential;

@@ -54,7 +54,7 @@ typedef enum pdi_read_shapes_form {
     PDI_READ_SHAPES_DIFFERENCE
 } pdi_read_shapes_form;
 
-/* Read PD_DIM numbers of dimension `unit` into x[PD_DIM], in SI. */
+/* Read PD_DIM numbers of dimension `unit` into x[PD_DIM], in SI. PD_ERR_ARGUMENT: fewer numbers; PD_ERR_PARSE: more. */
 static pd_status pdi_read_shapes_point(pdi_read_shapes_state *s, const char *key, const char *unit, double *x)
 {
     int count;
@@ -66,7 +66,8 @@ static pd_status pdi_read_shapes_point(pdi_read_shapes_state *s, const char *key
                              count, count > 1 ? "s" : "", PD_DIM, count, count);
 }
 
-/* Read a box from its ranges along the axes. */
+/* Read a box from its ranges along the axes into shape->a and shape->b [m]. PD_ERR_ARGUMENT: fewer than PD_DIM
+ * ranges. */
 static pd_status pdi_read_shapes_box(pdi_read_shapes_state *s, pd_shape *shape)
 {
     int count;
@@ -90,7 +91,8 @@ static pd_status pdi_read_shapes_cylinder(pdi_read_shapes_state *s, pd_shape *sh
     return pdi_key_value_get_number(s->ctx, s->text, s->section, "radius", &shape->radius);
 }
 
-/* Read a half space: a point of its plane and the outward normal. */
+/* Read a half space: a point of its plane and the outward normal, of any length. PD_ERR_ARGUMENT: half_space = no, or a
+ * normal of zeros. */
 static pd_status pdi_read_shapes_half_space(pdi_read_shapes_state *s, pd_shape *shape)
 {
     int yes;
@@ -105,8 +107,9 @@ static pd_status pdi_read_shapes_half_space(pdi_read_shapes_state *s, pd_shape *
     return pdi_text_fail_key(s->ctx, s->text, s->section, "normal", "found a zero vector, expected the outward normal");
 }
 
-/* Convert a picture to mask[width height], 1 inside: light pixels are inside, dark and transparent ones outside; the
- * lowest row of the picture becomes the first row of the mask. *least, *most: range of grey levels, 0 to 255. */
+/* Convert a picture to mask[width height]: 1, inside, where the luminance is PDI_READ_SHAPES_INSIDE_GREY or more, else
+ * 0, as for transparent pixels. The lowest row of the picture becomes the first row of the mask. *least, *most: range
+ * of the luminance, 0 to 255. */
 static void pdi_read_shapes_threshold_pixels(const pd_image *image, uint8_t *mask, int *least, int *most)
 {
     *least = 255;
@@ -121,7 +124,8 @@ static void pdi_read_shapes_threshold_pixels(const pd_image *image, uint8_t *mas
         }
 }
 
-/* Read the mask of a shape from a PNG picture (2D); the setup owns it. PD_ERR_ARGUMENT: no pixel is inside. */
+/* Read the mask of a shape from a PNG picture; the setup owns it. PD_ERR_ARGUMENT: not in 2D, a file that cannot be
+ * read, or no pixel is inside. */
 static pd_status pdi_read_shapes_png(pdi_read_shapes_state *s, pd_shape *shape)
 {
     char path[PD_PATH_SIZE];
@@ -154,7 +158,8 @@ static pd_status pdi_read_shapes_png(pdi_read_shapes_state *s, pd_shape *shape)
 }
 
 /* Read the mask of a shape from a raw file: one byte a voxel, nonzero inside, x fastest; the setup owns it.
- * PD_ERR_ARGUMENT: another number of bytes than voxels, or all are 0. */
+ * PD_ERR_ARGUMENT: a size that is not whole, below 1 or 1e6 and more, a file that cannot be read, another number of
+ * bytes than voxels, or all are 0. */
 static pd_status pdi_read_shapes_raw(pdi_read_shapes_state *s, pd_shape *shape)
 {
     char path[PD_PATH_SIZE], *bytes = NULL;
@@ -195,7 +200,8 @@ static pd_status pdi_read_shapes_raw(pdi_read_shapes_state *s, pd_shape *shape)
     return status;
 }
 
-/* Read a shape of voxels: first corner [m] into shape->a, cell size [m] into shape->b, and the mask. */
+/* Read a shape of voxels: first corner [m] into shape->a, cell size [m], one for all axes or one each, into shape->b,
+ * and the mask. PD_ERR_ARGUMENT: another number of cell sizes, or one that is not positive. */
 static pd_status pdi_read_shapes_mask(pdi_read_shapes_state *s, pdi_read_shapes_form form, pd_shape *shape)
 {
     int count;
@@ -211,8 +217,9 @@ static pd_status pdi_read_shapes_mask(pdi_read_shapes_state *s, pdi_read_shapes_
     return form == PDI_READ_SHAPES_MASK ? pdi_read_shapes_png(s, shape) : pdi_read_shapes_raw(s, shape);
 }
 
-/* Read a closed triangle surface from an STL file (3D); the setup owns it. Key `scale`: length of one unit of the file.
- * Adds notes where triangles were turned or corners merged. */
+/* Read a closed triangle surface from an STL file; the setup owns it. Key `scale`: length of one unit of the file;
+ * `shift` [m]: where its origin lies. Add notes where triangles were turned or corners merged. PD_ERR_ARGUMENT: not in
+ * 3D, or a file that is refused. */
 static pd_status pdi_read_shapes_stl(pdi_read_shapes_state *s, pd_shape *shape)
 {
     char path[PD_PATH_SIZE];
@@ -250,7 +257,8 @@ static pd_status pdi_read_shapes_find_shape(pdi_read_shapes_state *s, const char
                              name);
 }
 
-/* Read a union, intersection or difference of earlier shapes. */
+/* Read a union, intersection or difference of earlier shapes. PD_ERR_ARGUMENT: fewer than 2 names, more than a shape
+ * has room for, or a name of no shape above. */
 static pd_status pdi_read_shapes_set_operation(pdi_read_shapes_state *s, pdi_read_shapes_form form, pd_shape *shape)
 {
     pd_word_list list;
@@ -318,8 +326,9 @@ static pd_status pdi_read_shapes_geometry(pdi_read_shapes_state *s, int *index)
     return outside ? pd_setup_add_complement(s->ctx, s->setup, index) : PD_OK;
 }
 
-/* Read the material of a solid shape; append the shape to setup->solid_shape and a new metal to setup->metal. The first
- * named material becomes metal 0, which is also that of shapes without one. */
+/* Append a solid shape to setup->solid_shape and read its material, if it names one; a material that no metal has is
+ * appended to setup->metal. The first named material becomes metal 0, which is also that of shapes without one. A shape
+ * of another metal joins metal->shape. PD_ERR_ARGUMENT: an unknown material, or too many metals. */
 static pd_status pdi_read_shapes_material(pdi_read_shapes_state *s, int index)
 {
     pd_setup *u = s->setup;
@@ -351,8 +360,9 @@ static pd_status pdi_read_shapes_material(pdi_read_shapes_state *s, int index)
     return found ? pd_setup_add_union(s->ctx, u, index, &metal->shape) : PD_OK;
 }
 
-/* Read the grain structure of a solid into setup->grain, if it is given: size, spread, seed, boundary width.
- * PD_ERR_ARGUMENT: another structure than that of a solid above. */
+/* Read the grain structure of a solid into setup->grain, if grain_size is given: size, deviation, seed, boundary width,
+ * and set has_grains. PD_ERR_ARGUMENT: a structure other than that of a solid above, or a boundary wider than the grain
+ * size. */
 static pd_status pdi_read_shapes_grains(pdi_read_shapes_state *s)
 {
     pd_grain_desc grain;
@@ -380,7 +390,7 @@ static pd_status pdi_read_shapes_grains(pdi_read_shapes_state *s)
 }
 
 /* Add the shape to setup->wall and setup->wall_shape, with a Dirichlet concentration if key C is given and there is
- * transport. */
+ * transport. PD_ERR_ARGUMENT: too many walls, or a constant C below 0; an expression is not checked. */
 static pd_status pdi_read_shapes_wall(pdi_read_shapes_state *s, int index)
 {
     pd_setup *u = s->setup;
@@ -400,7 +410,8 @@ static pd_status pdi_read_shapes_wall(pdi_read_shapes_state *s, int index)
     return pd_setup_add_union(s->ctx, u, index, &u->wall);
 }
 
-/* Add the shape to the medium, fluid with a diffusivity of its own. PD_ERR_ARGUMENT: a medium above has another one. */
+/* Add the shape to the medium, fluid with a diffusivity of its own. PD_ERR_ARGUMENT: no [transport], or a medium above
+ * has another diffusivity. */
 static pd_status pdi_read_shapes_medium(pdi_read_shapes_state *s, int index)
 {
     pd_setup *u = s->setup;
@@ -416,7 +427,7 @@ static pd_status pdi_read_shapes_medium(pdi_read_shapes_state *s, int index)
     return pd_setup_add_union(s->ctx, u, index, &u->medium);
 }
 
-/* Add the shape to the region of passive film, where fluid does not dissolve metal. */
+/* Add the shape to the region of passive film, where fluid does not dissolve metal. PD_ERR_ARGUMENT: no [corrode]. */
 static pd_status pdi_read_shapes_passive(pdi_read_shapes_state *s, int index)
 {
     if (!s->setup->has_corrode)
@@ -424,7 +435,7 @@ static pd_status pdi_read_shapes_passive(pdi_read_shapes_state *s, int index)
     return pd_setup_add_union(s->ctx, s->setup, index, &s->setup->passive);
 }
 
-/* Add the shape to the region of fluid that starts with the composition `inside`. */
+/* Add the shape to the region of fluid that starts with the composition `inside`. PD_ERR_ARGUMENT: no chemistry. */
 static pd_status pdi_read_shapes_solution(pdi_read_shapes_state *s, int index)
 {
     if (!s->setup->has_chemistry)
@@ -434,8 +445,9 @@ static pd_status pdi_read_shapes_solution(pdi_read_shapes_state *s, int index)
     return pd_setup_add_union(s->ctx, s->setup, index, &s->setup->solution);
 }
 
-/* Read one [shape NAME] section: geometry, kind, and the keys of that kind; the shape joins the region of its kind in
- * the setup. */
+/* Read one [shape NAME] section: geometry, kind, and the keys of that kind. The shape joins the region of its kind in
+ * the setup; a part joins none. setup->section_shape has its index for solids and walls, else -1. setup->shape_line
+ * becomes the line of the first solid, before that of the first shape. PD_ERR_ARGUMENT: no name, too many shapes. */
 static pd_status pdi_read_shapes_section(pdi_read_shapes_state *s)
 {
     static const char *const kinds[] = {"part", "solid", "wall", "medium", "passive", "grip", "solution", NULL};

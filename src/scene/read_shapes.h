@@ -7,8 +7,8 @@
 
 #ifdef PDI_APP_INTERNAL
 /* Read all [shape ...] sections: geometry, solids, walls, materials and grains. folder: relative paths of masks and
- * surfaces start there. PD_ERR_PARSE, PD_ERR_ARGUMENT, PD_ERR_FILE with file:line; also for a part that no shape uses.
- */
+ * surfaces start there. PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line: also a shape of kind = part that no other shape
+ * uses. A scene without shapes is admitted. */
 PDI_FN pd_status pdi_read_shapes_read(pd_ctx *ctx, pd_text *text, const char *folder, pd_setup *setup);
 #endif
 

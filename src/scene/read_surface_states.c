@@ -14,7 +14,7 @@ static int pdi_read_surface_states_find_section(pdi_reader *s, const pd_setup_su
 
 /* ---- names, units, bounds ---- */
 
-/* 1: an identifier of ASCII letters, digits and _. */
+/* 1: an identifier of ASCII letters, digits and _ that begins with a letter. */
 static int pdi_read_surface_states_is_identifier(const char *name)
 {
     size_t length = strlen(name);
@@ -24,7 +24,8 @@ static int pdi_read_surface_states_is_identifier(const char *name)
     return 1;
 }
 
-/* Check that the name of a state is an identifier that no field, species, constant, table or variable has. */
+/* Check that the name of a state is an identifier of fewer than PD_SETUP_NAME - 24 bytes that no field, species, other
+ * state, constant, table, variable or function has. PD_ERR_ARGUMENT. */
 static pd_status pdi_read_surface_states_check_name(pdi_reader *s, int section, const char *name)
 {
     static const char *const others[] = {"E", "i", "pH", "grain"};
@@ -60,7 +61,8 @@ static int pdi_read_surface_states_has_dims(const pd_expr *expr, const pd_dims *
     return pd_units_is_same(&expr->dims, dims) || !(fabs(zero) > 0.0);
 }
 
-/* Read a bound of the state (key `min` or `max`) [SI], of its dimension; *value is unchanged if the key is absent. */
+/* Read a bound of the state (key `min` or `max`) [SI]; *value is unchanged if the key is absent. PD_ERR_ARGUMENT: its
+ * dimension is not that of the initial value; a bound of 0 needs no unit. */
 static pd_status pdi_read_surface_states_bound(pdi_reader *s, int section, const char *key,
                                                const pd_setup_surface_state *state, double *value)
 {
@@ -77,8 +79,10 @@ static pd_status pdi_read_surface_states_bound(pdi_reader *s, int section, const
     return pdi_text_fail_key(s->ctx, s->text, section, key, "found %s, expected %s as of 'initial'", found, wanted);
 }
 
-/* Read one [surface NAME] section up to its rate and append the state: name, unit, initial value, bounds (infinite by
- * default). */
+/* Read one [surface NAME] section up to its rate and append the state: name, unit, initial value in x, y, z, bounds
+ * (infinite by default). The initial value gives the dimension. PD_ERR_ARGUMENT: too many states, or states and
+ * species, a name that is taken, a unit with fractional exponents, min not below max, a constant initial value out of
+ * the bounds. */
 static pd_status pdi_read_surface_states_state(pdi_reader *s, int section)
 {
     pd_setup *u = s->setup;
@@ -125,7 +129,8 @@ static pd_status pdi_read_surface_states_state(pdi_reader *s, int section)
                              start, wanted, state->low, state->high);
 }
 
-/* Check the physics that surface states require: species that change in time, and electrodes or dissolution. */
+/* Check the physics that surface states require. PD_ERR_ARGUMENT: no chemistry, time = steady in it, or neither
+ * electrodes nor dissolution. */
 static pd_status pdi_read_surface_states_check_physics(pdi_reader *s, int section)
 {
     const pd_setup *u = s->setup;
@@ -233,7 +238,8 @@ PDI_FN pd_status pdi_read_surface_states_current_factor(pdi_reader *s, int secti
 
 /* ---- rates ---- */
 
-/* Read the electrodes that carry the state (key `of`) as bits of state->electrodes; all of them by default. */
+/* Read the electrodes that carry the state (key `of`) as bits of state->electrodes; all of them by default.
+ * PD_ERR_ARGUMENT: the key without [potential], or a name of no electrode. */
 static pd_status pdi_read_surface_states_electrodes(pdi_reader *s, int section, pd_setup_surface_state *state)
 {
     const pd_setup_potential *p = &s->setup->potential;
@@ -260,8 +266,9 @@ static pd_status pdi_read_surface_states_electrodes(pdi_reader *s, int section, 
     return PD_OK;
 }
 
-/* Read the rate law of a state in t, x, y, z, i, E, pH, species and states, not in C; it has the dimension of the state
- * per time. */
+/* Read the rate law of a state in t, x, y, z, pH, species and states, with a potential also in i and E, not in C or
+ * grain. PD_ERR_ARGUMENT: it has not the dimension of the state per time and is not the constant 0, or it uses pH
+ * without species H+. */
 static pd_status pdi_read_surface_states_rate(pdi_reader *s, int section, pd_setup_surface_state *state)
 {
     pd_setup *u = s->setup;
@@ -290,7 +297,8 @@ static pd_status pdi_read_surface_states_rate(pdi_reader *s, int section, pd_set
                              "and others, or include = electrolytes/hbss.electrolyte in [chemistry]");
 }
 
-/* Check that all electrodes of the bit set `where` carry state k, which the expression under `key` uses there. */
+/* Check that all electrodes of the bit set `where` carry state k, which the expression under `key` uses there.
+ * PD_ERR_ARGUMENT names the first that does not. */
 static pd_status pdi_read_surface_states_check_carried(pdi_reader *s, int section, const char *key, int k,
                                                        uint32_t where)
 {
@@ -326,7 +334,8 @@ static pd_status pdi_read_surface_states_check_metal(pdi_reader *s, int m, int k
                                                  all);
 }
 
-/* Check that each surface state is carried wherever rates, electrode factors and rate laws use it. */
+/* Check that each surface state is carried wherever rates of states, electrode factors and rate laws of metals use it.
+ * Of the metals, those with a law in species or E count, or metal 0 if there is none. PD_ERR_ARGUMENT. */
 static pd_status pdi_read_surface_states_check_uses(pdi_reader *s)
 {
     const pd_setup *u = s->setup;

@@ -8,11 +8,13 @@
 #include "scene/reader.h"
 
 #ifdef PDI_APP_INTERNAL
-/* Read names, units, initial values and bounds of all surface states, after the species. PD_ERR_PARSE, PD_ERR_ARGUMENT
- * with file:line. */
+/* Read names, units, initial values and bounds of all surface states, after the species. PD_ERR_ARGUMENT with
+ * file:line: a state without species, without electrodes and dissolution, or in steady chemistry, a name that is taken,
+ * too many states. PD_ERR_PARSE with file:line. */
 PDI_FN pd_status pdi_read_surface_states_read(pdi_reader *reader);
-/* Read the rate laws of all surface states and the electrodes that carry them, after metals and electrodes. Adds a
- * monitor for each. Checks that each state is carried wherever a law or factor uses it. */
+/* Read the rate laws of all surface states and the electrodes that carry them, after metals and electrodes. Add a
+ * monitor for each. PD_ERR_ARGUMENT: a rate of another dimension, or a law or factor that uses a state where an
+ * electrode does not carry it. */
 PDI_FN pd_status pdi_read_surface_states_rates(pdi_reader *reader);
 /* Append the species that the expression under `key` names as [H+] to the symbol table vars[*count], whose names name[]
  * stores, each once. species_index[*species]: their indices in the electrolyte; *species: their number.
@@ -27,7 +29,8 @@ PDI_FN pd_status pdi_read_surface_states_symbols(pdi_reader *reader, int section
                                                  char (*name)[PD_SPECIES_NAME + 2], int *count, int *species_index,
                                                  int *species);
 /* Read the factor of the current density of an electrode (key `current_factor`) [-], an expression in x, y, z, t and
- * the surface states, if it is given. electrode: its index. */
+ * the surface states, if it is given, and set has_current_factor. electrode: its index. PD_ERR_ARGUMENT: there are no
+ * states, the curve is primary, or the factor names species. */
 PDI_FN pd_status pdi_read_surface_states_current_factor(pdi_reader *reader, int section, int electrode);
 #endif
 
