@@ -31,8 +31,10 @@ static int pdi_read_chemistry_has_mineral(pdi_reader *s, const char *name)
     return 0;
 }
 
-/* Read the kinetics of a mineral: rate constant [mol/m2/s] times area [1/m] into m->rate and times surface [m2/mol]
- * into m->surface_rate, exponent, nucleation threshold, least porosity. Without a rate it is in equilibrium. */
+/* Read the kinetics of a mineral: rate constant [mol/m2/s] times area [1/m] into m->rate [mol/m3/s] and times surface
+ * [m2/mol] into m->surface_rate [1/s], exponent, nucleation threshold, least porosity. Without a rate it is in
+ * equilibrium, and both are 0. PD_ERR_ARGUMENT: a rate of 0 or without area and surface, or one of these without a
+ * rate. */
 static pd_status pdi_read_chemistry_mineral_rate(pdi_reader *s, int section, pd_mineral *m)
 {
     double rate = 0.0, area, surface;
@@ -56,7 +58,7 @@ static pd_status pdi_read_chemistry_mineral_rate(pdi_reader *s, int section, pd_
     return PD_OK;
 }
 
-/* Check that each [mineral NAME] section names a solid species. */
+/* Check that each [mineral NAME] section names a solid species of the electrolyte. PD_ERR_ARGUMENT. */
 static pd_status pdi_read_chemistry_check_minerals(pdi_reader *s)
 {
     const pd_electrolyte *e = &s->setup->electrolyte;
@@ -73,7 +75,9 @@ static pd_status pdi_read_chemistry_check_minerals(pdi_reader *s)
     return PD_OK;
 }
 
-/* Check that each mineral has a reaction, by a trial build of the reactive system. */
+/* Check that each mineral has a reaction, by a trial build of the reactive system; without minerals do nothing.
+ * PD_ERR_ARGUMENT, at the first [mineral ...] or [chemistry], with the message of the build: it fails for any
+ * reason. */
 static pd_status pdi_read_chemistry_check_reactions(pdi_reader *s)
 {
     pd_setup *u = s->setup;
@@ -90,8 +94,10 @@ static pd_status pdi_read_chemistry_check_reactions(pdi_reader *s)
     return pdi_text_fail_key(s->ctx, s->text, section, "mineral", "%.500s", message);
 }
 
-/* Choose the minerals among the solid species, read their kinetics, and remove all other solids from the electrolyte,
- * with a note. Read tortuosity and covering thickness. Check that all solutes have a diffusivity. */
+/* Choose the minerals, solids with a [mineral ...] section or, with minerals = all, all solids; read their kinetics,
+ * and remove all other solids from the electrolyte, with a note. Read tortuosity and covering thickness.
+ * PD_ERR_ARGUMENT: a solute without a positive D, a species that is neither solute, solvent nor solid, an initial
+ * amount of a solid that is no mineral, or more than PD_MINERAL_MAX. */
 static pd_status pdi_read_chemistry_minerals(pdi_reader *s)
 {
     pd_electrolyte *e = &s->setup->electrolyte;
@@ -174,8 +180,8 @@ PDI_FN pd_status pdi_read_chemistry_read(pdi_reader *s)
 
 /* ---- the reaction at the surface ---- */
 
-/* Copy the next word of a reaction equation into word[PD_SPECIES_NAME], cut to fit, and advance *text. 1: there was
- * one; 0: end of the text. */
+/* Copy the next word of a reaction equation, which blanks or tabs end, into word[PD_SPECIES_NAME], cut to fit, and
+ * advance *text. 1: there was one; 0: end of the text. */
 static int pdi_read_chemistry_next_word(const char **text, char *word)
 {
     const char *from = *text + strspn(*text, " \t");
@@ -185,8 +191,9 @@ static int pdi_read_chemistry_next_word(const char **text, char *word)
     return length > 0;
 }
 
-/* Append the species of a reaction that the electrolyte lacks to e: the metal, a gas and the electron e-. *metal, *gas,
- * *electron: their indices, -1: not in the reaction. */
+/* Append the species of a reaction that the electrolyte lacks to e: the metal (a neutral word of one atom), a gas and
+ * the electron e-, the first of each. *metal, *gas, *electron: their indices, -1: not in the reaction, or of the
+ * electrolyte. Numbers, signs and other words are passed over. PD_ERR_ARGUMENT: no room for a species. */
 static pd_status pdi_read_chemistry_add_species(pdi_reader *s, int section, const char *text, pd_electrolyte *e,
                                                 int *metal, int *gas, int *electron)
 {
@@ -212,8 +219,8 @@ static pd_status pdi_read_chemistry_add_species(pdi_reader *s, int section, cons
     return PD_OK;
 }
 
-/* Read a surface reaction (key `reaction`) among the species of `all`, to which metal, gas and electron are
- * appended. */
+/* Read a surface reaction (key `reaction`) among the species of `all`, to which metal, gas and electron are appended as
+ * by pdi_read_chemistry_add_species. PD_ERR_ARGUMENT: an equation that is refused; PD_ERR_PARSE: no such key. */
 static pd_status pdi_read_chemistry_reaction(pdi_reader *s, int section, pd_electrolyte *all, int *metal, int *gas,
                                              int *electron, pd_reaction *reaction)
 {
@@ -257,8 +264,9 @@ PDI_FN pd_status pdi_read_chemistry_electrode_reaction(pdi_reader *s, int sectio
     return PD_OK;
 }
 
-/* Check the electrons that the reaction of metal m releases per mole of metal: on the right, carried away by a current,
- * and as many as the charge in Faraday's law. */
+/* Check the electrons that the reaction of metal m releases per mole of metal. PD_ERR_ARGUMENT: they are not positive,
+ * neither migration nor a potential carries them away, electrodes stand among migrating ions and the rate law has no E
+ * or species, or, with a law as a current density, they are not the charge in Faraday's law. */
 static pd_status pdi_read_chemistry_check_electrons(pdi_reader *s, int section, int m, double electrons)
 {
     const pd_setup *u = s->setup;
@@ -288,7 +296,8 @@ static pd_status pdi_read_chemistry_check_electrons(pdi_reader *s, int section, 
                              electrons, charge);
 }
 
-/* Store the gas that a surface reaction evolves; one gas for all metals. */
+/* Store the name of the gas that a surface reaction evolves in setup->gas. PD_ERR_ARGUMENT: another metal evolves
+ * another gas. */
 static pd_status pdi_read_chemistry_set_gas(pdi_reader *s, int section, const char *name)
 {
     pd_setup *u = s->setup;
@@ -302,7 +311,8 @@ static pd_status pdi_read_chemistry_set_gas(pdi_reader *s, int section, const ch
 }
 
 /* Read the dissolution reaction of metal m: species_released and gas_released, moles per mole of metal (negative:
- * consumed). Sets setup->has_surface_reaction, and setup->gas if a gas evolves. */
+ * consumed). Set setup->has_surface_reaction, and setup->gas if a gas evolves. PD_ERR_ARGUMENT: no metal on the left, a
+ * gas there, electrons that are refused, or another gas than of another metal. */
 static pd_status pdi_read_chemistry_metal_reaction(pdi_reader *s, int section, int m)
 {
     pd_electrolyte all;
@@ -329,14 +339,17 @@ static pd_status pdi_read_chemistry_metal_reaction(pdi_reader *s, int section, i
     return PD_OK;
 }
 
-/* 1: metal m releases species by a reaction: the only metal, or each one whose rate law depends on species or E. */
+/* 1: metal m releases species by a reaction: its rate law depends on species, or on E among migrating ions; if that of
+ * no metal does, metal 0. */
 static int pdi_read_chemistry_is_releasing(const pd_setup *u, int m)
 {
     return pd_setup_find_species_rate_metal(u) < 0 ? m == 0 : pd_setup_has_species_rate(&u->metal[m]);
 }
 
-/* Read the dissolution reactions of all metals that release species; check that these and no others have one. section:
- * one with a reaction, for messages. */
+/* Read the dissolution reactions of all metals that release species; a section without label holds for all. section:
+ * one with a reaction, for messages. PD_ERR_ARGUMENT: such a metal has no reaction, a section of its own gives one to
+ * another metal, control = activation, or several metals without a rate law in E or species and electrodes among
+ * ions. */
 static pd_status pdi_read_chemistry_metal_reactions(pdi_reader *s, int section)
 {
     pd_setup *u = s->setup;

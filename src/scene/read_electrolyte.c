@@ -23,8 +23,8 @@ typedef struct pdi_read_electrolyte_state {
     int section[PD_SPECIES_MAX];      /* of each species */
 } pdi_read_electrolyte_state;
 
-/* Report a failed call of the chemistry room with file:line and key before its message. Returns PD_ERR_ARGUMENT, or the
- * status of that call where it is fatal (out of memory, cancelled). */
+/* Report a failed call of the chemistry room with file:line and key in place of the location in its message. Returns
+ * PD_ERR_ARGUMENT, or the status of that call, with its message, where it is fatal (out of memory, cancelled). */
 static pd_status pdi_read_electrolyte_fail(const pdi_read_electrolyte_state *s, int section, const char *key)
 {
     char message[PD_MESSAGE_SIZE];
@@ -38,7 +38,7 @@ static pd_status pdi_read_electrolyte_fail(const pdi_read_electrolyte_state *s, 
 /* ---- temperature ---- */
 
 /* Read the temperature [K] first, since constants depend on it, and declare it as the constant T. Read how
- * diffusivities follow it. */
+ * diffusivities follow it. PD_ERR_ARGUMENT: the scene has a constant T. */
 static pd_status pdi_read_electrolyte_temperature(pdi_read_electrolyte_state *s, pdi_read_constants_table *named)
 {
     double *t = &s->electrolyte->temperature;
@@ -75,7 +75,8 @@ static double pdi_read_electrolyte_stokes_einstein_factor(const pdi_read_electro
     return t / PDI_READ_ELECTROLYTE_REFERENCE_T * pow(10.0, more);
 }
 
-/* Read the diffusivity [m2/s] at 25 C and convert it to the temperature, by activation energy or viscosity. */
+/* Read the diffusivity [m2/s] at 25 C and convert it to the temperature: by the activation energy, if it is given, else
+ * by the viscosity of water with diffusion = viscosity, else not. */
 static pd_status pdi_read_electrolyte_diffusivity(pdi_read_electrolyte_state *s, int section, double *diffusivity)
 {
     double energy;
@@ -92,8 +93,8 @@ static pd_status pdi_read_electrolyte_diffusivity(pdi_read_electrolyte_state *s,
 
 /* ---- [species FORMULA] ---- */
 
-/* Read the concentration of the species in work in the inlet or inside solution; default: the initial one, 0 of
- * solids. */
+/* Read the concentration [mol/m3] of the species in work in the inlet or inside solution; default: the initial one, 0
+ * of solids. PD_ERR_ARGUMENT: it is given of a solid. */
 static pd_status pdi_read_electrolyte_other_concentration(pdi_read_electrolyte_state *s, int section, const char *key,
                                                           double *value)
 {
@@ -107,7 +108,8 @@ static pd_status pdi_read_electrolyte_other_concentration(pdi_read_electrolyte_s
 }
 
 /* Read one [species FORMULA] section and append it to the electrolyte: formula, charge, D, concentrations, molar
- * volume. */
+ * volume. PD_ERR_ARGUMENT: no label, PD_SPECIES_MAX species, a formula that is refused, an activation energy without D,
+ * or a molar volume of a species that is no solid. */
 static pd_status pdi_read_electrolyte_one_species(pdi_read_electrolyte_state *s, int section)
 {
     pd_electrolyte *e = s->electrolyte;
@@ -147,8 +149,9 @@ static pd_status pdi_read_electrolyte_one_species(pdi_read_electrolyte_state *s,
     return PD_OK;
 }
 
-/* Read all species, and add the solvent H2O if the file has none, with the concentration of pure water at 25 C unless
- * one is given. */
+/* Read all species, and add the solvent H2O if the file has none. Its concentration is that of pure water at 25 C
+ * unless a positive one is given, and the same in all solutions. PD_ERR_ARGUMENT: no species, or no room for the
+ * solvent. */
 static pd_status pdi_read_electrolyte_species(pdi_read_electrolyte_state *s)
 {
     pd_electrolyte *e = s->electrolyte;
@@ -181,7 +184,8 @@ static pd_status pdi_read_electrolyte_species(pdi_read_electrolyte_state *s)
 /* ---- [reaction NAME] ---- */
 
 /* Read an equilibrium or rate constant: *value in the unit that unit[PD_UNITS_TEXT] names, a product of powers of mol,
- * L and s. */
+ * L and s, "" for a plain number. A volume counts as litres. PD_ERR_ARGUMENT: a dimension with others in it. The sign
+ * is not checked. */
 static pd_status pdi_read_electrolyte_constant(pdi_read_electrolyte_state *s, int section, const char *key,
                                                double *value, char *unit)
 {
@@ -211,7 +215,8 @@ static pd_status pdi_read_electrolyte_constant(pdi_read_electrolyte_state *s, in
 }
 
 /* Convert the equilibrium constant from 25 C to the temperature by van't Hoff, if its enthalpy is given (theory: eq.
- * 5b.12). Stores the enthalpy [J/mol] of the reaction in work in the electrolyte, NaN: not given. */
+ * 5b.12). Store the enthalpy [J/mol] of the reaction in work in the electrolyte, NaN: not given. PD_ERR_ARGUMENT: an
+ * enthalpy without K and log10_K. */
 static pd_status pdi_read_electrolyte_vant_hoff(pdi_read_electrolyte_state *s, int section, pd_reaction_desc *desc)
 {
     pd_electrolyte *e = s->electrolyte;
@@ -228,8 +233,9 @@ static pd_status pdi_read_electrolyte_vant_hoff(pdi_read_electrolyte_state *s, i
     return PD_OK;
 }
 
-/* Convert the rate constants from 25 C to the temperature by Arrhenius: forward with the activation energy, backward
- * with that less the enthalpy, so that their ratio stays K. */
+/* Convert the rate constants from 25 C to the temperature by Arrhenius, if the activation energy is given: forward with
+ * it, backward with it less the enthalpy (0 if not given), so that their ratio stays K. PD_ERR_ARGUMENT: neither rate
+ * is given. */
 static pd_status pdi_read_electrolyte_rate_temperature(pdi_read_electrolyte_state *s, int section,
                                                        pd_reaction_desc *desc)
 {
@@ -245,8 +251,9 @@ static pd_status pdi_read_electrolyte_rate_temperature(pdi_read_electrolyte_stat
     return PD_OK;
 }
 
-/* Read one [reaction NAME] section and append it to the electrolyte: equation, equilibrium constant, rate constants, at
- * the temperature. */
+/* Read one [reaction NAME] section and append it to the electrolyte: equation, equilibrium constant, NaN without K and
+ * log10_K, rate constants, 0 if not given, at the temperature. PD_ERR_ARGUMENT: no label, PD_REACTION_MAX reactions, a
+ * second = in the equation, both K and log10_K, a rate that is not positive, an equation or units that are refused. */
 static pd_status pdi_read_electrolyte_reaction(pdi_read_electrolyte_state *s, int section)
 {
     static const char *const rates[] = {"forward", "backward"};
@@ -300,7 +307,8 @@ static pd_status pdi_read_electrolyte_reaction(pdi_read_electrolyte_state *s, in
 
 /* ---- [chemistry] ---- */
 
-/* Read the ion that a key names (balance, counter): its index; -1: the key is absent. */
+/* Read the ion that a key names (balance, counter) into *ion: its index; -1: the key is absent. PD_ERR_ARGUMENT: no
+ * such species, or one that is no charged solute. */
 static pd_status pdi_read_electrolyte_ion(pdi_read_electrolyte_state *s, const char *key, int *ion)
 {
     const char *name;
@@ -320,14 +328,16 @@ static pd_status pdi_read_electrolyte_ion(pdi_read_electrolyte_state *s, const c
                              name);
 }
 
-/* Read a pH from -2 to 16; unchanged if the key is absent. */
+/* Read a pH within the bounds of the key; *ph is unchanged if the key is absent. */
 static pd_status pdi_read_electrolyte_ph(pdi_read_electrolyte_state *s, const char *key, double *ph)
 {
     if (!pdi_text_has_key(s->ctx, s->text, s->chemistry, key)) return PD_OK;
     return pdi_key_value_get_number(s->ctx, s->text, s->chemistry, key, ph);
 }
 
-/* Read the section [chemistry]: activity model, minerals, balancing ions, pH of the three solutions. */
+/* Read the section [chemistry]: activity model, minerals, balance ion (-1: none) and counter ion, by default the same,
+ * pH of the initial, inlet and inside solutions (NaN: none), the latter two by default the first. PD_ERR_ARGUMENT: a
+ * key pH with H+ or OH- as counter ion. */
 static pd_status pdi_read_electrolyte_chemistry(pdi_read_electrolyte_state *s)
 {
     pd_electrolyte *e = s->electrolyte;
@@ -368,7 +378,8 @@ static pd_status pdi_read_electrolyte_close_solution(pdi_read_electrolyte_state 
                        : pdi_read_electrolyte_fail(s, written, key);
 }
 
-/* Make the initial, inlet and inside solutions neutral with their pH. The initial one as written stays in e->recipe. */
+/* Make the initial, inlet and inside solutions neutral with their pH. The initial one as written stays in e->recipe.
+ * PD_ERR_ARGUMENT: the speciation cannot be built, charges cannot be balanced, or a pH cannot be reached. */
 static pd_status pdi_read_electrolyte_close_solutions(pdi_read_electrolyte_state *s)
 {
     pd_electrolyte *e = s->electrolyte;
@@ -427,7 +438,8 @@ PDI_FN pd_status pdi_read_electrolyte_prepare(pd_ctx *ctx, pd_text *text, const 
 
 /* ---- a file of its own ---- */
 
-/* Read an electrolyte from the text of a file of its own. */
+/* Read an electrolyte from the text of a file of its own; its constants are detached from the text afterwards.
+ * PD_ERR_ARGUMENT: no section of chemistry. */
 static pd_status pdi_read_electrolyte_text(pd_ctx *ctx, pd_text *text, const char *const *overrides, int count,
                                            pd_electrolyte *e)
 {

@@ -78,7 +78,7 @@ static const char *const pdi_read_param_file_ignored_keys[][2] = {
     {"newton_max_iter", "the transport is solved to the rounding of the ledger"},
     {"channel_flow_corrections", "walls and openings are of second order without corrections"}};
 
-/* Read a number in low .. high; open 1: low itself is refused. */
+/* Read a number in low .. high; open 1: low itself is refused. PD_ERR_ARGUMENT: out of bounds. */
 static pd_status pdi_read_param_file_number(pd_ctx *ctx, pd_text *text, const char *key, const char *fallback,
                                             double low, double high, int open, double *value)
 {
@@ -98,7 +98,8 @@ static pd_status pdi_read_param_file_numbers(pd_ctx *ctx, pd_text *text, pdi_rea
     return PD_OK;
 }
 
-/* Add a note for each key that is given and has no effect. */
+/* Add a note for each key that is given and has no effect; such a key must still be a number. D_grain and D_gb have
+ * none where k_corr gives the rate. */
 static pd_status pdi_read_param_file_add_notes(pd_ctx *ctx, pd_text *text, const pdi_read_param_file_values *f,
                                                pd_setup *setup)
 {
@@ -116,8 +117,9 @@ static pd_status pdi_read_param_file_add_notes(pd_ctx *ctx, pd_text *text, const
     return PD_OK;
 }
 
-/* Set box, spacing, horizons and geometry; in 3D the box bounds the tube, rounded up to whole cells. The axis of an
- * axisymmetric box becomes a mirror. PD_ERR_ARGUMENT: no whole number of cells. */
+/* Set box, spacing, horizons and geometry; in 3D the box bounds the tube, rounded up to whole cells. An axisymmetric
+ * box starts at y = 0, where the side becomes a mirror. PD_ERR_ARGUMENT: no whole number of cells within 1e-6 along x
+ * or, in 2D, y, 1e9 cells or more, or axisymmetric other than 0, or 1 in 2D. */
 static pd_status pdi_read_param_file_box(pd_ctx *ctx, const pd_text *text, const pdi_read_param_file_values *f,
                                          pd_setup *setup)
 {
@@ -159,7 +161,7 @@ static void pdi_read_param_file_init_cylinder(double radius, pd_shape *shape)
 }
 
 /* Add the shapes: tube wall (3D) as setup->wall, and the wire (in 2D a slab) as setup->solid. No wire where R_wire or
- * L_wire is 0. */
+ * L_wire is 0. PD_ERR_ARGUMENT: R_wire is not below R_tube. */
 static pd_status pdi_read_param_file_shapes(pd_ctx *ctx, const pd_text *text, const pdi_read_param_file_values *f,
                                             pd_setup *setup)
 {
@@ -307,8 +309,9 @@ static pd_status pdi_read_param_file_rate_law(pd_ctx *ctx, double speed, pd_setu
     return pd_expr_build(ctx, &desc, &setup->metal[0].rate);
 }
 
-/* Set up dissolution: threshold as a fraction of C_solid_init, saturation, rate law, notes. Without a solid or a rate
- * has_dissolve is 0 and nothing else is set. */
+/* Set up dissolution: threshold as a fraction of C_solid_init, saturation (0: none), rate law, notes. Without a solid
+ * or a rate has_dissolve is 0 and nothing else is set. PD_ERR_ARGUMENT: C_thresh is not below C_solid_init, or is 0
+ * without k_corr. */
 static pd_status pdi_read_param_file_dissolve(pd_ctx *ctx, const pd_text *text, const pdi_read_param_file_values *f,
                                               pd_setup *setup)
 {

@@ -19,7 +19,9 @@
 
 #ifdef PDI_APP_INTERNAL
 /* Fill the setup from a flat text. Overrides are applied here, because k_corr refers to dx as it stands in the file. A
- * key without effect on this solver adds a note. PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line. */
+ * known key without effect on this solver adds a note. PD_ERR_PARSE with file:line: an unknown key. PD_ERR_ARGUMENT
+ * with file:line: in 1D, a number out of bounds, a box that is not of whole cells, R_wire not below R_tube, C_thresh
+ * not below C_solid_init. */
 PDI_FN pd_status pdi_read_param_file_read(pd_ctx *ctx, pd_text *text, const char *const *overrides, int count,
                                           pd_setup *setup);
 #endif

@@ -5,7 +5,7 @@
 #include <string.h>
 
 /* Read the value of a key into an expression, for pd_expr_free: one in x, y, z, t, a number, or the index of a whole
- * number or choice. A constant must lie within the bounds of the key. */
+ * number or choice. PD_ERR_ARGUMENT: a constant is out of the bounds of the key; nothing is left to free then. */
 static pd_status pdi_read_physics_value(pdi_reader *s, int section, const pd_key *key, pd_expr *value)
 {
     const char *unit = strcmp(key->unit, "-") == 0 ? "" : key->unit;
@@ -42,8 +42,8 @@ static pd_status pdi_read_physics_keys(pdi_reader *s, int section, pd_setup_regi
     return PD_OK;
 }
 
-/* Read the values that sides prescribe for the first field of the physics, under its name as a key, and set their bits
- * in own->prescribed_sides. */
+/* Read the values that sides prescribe for the first field of the physics, under its name as a key, as expressions in
+ * x, y, z, t, and set their bits in own->prescribed_sides. Sides without the key are left out. */
 static pd_status pdi_read_physics_sides(pdi_reader *s, pd_setup_registered *own)
 {
     const pd_physics_field *field = &own->type->field[0];
@@ -57,7 +57,8 @@ static pd_status pdi_read_physics_sides(pdi_reader *s, pd_setup_registered *own)
     return PD_OK;
 }
 
-/* Check that the fields fit in number and that their names are free, and make their labels. */
+/* Check the fields of a physics and make their labels, "name [unit]". PD_ERR_ARGUMENT: too many fields with those of
+ * the physics before, or a name that is empty, too long, or that of a field or variable of rate laws. */
 static pd_status pdi_read_physics_fields(pdi_reader *s, int section, pd_setup_registered *own)
 {
     const pd_expr_symbol *variable = pd_setup_get_rate_symbols();

@@ -446,8 +446,9 @@ static pd_status pdi_read_shapes_solution(pdi_read_shapes_state *s, int index)
 }
 
 /* Read one [shape NAME] section: geometry, kind, and the keys of that kind. The shape joins the region of its kind in
- * the setup; a part joins none. setup->section_shape has its index for solids and walls, else -1. setup->shape_line
- * becomes the line of the first solid, before that of the first shape. PD_ERR_ARGUMENT: no name, too many shapes. */
+ * the setup; a part joins none. setup->section_shape has its index for solids and walls, else -1. setup->shape_line is
+ * the line of the first solid, or, while there is none, of the first shape. PD_ERR_ARGUMENT: no name, too many
+ * shapes. */
 static pd_status pdi_read_shapes_section(pdi_read_shapes_state *s)
 {
     static const char *const kinds[] = {"part", "solid", "wall", "medium", "passive", "grip", "solution", NULL};

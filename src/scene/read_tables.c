@@ -6,8 +6,8 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Copy the label of the section into name[PD_SETUP_NAME] as the name of its function. PD_ERR_ARGUMENT: it is no short
- * identifier, or expressions use it already. */
+/* Copy the label of the section into name[PD_SETUP_NAME] as the name of its function. PD_ERR_ARGUMENT: it is no
+ * identifier, too long, reserved by expressions, or a constant of the scene. */
 static pd_status pdi_read_tables_check_name(const pdi_read_tables_state *s, char *name)
 {
     const char *label = s->text->section[s->section].label;
@@ -44,8 +44,8 @@ static pd_status pdi_read_tables_find_column(const pdi_read_tables_state *s, con
                              heading, s->table.path, list);
 }
 
-/* Unit in the brackets at the end of a heading, "loss [%]", into unit[PD_UNITS_TEXT]; "" for [-], unchanged if there
- * are no brackets. */
+/* Unit in the last brackets of a heading, "loss [%]", into unit[PD_UNITS_TEXT]; "" for [-]; unchanged if there are no
+ * brackets, they do not close, or the unit is too long. */
 static void pdi_read_tables_get_bracket_unit(const char *heading, char *unit)
 {
     const char *open = strrchr(heading, '[');
@@ -56,7 +56,8 @@ static void pdi_read_tables_get_bracket_unit(const char *heading, char *unit)
     if (strcmp(unit, "-") == 0) unit[0] = '\0'; /* as the tables of a run have it */
 }
 
-/* Split "heading in unit" into heading[PD_EXPR_LENGTH] and unit[PD_UNITS_TEXT]; unit "" where there is no "in". */
+/* Split "heading in unit" at its last " in " into heading[PD_EXPR_LENGTH] and unit[PD_UNITS_TEXT]; unit "" where there
+ * is none. PD_ERR_ARGUMENT: one of them is too long. */
 static pd_status pdi_read_tables_split_heading(const pdi_read_tables_state *s, const char *key, const char *given,
                                                char *heading, char *unit)
 {
@@ -129,7 +130,8 @@ static pd_status pdi_read_tables_build_curve(const pdi_read_tables_state *s, dou
     return pdi_input_files_fail(s->ctx, s->text, s->section, "file");
 }
 
-/* Read one [table NAME] section: its CSV file and its function. */
+/* Read one [table NAME] section: its CSV file into table->curve, and its function, which refers to it. The file is not
+ * kept. PD_ERR_ARGUMENT: a name, file or column that is refused. */
 static pd_status pdi_read_tables_section(pdi_read_tables_state *s, pd_setup_table *table, pd_expr_table *function)
 {
     char path[PD_PATH_SIZE];
