@@ -17,7 +17,8 @@ PDI_FN pd_status pdi_fingerprint_add_line(pd_ctx *ctx, pd_setup *u, const char *
     return PD_OK;
 }
 
-/* Value with normalised blanks into text[size]; one that does not fit is replaced by its length and CRC-32. */
+/* Value into text[size], with each run of blanks as one blank and none at the start; one that does not fit is replaced
+ * by its first 60 bytes, its length and its CRC-32. */
 static void pdi_fingerprint_format_value(const char *value, char *text, size_t size)
 {
     size_t used = 0;

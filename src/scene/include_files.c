@@ -23,8 +23,9 @@ static const pd_text_entry *pdi_include_files_find_entry(const pd_text *text)
     return NULL;
 }
 
-/* Merge one pair of the included file `file`, a name that text owns, into a section of text. depth: nesting depth of
- * the file; smaller depths have priority. PD_ERR_PARSE: a file of the same depth has the pair. */
+/* Merge one pair of the included file `file`, a name that text owns, into a section of text; strings are copied. depth:
+ * nesting depth of the file. A pair of a smaller depth stays, one of a larger depth is replaced. PD_ERR_PARSE: a file
+ * of the same depth has the pair. */
 static pd_status pdi_include_files_merge_entry(pd_ctx *ctx, pd_text *text, int section, const pd_text_entry *e,
                                                char *file, int depth)
 {
@@ -51,8 +52,8 @@ static pd_status pdi_include_files_merge_entry(pd_ctx *ctx, pd_text *text, int s
     return PD_OK;
 }
 
-/* Merge all sections and pairs of the included file `from` into text. PD_ERR_PARSE: a section that is not of
- * chemistry. */
+/* Merge all sections and pairs of the included file `from` into text, but not its key include. PD_ERR_PARSE: a section
+ * that is not of chemistry, or pairs before the first one. */
 static pd_status pdi_include_files_merge_text(pd_ctx *ctx, pd_text *text, const pd_text *from, int depth)
 {
     static const char *const allowed[] = {"chemistry", "species", "reaction", "mineral"};
@@ -86,8 +87,8 @@ static pd_status pdi_include_files_read_list(pd_ctx *ctx, pd_text *text, const p
                                              pdi_include_files_seen *files);
 
 /* Read one file name[size] of the include list `e` of `from`, relative to its folder, merge it, and follow its own
- * list. A file already read is skipped. PD_ERR_PARSE: it is missing or includes itself, nesting too deep, or too many
- * files. */
+ * list. A file already read, by its path as written, is skipped. PD_ERR_PARSE: it is missing or includes itself, the
+ * path is too long, nesting is deeper than PDI_INCLUDE_FILES_MAX_DEPTH, or PDI_INCLUDE_FILES_MAX were read. */
 static pd_status pdi_include_files_read_file(pd_ctx *ctx, pd_text *text, const pd_text *from, const pd_text_entry *e,
                                              const char *name, size_t size, int depth, pdi_include_files_seen *files)
 {

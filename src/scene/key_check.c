@@ -19,7 +19,7 @@ static void pdi_key_check_add_candidates(const char *list, pd_units_suggestion *
     }
 }
 
-/* Check the name of a section. PD_ERR_ARGUMENT: unknown. */
+/* Check the name of a section. PD_ERR_ARGUMENT: it is neither in the table nor of a registered physics. */
 static pd_status pdi_key_check_section(pd_ctx *ctx, const pd_text *text, int section)
 {
     const char *name = text->section[section].name;
@@ -37,7 +37,8 @@ static pd_status pdi_key_check_section(pd_ctx *ctx, const pd_text *text, int sec
                              hint);
 }
 
-/* Check the key of a pair in its section. PD_ERR_PARSE: unknown. */
+/* Check the key of a pair in its section, which is a known one. In [side ...] the fields of registered physics are
+ * keys, too. PD_ERR_PARSE: unknown. */
 static pd_status pdi_key_check_key(pd_ctx *ctx, const pd_text *text, const pd_text_entry *e)
 {
     const pd_section *s = &text->section[e->section];

@@ -20,8 +20,9 @@ static int pdi_key_value_is_choice(const pd_key *row, const char *word, size_t l
     return 0;
 }
 
-/* Default of the table, copied into out[size] up to its first ; or : and returned. NULL: the key is required, or the
- * table tells in words where its value comes from. */
+/* Default of the table, copied into out[size] up to its first ; or : and returned, where its text begins with a number
+ * or, of a choice, with one of the words. NULL otherwise: the key is required, or the table tells in words where its
+ * value comes from. */
 static const char *pdi_key_value_get_default(const pd_key *row, char *out, size_t size)
 {
     size_t length = strcspn(row->default_text, ";:"), word = strcspn(row->default_text, " ;:,");
@@ -49,7 +50,8 @@ static pd_status pdi_key_value_fail_key(pd_ctx *ctx, const pd_text *text, int se
                    section >= 0 ? text->section[section].name : "", key);
 }
 
-/* Report a value [SI] that is not between the lower bound of the row and `high`. Returns PD_ERR_ARGUMENT. */
+/* Report a value [SI] that is not between the lower bound of the row and `high`; the message gives both, or only the
+ * lower one where that is 0 and high is PD_KEY_MAX_NUMBER. Returns PD_ERR_ARGUMENT. */
 static pd_status pdi_key_value_fail_bounds(pd_ctx *ctx, const pd_text *text, int section, const pd_key *row,
                                            double high, const char *key, double value)
 {
@@ -86,7 +88,8 @@ PDI_FN pd_status pdi_key_value_check_bounds(pd_ctx *ctx, const pd_text *text, in
 }
 
 /* Read a number [SI] of at most `high` and the upper bound of its row. Its default is that of the table, or, where
- * has_fallback is 1, `fallback` (NULL: the key is required). */
+ * has_fallback is 1, `fallback` (NULL: the key is required). PD_ERR_ARGUMENT: out of bounds, also of a default.
+ * PD_ERR_INTERNAL: no row of a number. */
 static pd_status pdi_key_value_read_number(pd_ctx *ctx, pd_text *text, int section, const char *key, int has_fallback,
                                            const char *fallback, double high, double *value)
 {
@@ -117,7 +120,9 @@ PDI_FN pd_status pdi_key_value_get_number_up_to(pd_ctx *ctx, pd_text *text, int 
     return pdi_key_value_read_number(ctx, text, section, key, 0, NULL, high, value);
 }
 
-/* Read one of the words of a choice; *value: its position among them, from 0 on. */
+/* Read one of the words of a choice, at most PDI_KEY_VALUE_MAX_CHOICES; *value: its position among them, from 0 on.
+ * "no, yes" is read as pdi_text_get_bool does. PD_ERR_PARSE: another word. PD_ERR_INTERNAL: the list of words is too
+ * long. */
 static pd_status pdi_key_value_read_choice(pd_ctx *ctx, pd_text *text, int section, const char *key, const pd_key *row,
                                            const char *fallback, int *value)
 {
@@ -140,7 +145,8 @@ static pd_status pdi_key_value_read_choice(pd_ctx *ctx, pd_text *text, int secti
 }
 
 /* Read a whole number, or the position of a choice. Its default is that of the table, or, where has_fallback is 1,
- * `fallback` (NULL: the key is required). */
+ * `fallback` (NULL: the key is required). PD_ERR_INTERNAL: no row of this type. PD_ERR_PARSE: out of bounds, or no such
+ * word. */
 static pd_status pdi_key_value_read_index(pd_ctx *ctx, pd_text *text, int section, const char *key, int has_fallback,
                                           const char *fallback, int *value)
 {

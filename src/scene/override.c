@@ -4,7 +4,8 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Section of a bare key: the only one that has it, or section 0 of a flat file. PD_ERR_PARSE: none or several. */
+/* Section of a bare key into *section: the only one that has it, or section 0 of a flat file, which may lack it.
+ * PD_ERR_PARSE: several have it, or none in a text with sections; the message lists the candidates. */
 static pd_status pdi_override_find_bare_key(pd_ctx *ctx, const pd_text *text, const char *key, int *section)
 {
     int count = 0;
@@ -47,7 +48,8 @@ static pd_status pdi_override_find_bare_key(pd_ctx *ctx, const pd_text *text, co
     return PD_OK;
 }
 
-/* Section of `name.key`: the one without label, else the only labelled one, else a new one. PD_ERR_PARSE: several. */
+/* Section of `name.key` into *section: the one without label, else the only labelled one, else a new one, which is
+ * empty. The key itself is not looked up. PD_ERR_PARSE: several labelled ones and none without label. */
 static pd_status pdi_override_find_named_section(pd_ctx *ctx, pd_text *text, const char *name, const char *key,
                                                  int *section)
 {

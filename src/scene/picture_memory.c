@@ -10,15 +10,15 @@
 #define PDI_PICTURE_MEMORY_DEFLATE_BYTES 0.65e6
 
 /* Pixels along an axis for a field of `cells` cells: whole ones a cell, about `wanted` in all, at least 120. With more
- * than `largest` cells several share a pixel. */
+ * than `largest` cells several cells share a pixel, so that there are `largest` pixels at most. */
 static double pdi_picture_memory_count_pixels(double cells, double wanted, double largest)
 {
     double each = pd_max(1.0, floor(wanted / cells + 0.5));
     return cells > largest ? cells / ceil(cells / largest) : pd_max(cells * each, 120.0);
 }
 
-/* [byte] Memory of the rendered metal surface, its mesh taken as large as the surface of the box; 0 where none is
- * drawn. */
+/* [byte] Memory of the rendered metal surface, its mesh taken as large as the surface of the box; 0 outside 3D and
+ * where drawing.surface is 0. */
 static double pdi_picture_memory_estimate_surface_view(const pd_setup *setup)
 {
     pd_rendering s;

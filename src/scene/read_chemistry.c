@@ -192,8 +192,8 @@ static int pdi_read_chemistry_next_word(const char **text, char *word)
 }
 
 /* Append the species of a reaction that the electrolyte lacks to e: the metal (a neutral word of one atom), a gas and
- * the electron e-, the first of each. *metal, *gas, *electron: their indices, -1: not in the reaction, or of the
- * electrolyte. Numbers, signs and other words are passed over. PD_ERR_ARGUMENT: no room for a species. */
+ * the electron e-, the first of each. *metal, *gas, *electron: their indices, -1: none was appended. Numbers, signs and
+ * other words are passed over. PD_ERR_ARGUMENT: no room for a species. */
 static pd_status pdi_read_chemistry_add_species(pdi_reader *s, int section, const char *text, pd_electrolyte *e,
                                                 int *metal, int *gas, int *electron)
 {

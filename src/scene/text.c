@@ -195,7 +195,8 @@ PDI_FN pd_status pdi_text_fail_expected(pd_ctx *ctx, const pd_text *text, int li
 }
 
 /* Parse the section line "[name label]" whose '[' is t[*at]; null bytes in t end its words. The text is flat no longer.
- * *section: the section that it opens, *at: index behind the ']'. */
+ * *section: the section that it opens, one that exists or a new one, which then is present; *at: index behind the ']'.
+ * PD_ERR_PARSE: no name, no ']', or PD_TEXT_ENTRIES sections. */
 static pd_status pdi_text_parse_section(pd_ctx *ctx, pd_text *text, char *t, int line, size_t *at, int *section)
 {
     size_t name = pdi_text_skip_blanks(t, *at + 1), name_size = pdi_text_scan_word(t + name, PDI_TEXT_CHARSET_KEY);
@@ -248,7 +249,8 @@ static size_t pdi_text_scan_section_key(const pd_text *text, int section, const 
 }
 
 /* Number of bytes from the '[' at t[at] to the ']' of a species [FORMULA] inside the value that starts at t[start]; 0:
- * no species, since no operator precedes it or its formula is malformed. */
+ * no species, since neither an operator, an opening parenthesis, a comma nor the start of the value precedes it, or its
+ * formula is malformed. */
 static size_t pdi_text_scan_species(const char *t, size_t start, size_t at)
 {
     size_t size = pdi_text_scan_word(t + at + 1, PDI_TEXT_CHARSET_FORMULA), before = at;
@@ -257,8 +259,9 @@ static size_t pdi_text_scan_species(const char *t, size_t start, size_t at)
     return size && t[at + 1 + size] == ']' ? 1 + size : 0;
 }
 
-/* Find *end of the value that starts at t[at]: the next `identifier =` outside parentheses, or the end of the line.
- * PD_ERR_PARSE: unbalanced parentheses or a stray bracket. */
+/* Find *end of the value that starts at t[at]: the next key outside parentheses behind a blank or comma
+ * (pdi_text_scan_section_key), or the end of the line. PD_ERR_PARSE: unbalanced parentheses, or a bracket that is not
+ * of a species [FORMULA]. */
 static pd_status pdi_text_find_value_end(pd_ctx *ctx, const pd_text *text, int section, const char *t, int line,
                                          int within, size_t at, size_t *end)
 {
@@ -280,8 +283,9 @@ static pd_status pdi_text_find_value_end(pd_ctx *ctx, const pd_text *text, int s
     return PD_OK;
 }
 
-/* Parse one line, which null bytes cut into strings: comment, section header, pairs. *section: the current section,
- * updated by a header. */
+/* Parse one line, which null bytes cut into strings: comment from # on, section header, pairs; an empty line adds
+ * nothing. *section: the current section, updated by a header. PD_ERR_PARSE: what is no pair in a section without free
+ * text, a key without value, or a key that the section has already. */
 static pd_status pdi_text_parse_line(pd_ctx *ctx, pd_text *text, char *t, int line, int *section)
 {
     char *comment = strchr(t, '#');
@@ -327,8 +331,9 @@ PDI_FN pd_status pdi_text_check_bytes(pd_ctx *ctx, const pd_text *text, const ch
     return PD_OK;
 }
 
-/* Parse bytes[size] line by line into sections and pairs, and find whether the text is flat. Skips a UTF-8 byte order
- * mark. */
+/* Parse bytes[size] line by line into sections and pairs; section 0 is that of the lines before the first header. A
+ * text without headers is flat, and its numbers may lack units. A UTF-8 byte order mark is skipped. PD_ERR_SIZE: more
+ * than PD_TEXT_SIZE bytes without it. On failure text is left in part, for pdi_text_free. */
 static pd_status pdi_text_parse(pd_ctx *ctx, pd_text *text, const char *name, const char *bytes, size_t size)
 {
     char *t, *kept_name;
@@ -412,8 +417,9 @@ static pd_status pdi_text_fail_memory(pd_ctx *ctx, const pd_text *text)
     return pd_fail(ctx, text->pending_status, text->name, "memory for its keys could not be allocated");
 }
 
-/* Record that a reader looked up the key, for the suggestions of pdi_text_check_unused. PD_ERR_ARGUMENT: no such
- * section. */
+/* Record, once, that a reader looked up the key in the sections of this name, for the suggestions of
+ * pdi_text_check_unused; they count as looked up. PD_ERR_ARGUMENT: no such section. A pending error (out of memory) is
+ * returned first. */
 static pd_status pdi_text_mark_asked(pd_ctx *ctx, pd_text *text, int section, const char *key)
 {
     char *copy;
@@ -449,8 +455,9 @@ typedef struct pdi_text_value {
     char location[PDI_TEXT_LOCATION_SIZE];
 } pdi_text_value;
 
-/* Look up a pair, which then counts as read, or its default. `what` describes the expected value in the message of a
- * missing key. unit: only for the check against the table of keys with PD_DEBUG. */
+/* Look up a pair, which then counts as read, or its default; the key counts as asked for. `what` describes the expected
+ * value in the message of a missing key. unit: only for the check against the table of keys with PD_DEBUG.
+ * PD_ERR_PARSE: neither pair nor default. PD_ERR_ARGUMENT: no such section. */
 static pd_status pdi_text_find_value(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
                                      const char *fallback, const char *what, pdi_text_value *v)
 {
@@ -489,7 +496,8 @@ static pd_status pdi_text_fail_value(pd_ctx *ctx, const pdi_text_value *v, size_
 }
 
 /* Compile bytes [first, end) of the value as an expression in vars[var_count], for pd_expr_free. unit: its dimension,
- * NULL: any. It knows the constants and tables of the text. */
+ * NULL: any. It knows the constants and tables of the text. PD_ERR_PARSE: more than PD_EXPR_LENGTH bytes. On failure
+ * there is nothing to free. */
 static pd_status pdi_text_compile_expr(pd_ctx *ctx, const pd_text *text, const pdi_text_value *v, size_t first,
                                        size_t end, const char *unit, const pd_expr_symbol *vars, int var_count,
                                        pd_expr *expr)
@@ -672,7 +680,8 @@ PDI_FN pd_status pdi_text_get_words(pd_ctx *ctx, pd_text *text, int section, con
     }
 }
 
-/* Parse one range "a .. b" in bytes [at, end) of the value, in SI; requires a < b. */
+/* Parse one range "a .. b" in bytes [at, end) of the value, in SI. PD_ERR_PARSE: no "..", three dots, or a not below
+ * b. */
 static pd_status pdi_text_parse_range(pd_ctx *ctx, const pd_text *text, const pdi_text_value *v, size_t at, size_t end,
                                       const char *unit, double *low, double *high)
 {
@@ -771,7 +780,8 @@ static pd_status pdi_text_fail_unknown_section(pd_ctx *ctx, const pd_text *text,
     return pdi_text_fail_line(ctx, file, line, "found the section [%.40s], expected one of %s%s", s->name, list, hint);
 }
 
-/* Report a key that no reader used: unknown, or without effect in this scene. Returns PD_ERR_PARSE. */
+/* Report a key that no reader used: without effect in this scene, if a reader asked for it in a section of this name,
+ * else unknown, with the nearest key asked for. Returns PD_ERR_PARSE. */
 static pd_status pdi_text_fail_unknown_key(pd_ctx *ctx, const pd_text *text, const pd_text_entry *e)
 {
     char hint[PD_UNITS_TEXT], list[PDI_TEXT_LIST_SIZE] = "", title[PD_UNITS_TEXT];

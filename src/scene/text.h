@@ -97,10 +97,12 @@ typedef enum pdi_text_charset {
     PDI_TEXT_CHARSET_FORMULA
 } pdi_text_charset;
 
-/* Parse a copy of bytes[size] into text, for pdi_text_free; on failure text is zero. name: file name in messages.
- * PD_ERR_PARSE: control bytes, wrong format, a duplicate key, too many pairs. PD_ERR_SIZE: larger than PD_TEXT_SIZE. */
+/* Parse a copy of bytes[size] into text, for pdi_text_free; on failure text is zero. name: file name in messages. A
+ * file without section lines is flat, and its numbers may lack units; an empty one is admitted. PD_ERR_PARSE: control
+ * bytes, wrong format, a duplicate key, too many pairs or sections. PD_ERR_SIZE: larger than PD_TEXT_SIZE. */
 PDI_FN pd_status pdi_text_build(pd_ctx *ctx, const char *name, const char *bytes, size_t size, pd_text *text);
-/* Read a file and parse it as pdi_text_build does. PD_ERR_FILE: it cannot be read or is larger than PD_TEXT_SIZE. */
+/* Read a file and parse it as pdi_text_build does; the path is its name. PD_ERR_FILE: it cannot be read or is larger
+ * than PD_TEXT_SIZE. On failure text is zero. */
 PDI_FN pd_status pdi_text_read(pd_ctx *ctx, const char *path, pd_text *text);
 /* Free all memory of the text, which includes the strings that look-ups returned, and zero it. */
 PDI_FN void pdi_text_free(pd_ctx *ctx, pd_text *text);
@@ -110,8 +112,9 @@ PDI_FN int pdi_text_is_flat(const pd_text *text);
 /* Index of the section [name label] for the look-ups below; label NULL is "". A missing section is created empty. All
  * sections of that name then count as looked up. -1: out of memory; the next call that returns a status reports it. */
 PDI_FN int pdi_text_get_section(pd_ctx *ctx, pd_text *text, const char *name, const char *label);
-/* Iterate over the sections of that name that are present, in file order: index of the next one after `after` (-1:
- * first). -1: no more, or out of memory. The name counts as looked up. */
+/* Iterate over the sections of that name, the present one, that are in the file or have a pair, in the order of the
+ * text: index of the next one after `after` (-1: first). -1: no more, or out of memory. The first call creates the
+ * section without label, empty, and the name counts as looked up. */
 PDI_FN int pdi_text_next_section(pd_ctx *ctx, pd_text *text, const char *name, int after);
 /* 1: the section has the key; key NULL: the section is in the file or has a pair. The key is recorded as asked for, and
  * its value stays unread. Section -1: 0. Out of memory: 0, reported by the next call with a status. */
@@ -124,26 +127,29 @@ PDI_FN int pdi_text_has_key(pd_ctx *ctx, pd_text *text, int section, const char 
 /* The value as a string, unparsed. It lives as long as the text (or is fallback itself). */
 PDI_FN pd_status pdi_text_get_string(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
                                      const char **value);
-/* A number: a constant, finite expression. */
+/* A number: a constant expression of that dimension, which must be finite. */
 PDI_FN pd_status pdi_text_get_number(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
                                      const char *fallback, double *value);
-/* A list `a, b, c` of 1 to max numbers into values[max]; *count: how many. */
+/* A list `a, b, c` of 1 to max numbers into values[max]; *count: how many. A comma inside parentheses separates
+ * nothing. PD_ERR_PARSE: more than max, or an empty item; values before it are then stored and counted. */
 PDI_FN pd_status pdi_text_get_numbers(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
                                       const char *fallback, int max, double *values, int *count);
-/* A whole number in low .. high. */
+/* A whole number in low .. high, both included. PD_ERR_PARSE: another number. */
 PDI_FN pd_status pdi_text_get_integer(pd_ctx *ctx, pd_text *text, int section, const char *key, int low, int high,
                                       const char *fallback, int *value);
-/* Read yes, true, on as *value 1 and no, false, off as 0. */
+/* Read yes, true, on as *value 1 and no, false, off as 0. PD_ERR_PARSE: another word, also in capitals. */
 PDI_FN pd_status pdi_text_get_bool(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
                                    int *value);
-/* One of the words in names, which ends with NULL; *index: its position. */
+/* One of the words in names, which ends with NULL; *index: its position, from 0 on. PD_ERR_PARSE: another word; the
+ * message lists the names. */
 PDI_FN pd_status pdi_text_get_choice(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *const *names,
                                      const char *fallback, int *index);
 /* A list `C, v, Mg(OH)2(s)` of 1 to PD_TEXT_WORDS words of letters, digits and _ + - . and, behind the first character,
- * ( ) : */
+ * ( ) : PD_ERR_PARSE: more words, an empty one, one of PD_TEXT_WORD bytes or more, or another character. */
 PDI_FN pd_status pdi_text_get_words(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
                                     pd_word_list *list);
-/* A list `a .. b, c .. d` of 1 to max ranges with a < b into low[max] and high[max]; *count: how many. */
+/* A list `a .. b, c .. d` of 1 to max ranges with a < b into low[max] and high[max]; *count: how many. PD_ERR_PARSE:
+ * also a range with a >= b, or three dots. */
 PDI_FN pd_status pdi_text_get_ranges(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
                                      const char *fallback, int max, double *low, double *high, int *count);
 /* An expression in the variables vars[var_count]; unit NULL: any dimension. The caller frees it with pd_expr_free; on
@@ -155,12 +161,14 @@ PDI_FN pd_status pdi_text_get_expr(pd_ctx *ctx, pd_text *text, int section, cons
 PDI_FN pd_status pdi_text_get_exprs(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
                                     const pd_expr_symbol *vars, int var_count, const char *fallback, int max,
                                     pd_expr *exprs, int *count);
-/* Report an inadmissible value of a key: sets the message "file:line: key: ...", printf style. Returns
- * PD_ERR_ARGUMENT. */
+/* Report an inadmissible value of a key: sets the message "file:line: key: ...", printf style, with the line of the
+ * pair, else of its section, else 1. Returns PD_ERR_ARGUMENT, or the status of a pending error (out of memory), which
+ * goes first. */
 PDI_FN pd_status pdi_text_fail_key(pd_ctx *ctx, const pd_text *text, int section, const char *key, const char *format,
                                    ...) PD_PRINTF_LIKE(5, 6);
 /* Check after all readers that each pair was read and each section that is present was looked up. PD_ERR_PARSE: one was
- * not; the message suggests the nearest name that was looked up. */
+ * not; the message suggests the nearest name that was looked up, or says that the key has no effect in this scene. A
+ * pending error (out of memory) goes first. */
 PDI_FN pd_status pdi_text_check_unused(pd_ctx *ctx, const pd_text *text);
 
 /* For modules that change a text: command-line overrides, included files. */
@@ -172,18 +180,19 @@ PDI_FN pd_status pdi_text_fail_line(pd_ctx *ctx, const char *file, int line, con
 /* Set a message with line and column: what stands at t[at], and what was expected. Returns PD_ERR_PARSE. */
 PDI_FN pd_status pdi_text_fail_expected(pd_ctx *ctx, const pd_text *text, int line, const char *t, size_t at,
                                         const char *expected);
-/* Append a name to the list of names in a message, list[PDI_TEXT_LIST_SIZE]; "..." when it is full. */
+/* Append a name to the list of names in a message, list[PDI_TEXT_LIST_SIZE], with the separator before it if the list
+ * is not empty. A name that does not fit is left out; then the list ends with "...", once. */
 PDI_FN void pdi_text_add_to_list(char *list, const char *separator, const char *name);
-/* Find the section [name label], or create it empty and not present; *index: its position. A former name stands for the
- * present one. */
+/* Find the section [name label], or create it empty and not present, with copies of both; *index: its position. label
+ * is not NULL. A former name stands for the present one and is recorded for the notes. */
 PDI_FN pd_status pdi_text_find_or_add_section(pd_ctx *ctx, pd_text *text, const char *name, const char *label,
                                               int *index);
 /* Present names of a section, and of a key of a section; a former one is recorded for the notes. A name that is none of
  * the former ones is returned as it is. */
 PDI_FN const char *pdi_text_get_present_section(pd_text *text, const char *name);
 PDI_FN const char *pdi_text_get_present_key(pd_text *text, int section, const char *key);
-/* Set the value of a pair. A former word is replaced by its present one and recorded for the notes. value must live as
- * long as text. */
+/* Set the value of a pair; whether it was read and its location stay. A former word is replaced by its present one and
+ * recorded for the notes. value must live as long as text. */
 PDI_FN void pdi_text_set_value(pd_text *text, pd_text_entry *entry, const char *value);
 /* Find the pair of a key, given by its present or a former name, in a section. NULL: there is none. */
 PDI_FN pd_text_entry *pdi_text_find_entry(const pd_text *text, int section, const char *key);
@@ -195,10 +204,11 @@ PDI_FN pd_status pdi_text_add_entry(pd_ctx *ctx, pd_text *text, int section, con
 PDI_FN size_t pdi_text_skip_blanks(const char *t, size_t at);
 /* Character set of the labels of sections of this name. */
 PDI_FN pdi_text_charset pdi_text_get_label_charset(const char *section);
-/* Length [byte] of the word at the start of t; 0: none. */
+/* Length [byte] of the longest word of that character set at the start of t; 0: none. An identifier does not begin with
+ * a digit, a formula not with ( ) ^ or : */
 PDI_FN size_t pdi_text_scan_word(const char *t, pdi_text_charset kind);
-/* Check that t[size] holds no control bytes but tabs and line ends, to reject binary files. PD_ERR_PARSE with the line.
- */
+/* Check that t[size] holds no bytes below 0x20 or 0x7f but tabs, newlines and a carriage return before a newline or the
+ * end, to reject binary files. PD_ERR_PARSE with the line. */
 PDI_FN pd_status pdi_text_check_bytes(pd_ctx *ctx, const pd_text *text, const char *t, size_t size);
 #endif
 
