@@ -145,7 +145,8 @@ PDI_FN pd_status pdi_text_get_bool(pd_ctx *ctx, pd_text *text, int section, cons
 PDI_FN pd_status pdi_text_get_choice(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *const *names,
                                      const char *fallback, int *index);
 /* A list `C, v, Mg(OH)2(s)` of 1 to PD_TEXT_WORDS words of letters, digits and _ + - . and, behind the first character,
- * ( ) : PD_ERR_PARSE: more words, an empty one, one of PD_TEXT_WORD bytes or more, or another character. */
+ * parentheses and colons. PD_ERR_PARSE: more words, an empty one, one of PD_TEXT_WORD bytes or more, or another
+ * character. */
 PDI_FN pd_status pdi_text_get_words(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
                                     pd_word_list *list);
 /* A list `a .. b, c .. d` of 1 to max ranges with a < b into low[max] and high[max]; *count: how many. PD_ERR_PARSE:
