@@ -70,8 +70,8 @@ static int pdi_coarsen_setup_is_uniform(const pd_grid *grid, const int *i, int f
     return 1;
 }
 
-/* Set wide[total], 0 before, to 1 for nodes within a block of `factor` nodes an axis of their own kind: features that a
- * coarse cell resolves. PD_CANCELLED. */
+/* Set wide[total], 0 before, to 1 for the nodes of each block of `factor` nodes an axis that is of one kind and, where
+ * it reaches out of the box, is so beyond its side: features that a coarse cell resolves. PD_CANCELLED. */
 static pd_status pdi_coarsen_setup_mark_resolved(pd_ctx *ctx, const pd_grid *grid, int factor, uint8_t *wide)
 {
     int i[PD_DIM], at[PD_DIM];
@@ -126,8 +126,10 @@ static pd_status pdi_coarsen_setup_reject_feature(pd_ctx *ctx, const pdi_coarsen
                    names[pdi_coarsen_setup_kind(&fine->grid, node)], place, what);
 }
 
-/* Check that every feature is at least one coarse cell wide, corners aside, and has nodes on the coarse lattice.
- * wide[total of the fine grid]: work, zeroed. PD_ERR_GEOMETRY. */
+/* Check each node of the fine lattice: it, or a node of its kind at most factor - 1 nodes away along each axis, is
+ * wide, so that features are one coarse cell wide but for corners; and the coarse cell that holds it, or one beside
+ * that, has its kind. PD_ERR_GEOMETRY: the first node that fails. PD_CANCELLED. wide[total of the fine grid]: work,
+ * zeroed. */
 static pd_status pdi_coarsen_setup_check_features(pd_ctx *ctx, const pdi_coarsen_setup_grid *fine,
                                                   const pdi_coarsen_setup_grid *coarse, int factor, uint8_t *wide)
 {
@@ -155,7 +157,7 @@ static pd_status pdi_coarsen_setup_check_features(pd_ctx *ctx, const pdi_coarsen
 }
 
 /* Build both grids, which the caller frees also on failure, and check that the coarse one resolves the features of the
- * fine one. */
+ * fine one. PD_ERR_GEOMETRY: it does not. */
 static pd_status pdi_coarsen_setup_build_grids(pd_ctx *ctx, const pd_setup *setup, const pd_setup *coarser, int factor,
                                                pdi_coarsen_setup_grid *fine, pdi_coarsen_setup_grid *coarse)
 {
@@ -169,7 +171,7 @@ static pd_status pdi_coarsen_setup_build_grids(pd_ctx *ctx, const pd_setup *setu
     return status;
 }
 
-/* Check that the coarser lattice resolves the geometry; frees what it builds. */
+/* Check that the coarser lattice resolves the geometry (PD_ERR_GEOMETRY); frees what it builds. */
 static pd_status pdi_coarsen_setup_check_geometry(pd_ctx *ctx, const pd_setup *setup, const pd_setup *coarser,
                                                   int factor)
 {
@@ -197,8 +199,9 @@ static pd_status pdi_coarsen_setup_check_box(pd_ctx *ctx, const pd_setup *setup,
     return PD_OK;
 }
 
-/* Check a face of a shape at coordinate `place` [m]: if it lies on cell faces of the lattice, it has to on the coarser
- * one, too. Else the body size jumps, which would hide the order of convergence. PD_ERR_GEOMETRY. */
+/* Check a face of a shape at coordinate `place` [m]: if it lies on cell faces of the lattice (within 1e-6 cells), it
+ * has to on the coarser one, else the body size jumps, which hides the order of convergence: PD_ERR_GEOMETRY. A face
+ * between cell faces passes, as does one outside the box or on its sides. */
 static pd_status pdi_coarsen_setup_check_face(pd_ctx *ctx, const pd_setup *setup, int factor, int axis, double place)
 {
     char text[PD_UNITS_TEXT];
@@ -212,7 +215,8 @@ static pd_status pdi_coarsen_setup_check_face(pd_ctx *ctx, const pd_setup *setup
                    "expected a multiple of %d", factor, "xyz"[axis], text, (int)whole, factor);
 }
 
-/* Check all faces of boxes and half spaces that are normal to an axis. */
+/* Check both faces of each box along every axis, and the plane of each half space whose normal is along an axis. Other
+ * shapes are not checked. PD_ERR_GEOMETRY. */
 static pd_status pdi_coarsen_setup_check_faces(pd_ctx *ctx, const pd_setup *setup, int factor)
 {
     for (int k = 0; k < setup->shapes; k++) {
@@ -228,8 +232,9 @@ static pd_status pdi_coarsen_setup_check_faces(pd_ctx *ctx, const pd_setup *setu
     return PD_OK;
 }
 
-/* Add the monitor of a plane on the coarser lattice, or two with linear interpolation weights, to coarser->setup.
- * cells: of the finer lattice along the axis of the plane. */
+/* Add the monitor of a plane to coarser->setup: one plane of weight 1 where its index is a multiple of the factor, else
+ * the two beside it with weights of linear interpolation. cells: of the finer lattice along its axis. PD_ERR_GEOMETRY:
+ * one of them lies on an end of the box or beyond. PD_ERR_SIZE: too many monitors. */
 static pd_status pdi_coarsen_setup_add_plane(pd_ctx *ctx, const pd_setup_monitor *m, int cells, int factor,
                                              pd_coarsened_setup *coarser)
 {
@@ -253,7 +258,8 @@ static pd_status pdi_coarsen_setup_add_plane(pd_ctx *ctx, const pd_setup_monitor
 }
 
 /* Copy the setup with `factor` times the spacing, check that its lattice holds the scene, and rebuild its monitors with
- * weights; lines are left out, since they write only files. */
+ * weights; lines are left out, since they write only files. Arrays of the copy are those of the setup. PD_ERR_GEOMETRY;
+ * PD_ERR_SIZE: more monitors than a setup holds. */
 static pd_status pdi_coarsen_setup_build_inner(pd_ctx *ctx, const pd_setup *setup, int factor,
                                                pd_coarsened_setup *coarser)
 {

@@ -50,7 +50,8 @@ static pd_status pdi_compare_measured_reject_output(pd_ctx *ctx, const pd_measur
                    r->output_name, list[0] ? list : "it watches none");
 }
 
-/* Check that a measured set names an output of the run, with the same physical dimension. */
+/* Check that a measured set names an output of the run of the same physical dimension. PD_ERR_ARGUMENT: no such output,
+ * with a list of all, or another dimension. */
 static pd_status pdi_compare_measured_check_figure(pd_ctx *ctx, const pd_measured_comparison *c,
                                                    const pd_setup_measured *r)
 {
@@ -70,7 +71,8 @@ static pd_status pdi_compare_measured_check_figure(pd_ctx *ctx, const pd_measure
                    r->name, found, wanted, r->output_name);
 }
 
-/* Fill the comparison, which the caller frees on failure; c->error_line is the line of the set in work. */
+/* Zero and fill the comparison, with NaN for all computed values. Outputs are collected only if there are measured
+ * sets. The caller frees on failure; c->error_line is the line of the set in work. */
 static pd_status pdi_compare_measured_build_inner(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors,
                                                   const double *share, int curves, pd_measured_comparison *c)
 {
@@ -127,7 +129,7 @@ PDI_FN double pdi_compare_measured_find_next_time(const pd_measured_comparison *
     return next;
 }
 
-/* 1: `time` [s] is that of a measured point, within rounding, and behind the start. */
+/* 1: |time of the point - time| <= 1e-9 time, and time [s] is positive. */
 static int pdi_compare_measured_is_at_point(const pd_setup_measured *r, int point, double time)
 {
     return time > 0.0 && fabs(r->time[point] - time) <= PDI_COMPARE_MEASURED_TIME_TOLERANCE * time;
@@ -235,7 +237,8 @@ PDI_FN void pdi_compare_measured_print(const pd_measured_comparison *c, pd_print
 
 /* ---- files ---- */
 
-/* Write the table of one set: time, measured, spread, computed, difference. */
+/* Write the table of one set, a row a point: time [s]; measured, spread (NaN if not known), computed (NaN if not
+ * reached) and computed - measured in the unit of the column. */
 static pd_status pdi_compare_measured_write_table(pd_ctx *ctx, const pd_measured_set *d, pd_output_folder *folder)
 {
     const pd_setup_measured *r = d->record;
@@ -263,7 +266,8 @@ static pd_status pdi_compare_measured_write_table(pd_ctx *ctx, const pd_measured
     return status;
 }
 
-/* Plot the computed curve and the measured points into a file; work [2 rows + 3 points]. */
+/* Plot the computed curve, which has a row at least, and the measured points into a file; time in s if the last is
+ * below one hour, else in h. work[2 rows + 3 points]. */
 static pd_status pdi_compare_measured_draw_curve(pd_ctx *ctx, const pd_measured_comparison *c, const pd_measured_set *d,
                                                  const char *path, double *work)
 {
@@ -289,7 +293,8 @@ static pd_status pdi_compare_measured_draw_curve(pd_ctx *ctx, const pd_measured_
     return pd_plot_write(ctx, path, &plot);
 }
 
-/* Write the plot of one set; the volume loss has a plot of its own elsewhere. */
+/* Write the plot of one set; nothing for the volume loss, which is plotted elsewhere, or with fewer than two rows, as
+ * in a run that keeps no curves. */
 static pd_status pdi_compare_measured_write_plot(pd_ctx *ctx, const pd_measured_comparison *c, const pd_measured_set *d,
                                                  pd_output_folder *folder)
 {

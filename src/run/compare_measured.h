@@ -39,31 +39,38 @@ typedef struct pd_measured_error {
 } pd_measured_error;
 
 #ifdef PDI_APP_INTERNAL
-/* Build the comparison; model and monitors, which are built, and share, the weight [-] of each monitor (NULL: 1), are
- * borrowed. curves 1: keep outputs after every step. On failure compare is zero but for error_line. PD_ERR_ARGUMENT: a
- * figure that the run does not watch, or of another dimension than the points. */
+/* Zero and build the comparison; model and monitors, which are built, and share, the weight [-] of each monitor (NULL:
+ * 1), are borrowed. curves 1: keep outputs after every step. Without measured sets it stays empty. On failure compare
+ * is zero but for error_line. PD_ERR_ARGUMENT: a figure that the run does not watch, or of another dimension than the
+ * points. */
 PDI_FN pd_status pdi_compare_measured_build(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors,
                                             const double *share, int curves, pd_measured_comparison *compare);
 /* Free the comparison and zero it. A zeroed one is allowed. */
 PDI_FN void pdi_compare_measured_free(pd_ctx *ctx, pd_measured_comparison *compare);
-/* Time [s] of the next measured point behind `time` [s] and the start; t_end [s] where there is none before it. */
+/* Smallest time [s] of a measured point that is positive, behind `time` [s] by more than 1e-9 of it, and below t_end
+ * [s]; t_end where there is none. */
 PDI_FN double pdi_compare_measured_find_next_time(const pd_measured_comparison *compare, double time, double t_end);
-/* 1 when pdi_compare_measured_step will need the scalar outputs at `time` [s]. */
+/* 1: pdi_compare_measured_step needs the scalar outputs at `time` [s]: curves are kept, or a point lies at this time
+ * within 1e-9 of it. 0 without measured points, and before the build. */
 PDI_FN int pdi_compare_measured_needs_output(const pd_measured_comparison *compare, double time);
 /* Record the present outputs, which the monitors hold, at the measured points of this time, and, if curves are kept, as
- * a new row of each curve. */
+ * a new row of each curve. Points of other times keep their values. Nothing without measured sets. */
 PDI_FN pd_status pdi_compare_measured_step(pd_ctx *ctx, pd_measured_comparison *compare);
-/* Root mean square and largest difference of computed and measured values of one set, in the unit of its column; NaN
- * where no point was reached. Points without a computed value do not count. */
+/* Root mean square and largest absolute difference of computed and measured values of one set, in the unit of its
+ * column, not weighted by the spread; within_spread counts differences <= spread, 0 without spread. Points whose
+ * computed value is NaN do not count; without others rms, largest difference and its time are NaN. At equal differences
+ * the first time counts. */
 PDI_FN void pdi_compare_measured_compute_error(const pd_measured_set *compared, pd_measured_error *result);
-/* Write a table and a plot for each set and enter them in the list of the folder. PD_ERR_FILE. */
+/* Write a table for each set and a plot where it has a curve of two rows or more and is not of the volume loss; enter
+ * them in the list of the folder. PD_ERR_FILE. */
 PDI_FN pd_status pdi_compare_measured_write(pd_ctx *ctx, const pd_measured_comparison *compare,
                                             pd_output_folder *folder);
 /* Print a line "result case=... measured=wire of=volume_loss unit=% points=9 rms=... largest=..." for each section;
- * print NULL: nothing. */
+ * values that are NaN are left out, blanks of the unit become *. print NULL, or no section: nothing. */
 PDI_FN void pdi_compare_measured_print(const pd_measured_comparison *compare, pd_print_fn print, void *user);
 
-/* Store or load the values so far in a checkpoint. */
+/* Store the computed values and curves in a checkpoint, or load them, growing the curves. PD_ERR_ARGUMENT: the
+ * checkpoint has another number of points. */
 PDI_FN pd_status pdi_compare_measured_store(pd_ctx *ctx, pd_measured_comparison *compare, pd_archive *archive);
 #endif
 

@@ -35,7 +35,8 @@ static pd_status pdi_fit_reject_range(pd_ctx *ctx, const char *range, const char
                    "\"transport.D=1e-10..1e-8 m2/s\"", range, expected);
 }
 
-/* Length of the number at text, which is not taken to reach into "..", and *value. 0: there is none. */
+/* Length of the number at text and *value; strtod reads no further than the first ".." and 63 bytes. 0: there is
+ * none. */
 static size_t pdi_fit_parse_number(const char *text, double *value)
 {
     char copy[64], *end;
@@ -60,7 +61,8 @@ static int pdi_fit_parse_unit(const char *text, const char *end, char *unit)
     return 1;
 }
 
-/* Convert the low bound to the unit of the high one; without a unit it has that of the high one. */
+/* Convert the low bound from `unit` to the unit of the high one. Nothing where `unit` is empty or the same.
+ * PD_ERR_ARGUMENT: one of them is no unit, or their dimensions differ. */
 static pd_status pdi_fit_convert_low_bound(pd_ctx *ctx, const char *range, const char *unit, pd_fit_parameter *p)
 {
     double from, to;
@@ -73,7 +75,9 @@ static pd_status pdi_fit_convert_low_bound(pd_ctx *ctx, const char *range, const
     return PD_OK;
 }
 
-/* Parse "KEY=LOW..HIGH UNIT" into a parameter, with both bounds in the unit of the high one. PD_ERR_ARGUMENT. */
+/* Parse "KEY=LOW..HIGH UNIT" into a parameter, with both bounds in the unit of the high one. PD_ERR_ARGUMENT: no or too
+ * long a key, no number on either side of "..", too long a unit, bounds of different dimensions, low >= high, or bounds
+ * that are not finite. */
 static pd_status pdi_fit_parse_range(pd_ctx *ctx, const char *range, pd_fit_parameter *p)
 {
     const char *equal = strchr(range, '='), *dots = strstr(range, "..");
@@ -94,7 +98,8 @@ static pd_status pdi_fit_parse_range(pd_ctx *ctx, const char *range, pd_fit_para
     return pdi_fit_reject_range(ctx, range, "a finite low bound below the high one");
 }
 
-/* Parse all ranges. PD_ERR_ARGUMENT: too many, or a key twice. */
+/* Parse all ranges. PD_ERR_ARGUMENT: none or too many, one that cannot be read, or a key twice. fit->parameters is set
+ * only when all are read. */
 static pd_status pdi_fit_parse_ranges(pd_ctx *ctx, const pd_fit_desc *desc, pd_fit *fit)
 {
     if (desc->ranges < 1 || desc->ranges > PD_LEAST_SQUARES_PARAMETERS)
@@ -139,7 +144,8 @@ pd_status pd_fit_read_setup(pd_ctx *ctx, const pd_fit_desc *desc, const char *co
     return status;
 }
 
-/* Put the trial values of the parameters before the message of a failed run. Returns status. */
+/* Put the trial values of the parameters, and the lattice if it is a coarser one, before the message of a failed run.
+ * Returns status. */
 static pd_status pdi_fit_prefix_message(pdi_fit *f, pd_status status)
 {
     char message[PD_MESSAGE_SIZE], values[240] = "";
@@ -154,7 +160,7 @@ static pd_status pdi_fit_prefix_message(pdi_fit *f, pd_status status)
 }
 
 /* Run the setup without files, on the coarser lattice where factor > 1, into f->computed [SI], NaN where it does not
- * come. PD_ERR_STATE: stopped. */
+ * come. PD_ERR_STATE: stopped. Errors of pdi_coarsen_setup_build and pd_run. */
 static pd_status pdi_fit_run_model(pdi_fit *f, const pd_setup *setup)
 {
     pd_run_desc dry;
@@ -174,7 +180,8 @@ static pd_status pdi_fit_run_model(pdi_fit *f, const pd_setup *setup)
 }
 
 /* Residuals [points] [-] for parameter values: (computed - measured) times weight. Reads the scene anew, makes a run,
- * counts it, and keeps the residuals of the lowest sum of squares. The function of pd_least_squares_solve. */
+ * counts it, and keeps the residuals of the lowest sum of squares; a sum that is NaN is never the lowest. A run that
+ * fails, or is stopped, ends with its status and the values in the message. The function of pd_least_squares_solve. */
 static pd_status pdi_fit_compute_residuals(pd_ctx *ctx, void *user, const double *value, double *residual)
 {
     pdi_fit *f = (pdi_fit *)user;
@@ -206,8 +213,9 @@ static pd_status pdi_fit_compute_residuals(pd_ctx *ctx, void *user, const double
 
 /* ---- points ---- */
 
-/* Check that points in the run have positive standard deviations, all or, with a single set, none of the sets; *known:
- * 1: they have. PD_ERR_ARGUMENT. */
+/* Check the standard deviations; *known: 1: all sets have them. PD_ERR_ARGUMENT: that of a point in the run is not
+ * positive, or of several sets some or all have none. A single set needs none. Points outside the run are not
+ * checked. */
 static pd_status pdi_fit_check_std_devs(pd_ctx *ctx, const pd_setup *setup, int *known)
 {
     int with = 0;
@@ -276,7 +284,7 @@ static void pdi_fit_print(const pdi_fit *f, pd_print_kind kind, const char *text
     if (f->desc->print) f->desc->print(f->desc->print_user, kind, text);
 }
 
-/* Print an iteration: values and sum of squares. */
+/* Print an iteration: number of runs, values, and chi2 (the sum of squares) if points have a spread, else rms. */
 static void pdi_fit_print_iteration(void *user, const double *value, double sum, int evaluations)
 {
     pdi_fit *f = (pdi_fit *)user;
@@ -323,8 +331,9 @@ static pd_status pdi_fit_solve_on_grid(pdi_fit *f, const double *start)
 /* 1: the caller wants to stop. */
 static int pdi_fit_is_stopped(const pdi_fit *f) { return f->desc->stop && f->desc->stop(f->desc->stop_user); }
 
-/* Solve on the lattices at 4 h, 2 h and h, each from the result before. A coarser lattice that fails is left out, with
- * a note. Starts are geometric means of wide positive ranges, else midpoints. Returns the status of the last solve. */
+/* Solve on the lattices at 4 h, 2 h and h (or h alone), each from the result before. A coarser lattice that fails is
+ * left out, with a note; out of memory, a cancelled run and a wish to stop end the fit. The first start is sqrt(low
+ * high) of a range with low > 0 and high >= 10 low, else the midpoint. Returns the status of the last solve. */
 static pd_status pdi_fit_solve_coarse_to_fine(pdi_fit *f)
 {
     double start[PD_LEAST_SQUARES_PARAMETERS];
@@ -360,7 +369,9 @@ static pd_status pdi_fit_compute_rms(pdi_fit *f)
     return PD_OK;
 }
 
-/* Make the whole fit: ranges, points, lattices. fit->bad_input: 1: a failure before the first run that is not fatal. */
+/* Make the whole fit: ranges, points, lattices. The scene is read once at the low bounds to check it. fit->bad_input:
+ * 1: a failure before the first run that is not fatal. Returns the status of the last solve, PD_NOT_CONVERGED
+ * included. */
 static pd_status pdi_fit_run_inner(pdi_fit *f)
 {
     pd_setup *setup = NULL;

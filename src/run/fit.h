@@ -56,14 +56,17 @@ typedef struct pd_fit {
 #define pd_fit_format_result PD_NAME(pd_fit_format_result)
 #define pd_fit_read_setup PD_NAME(pd_fit_read_setup)
 
-/* PD_ERR_ARGUMENT, PD_ERR_PARSE: a range, a key that the scene does not have, points without spread beside others,
- * fewer points than parameters, a parameter without effect. A run that fails at a trial value ends the fit with its
- * status and the value. PD_NOT_CONVERGED as for pd_least_squares_solve. */
+/* Fit the parameters; *fit is zeroed first. PD_ERR_ARGUMENT, PD_ERR_PARSE: a range, a key that the scene does not have,
+ * points without spread beside others, fewer points than parameters, a parameter without effect; fit->bad_input is 1
+ * then. A run that fails at a trial value ends the fit with its status and the value; one at 4 h or 2 h is only noted.
+ * PD_ERR_STATE: stopped. PD_NOT_CONVERGED as for pd_least_squares_solve; the result is filled. */
 PD_API pd_status pd_fit_run(pd_ctx *ctx, const pd_fit_desc *desc, pd_fit *fit);
-/* Write "result case=... fit=volume_loss points=9 rms=... KEY=1.07 KEY.error=0.02 ..." into text[size]. */
+/* Write "result case=... fit=volume_loss points=9 rms=... KEY=1.07 KEY.error=0.02 ..." into text[size], cut off there;
+ * size 0: nothing. fit=several with several sets. Values that are NaN or infinite are left out. */
 PD_API void pd_fit_format_result(const pd_fit *fit, char *text, size_t size);
-/* Read the setup of the runs with the overrides of desc and `count` more, and with its points, for pd_setup_free; on
- * failure it is freed. PD_ERR_ARGUMENT: it has no points. */
+/* Read the setup of the runs with the overrides of desc and `count` more, which come last, and with its points, for
+ * pd_setup_free; on failure it is freed. PD_ERR_ARGUMENT: it has no points, or there are more than 128 overrides (setup
+ * is not touched then). Errors of pd_scene_read. */
 PD_API pd_status pd_fit_read_setup(pd_ctx *ctx, const pd_fit_desc *desc, const char *const *more, int count,
                                    pd_setup *setup);
 

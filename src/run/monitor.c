@@ -33,7 +33,8 @@ static int pdi_monitor_get_unit_index(const pd_setup *setup) { return setup->axi
 
 /* ---- figures ---- */
 
-/* Append an output to m->output, which has room for it. */
+/* Append an output to m->output and count it. Key and unit are copied and cut to their arrays. The array does not grow:
+ * the count must be below m->capacity. */
 static void pdi_monitor_add_output(pd_monitor *m, const char *key, const char *unit, double value)
 {
     pd_monitor_output *f = &m->output[m->count++];
@@ -43,7 +44,7 @@ static void pdi_monitor_add_output(pd_monitor *m, const char *key, const char *u
     f->value = value;
 }
 
-/* Append one output for each axis, scale times value; its key has x, y or z behind the first letter. */
+/* Append PD_DIM outputs, scale times value[d]. The key of axis d is letter, x, y or z, then rest: "fx_friction". */
 static void pdi_monitor_add_vector_output(pd_monitor *m, char letter, const char *rest, const char *unit,
                                           const double *value, double scale)
 {
@@ -54,8 +55,10 @@ static void pdi_monitor_add_vector_output(pd_monitor *m, char letter, const char
     }
 }
 
-/* Outputs of a plane: area, volume flux, mean velocity, pressure, mean and flux-weighted concentration, species flux.
- */
+/* Append the outputs of a plane: area; with flow, volume flow, mean speed and mean pressure; with transport, mean
+ * concentration and species flux; with both, C_bulk, the mean weighted by the flow. Flows are signed, positive towards
+ * +, and over the whole plane (per m in planar 2D, per m2 in 1D). Means are NaN where no face lies between two fluid
+ * cells. */
 static void pdi_monitor_compute_plane(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_setup *u = model->setup;
@@ -74,8 +77,9 @@ static void pdi_monitor_compute_plane(pd_ctx *ctx, pd_model *model, pd_monitor *
         pdi_monitor_add_output(m, "species", pdi_monitor_unit_species[pdi_monitor_get_unit_index(u)], r.species_flux);
 }
 
-/* Force on a body [PD_DIM] by the momentum balance of a box around it. PD_ERR_GEOMETRY: the box comes too close to
- * walls. */
+/* Force [PD_DIM] on what the box d->lo .. d->hi holds, by the momentum balance of steady flow. PD_ERR_GEOMETRY: a
+ * closed node or the edge of the lattice lies within two cells of a side; the message is rewritten and names balance =
+ * no. Other statuses are returned as they are. */
 static pd_status pdi_monitor_compute_control_volume_force(pd_ctx *ctx, pd_model *model, const pd_setup_monitor *d,
                                                           double *force)
 {
@@ -87,8 +91,10 @@ static pd_status pdi_monitor_compute_control_volume_force(pd_ctx *ctx, pd_model 
     return pd_fail(ctx, status, "force", "%.500s; balance = no leaves it out", what ? what + 1 : message);
 }
 
-/* Outputs of a force: on the surface, by friction and pressure, by momentum balance, and coefficients 2 F/(rho U^2 A).
- * Without a new flow solve since the last call they stay as they are. */
+/* Replace the outputs of a force: on the surface of one shape or of all bodies in the box, its friction and pressure
+ * parts, with momentum_balance that of the balance, and with a reference speed > 0 coefficients 2 F/(rho U^2 A).
+ * Nothing changes if no flow solve was made since the last call. PD_ERR_GEOMETRY: the box of the balance comes too
+ * close to walls; the outputs are incomplete then. */
 static pd_status pdi_monitor_compute_force(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_setup_monitor *d = m->desc;
@@ -112,8 +118,9 @@ static pd_status pdi_monitor_compute_force(pd_ctx *ctx, pd_model *model, pd_moni
     return PD_OK;
 }
 
-/* Reference concentration [mol/m3] of the fluid in each layer of a mass transfer into m->fluid[rows]: given, or the
- * mixing-cup mean sum u c / sum u. The profile is work for the latter. */
+/* Set m->fluid[rows] [mol/m3], the reference concentration of each layer: the given one, or for `bulk` the mixing-cup
+ * mean sum u c/sum u over all fluid nodes of the layer, also those outside the box. u is the signed velocity along the
+ * axis, times the circumference with axisymmetry. Not finite where sum u is 0. Overwrites m->profile as work. */
 static void pdi_monitor_compute_layer_concentration(const pd_model *model, pd_monitor *m)
 {
     const pd_grid *grid = &model->grid;
@@ -134,8 +141,10 @@ static void pdi_monitor_compute_layer_concentration(const pd_model *model, pd_mo
     for (int k = 0; k < m->rows; k++) m->fluid[k] /= stream[k];
 }
 
-/* Outputs of a mass transfer: species flux from solids into the fluid [mol/s], per m in planar 2D and per m2 in 1D,
- * area, flux density, Sherwood number and diffusion layer thickness. Fills m->flux, m->area and m->fluid by layers. */
+/* Append flux [mol/s] from walls and metal in the box into the fluid (per m in planar 2D, per m2 in 1D), area and
+ * flux/area; with a reference length L > 0 also Sh = flux L/(excess D) and layer = excess D/flux, where excess sums
+ * area (C_surface - C_fluid) over the layers that have area. A given area replaces the measured one and scales excess.
+ * NaN or infinite where a divisor is 0. Fills m->flux, m->area and m->fluid by layers. */
 static void pdi_monitor_compute_mass_transfer(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_setup_monitor *d = m->desc;
@@ -171,8 +180,9 @@ static double pdi_monitor_integrate_concentration(pd_ctx *ctx, pd_model *model, 
     return r.dissolved;
 }
 
-/* Add to sum [rows] of the element balances the solver residuals that carry over to the next step, and the solution in
- * volume that metal has left within cells. */
+/* Add to sum[rows] [mol] of the balance rows what the cells of the box do not show: amounts that the last step left to
+ * the next one, and, where it is kept, solution beside the cells where metal has gone. Each amount of a component
+ * counts by its part in the row. */
 static void pdi_monitor_add_carried_amounts(pd_ctx *ctx, pd_model *model, const pd_monitor *m, double *sum)
 {
     const pd_reactive *reactive = &model->reactive;
@@ -187,7 +197,9 @@ static void pdi_monitor_add_carried_amounts(pd_ctx *ctx, pd_model *model, const 
     }
 }
 
-/* Outputs of species: amounts in the box, and the total of each element or charge balance (sum_...). */
+/* Append the amount [mol] in the fluid of the box of each species that has a field (no solvent, no solid that is no
+ * mineral), then sum_NAME of each balance row, an element or the charge, with the amounts that carry over to the next
+ * step. */
 static void pdi_monitor_compute_species(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const char *unit = pdi_monitor_unit_amount[pdi_monitor_get_unit_index(model->setup)];
@@ -210,8 +222,8 @@ static void pdi_monitor_compute_species(pd_ctx *ctx, pd_model *model, pd_monitor
     }
 }
 
-/* Replace the extremes of the concentration in r by those without nodes just converted to fluid; NaN: there are no
- * others. */
+/* Set the smallest and largest concentration in r from the fluid nodes of the box whose concentration is defined, i.e.
+ * without nodes just converted to fluid. Both are NaN if there are none. */
 static void pdi_monitor_compute_extremes(const pd_model *model, const pd_setup_monitor *desc,
                                          pd_diagnostics_box_result *r)
 {
@@ -226,7 +238,9 @@ static void pdi_monitor_compute_extremes(const pd_model *model, const pd_setup_m
     }
 }
 
-/* Outputs of a box: volume, kinetic energy, momentum, dissolved amount, extremes, solid amount, species. */
+/* Append the outputs of a box: volume of fluid; with flow, kinetic energy and momentum by axes; with transport,
+ * dissolved amount and extremes of C in the fluid, without nodes just converted; with dissolution, the amount left in
+ * the metal; with chemistry, the species. Amounts are totals of the box (per m in planar 2D, per m2 in 1D). */
 static void pdi_monitor_compute_total(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_setup *u = model->setup;
@@ -251,8 +265,10 @@ static void pdi_monitor_compute_total(pd_ctx *ctx, pd_model *model, pd_monitor *
     if (u->has_chemistry) pdi_monitor_compute_species(ctx, model, m);
 }
 
-/* Outputs of the metal that bears load: largest displacement, overlap of faces, von Mises and hydrostatic stress
- * (tension positive), plastic strain. */
+/* Append the largest norm of the displacement, the largest overlap of crack faces or components now (where it is
+ * checked), and, where the material has stresses, the largest von Mises stress, the largest hydrostatic stress (signed,
+ * tension positive) and with plasticity the largest plastic strain. Points without metal left do not count; without
+ * points all are 0. */
 static void pdi_monitor_compute_solid_extremes(const pd_solid_coupling *s, pd_monitor *m)
 {
     const double *at = pd_solid_coupling_displacements(s);
@@ -275,7 +291,8 @@ static void pdi_monitor_compute_solid_extremes(const pd_solid_coupling *s, pd_mo
     if (s->solid.plastic_strain) pdi_monitor_add_output(m, "eps_p_max", "-", slip);
 }
 
-/* Energies of a body in motion: work, kinetic, elastic, released by broken bonds. */
+/* Append the energies of a body in motion: work, kinetic, elastic. Energy released by broken bonds and their number
+ * follow only where a critical stretch is given. */
 static void pdi_monitor_compute_dynamic_energies(pd_ctx *ctx, const pd_solid_coupling *s, pd_monitor *m)
 {
     const char *unit = pdi_monitor_unit_energy[PD_DIM - 1];
@@ -287,8 +304,10 @@ static void pdi_monitor_compute_dynamic_energies(pd_ctx *ctx, const pd_solid_cou
     pdi_monitor_add_output(m, "broken", "-", (double)s->dynamic_solver.broken);
 }
 
-/* Outputs of the metal's mechanics: extremes and energies (work, elastic, plastic, released, dissolved away), broken
- * bonds, load factor of the next break, time of separation, solver iterations. */
+/* Append the outputs of the mechanics of the metal: extremes, then energies. A body in motion has those of the time
+ * integration and no more. In quasi-static equilibrium: work, elastic, plastic where the material dissipates, "taken"
+ * by dissolution where metal dissolves; released energy, broken bonds and the load factor of the next break with a
+ * failure criterion; time of separation [s], number of components, iterations. */
 static void pdi_monitor_compute_solid(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_solid_coupling *s = &model->solid;
@@ -315,8 +334,10 @@ static void pdi_monitor_compute_solid(pd_ctx *ctx, pd_model *model, pd_monitor *
     pdi_monitor_add_output(m, "iterations", "-", (double)q->iterations);
 }
 
-/* Outputs of a crack: tip position, length along the cut and straight on, and its J integral on two contours; NaN where
- * a contour meets a surface. */
+/* Append the tip position, in 2D the crack length (length of the cut plus the signed advance of the tip along
+ * `direction` beyond the last corner), and J on the inner and outer contour where they are asked for. J is NaN where
+ * pd_crack_j gives PD_ERR_GEOMETRY or no result; its other errors, and those of the search for the tip, are
+ * returned. */
 static pd_status pdi_monitor_compute_crack(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_setup_precrack *cut = &model->setup->metal_body.precrack[m->desc->index];
@@ -358,8 +379,8 @@ static pd_status pdi_monitor_compute_crack(pd_ctx *ctx, pd_model *model, pd_moni
     return PD_OK;
 }
 
-/* Charge number of the metal of an electrode if all of its current dissolves that one metal by Faraday's law; 0: not
- * so. */
+/* Charge number of the metal of an electrode on a single metal whose rate law depends on the current density alone and
+ * follows Faraday's law at 1 A/m2 within 1e-9. 0: any other electrode, no dissolution, or migrating ions. */
 static double pdi_monitor_find_charge_number(const pd_model *model, int electrode)
 {
     const pd_setup *u = model->setup;
@@ -385,8 +406,10 @@ PDI_FN void pdi_monitor_get_electrode(const pd_model *model, int electrode, pd_c
     else pd_cell_electrode_of(&model->cell, electrode, e);
 }
 
-/* Outputs of an electrode: potential, total and anodic current, area, current densities, charge, ratio to Faraday's
- * law. */
+/* Append potential, net and anodic current, area, mean (0 without area), least and largest current density, and charge
+ * since the start. With a tabulated curve: range of E - phi met so far and time [s] at which it first left the table,
+ * NaN if not. "faraday", lost metal over that of the charge passed by Faraday's law, only where that law must hold; NaN
+ * while the charge passed is at most 1e-9 of that of the whole metal. */
 static void pdi_monitor_compute_electrode(const pd_model *model, pd_monitor *m)
 {
     const char *unit = pdi_monitor_unit_current[pdi_monitor_get_unit_index(model->setup)];
@@ -413,7 +436,7 @@ static void pdi_monitor_compute_electrode(const pd_model *model, pd_monitor *m)
     pdi_monitor_add_output(m, "faraday", "-", known ? charge * e.lost / e.passed : (double)NAN);
 }
 
-/* Outputs of a surface state: mean, extremes, area. */
+/* Append mean, smallest and largest value of a surface state, in its unit or "-", and the area that carries it. */
 static void pdi_monitor_compute_surface_state(const pd_model *model, pd_monitor *m)
 {
     const char *unit = model->setup->state[m->desc->index].unit;
@@ -426,8 +449,9 @@ static void pdi_monitor_compute_surface_state(const pd_model *model, pd_monitor 
     pdi_monitor_add_output(m, "area", pdi_monitor_unit_area[pdi_monitor_get_unit_index(model->setup)], f.area);
 }
 
-/* Compute the outputs of a monitor, by its kind, in place of those before; that of a mechanical boundary condition is
- * its reaction force. */
+/* Replace the outputs of a monitor by those of now. A line has none; a force keeps its outputs until the next flow
+ * solve; a mechanical boundary condition has its reaction force by axes. Errors of force, crack and reaction force; the
+ * outputs are incomplete then. */
 static pd_status pdi_monitor_compute_outputs(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     if (m->desc->kind == PD_MONITOR_FORCE) return pdi_monitor_compute_force(ctx, model, m);
@@ -456,8 +480,9 @@ static int pdi_monitor_set_column_name(char names[][PD_SETUP_NAME], int column, 
     return column + 1;
 }
 
-/* Names of the columns of a line: arc length, position, fields (v by components). first[f]: column of field f. Returns
- * their number. */
+/* Names of the columns of a line: arc length, position, the requested fields (v by components), with units, "-" for
+ * none. first[PD_FIELD_COUNT]: column of each field; of one that is not requested, of the next one. Returns the number
+ * of columns. */
 static int pdi_monitor_name_line_columns(const pd_setup *setup, const pd_monitor *m, char names[][PD_SETUP_NAME],
                                          int *first)
 {
@@ -481,7 +506,8 @@ static int pdi_monitor_name_line_columns(const pd_setup *setup, const pd_monitor
     return count;
 }
 
-/* Names of the columns of the profile of a mass transfer; returns their number. */
+/* Names of the columns of the profile of a mass transfer: position, area, flux density, and with a reference length
+ * C_fluid and Sh. Returns their number, 3 or 5. */
 static int pdi_monitor_name_transfer_columns(const pd_setup *setup, const pd_monitor *m, char names[][PD_SETUP_NAME])
 {
     char name[PD_SETUP_NAME];
@@ -496,7 +522,9 @@ static int pdi_monitor_name_transfer_columns(const pd_setup *setup, const pd_mon
     return pdi_monitor_set_column_name(names, count, "Sh [-]");
 }
 
-/* Sample the fields at the points of a line into profile [rows][columns]. */
+/* Sample the requested fields at m->rows points (2 or more), evenly spaced from d->lo to d->hi with both ends, into
+ * profile[rows][columns]: arc length from lo, position, fields by components, NaN where a field has no value. Call
+ * pd_sample_prepare before. */
 static void pdi_monitor_compute_line(const pd_model *model, pd_monitor *m)
 {
     const pd_setup_monitor *d = m->desc;
@@ -514,8 +542,9 @@ static void pdi_monitor_compute_line(const pd_model *model, pd_monitor *m)
     }
 }
 
-/* Fill the profile [rows][columns] of a mass transfer along its axis: place, area, flux density (NaN without area),
- * concentration, local Sherwood number; m->flux, m->area and m->fluid hold the layers. */
+/* Fill profile[rows][columns] of a mass transfer from m->flux, m->area and m->fluid: cell centre along the axis, area,
+ * flux density (NaN without area); with a reference length also C_fluid and the local Sherwood number with the
+ * difference C_surface - C_fluid of the layer. */
 static void pdi_monitor_compute_transfer_profile(const pd_model *model, pd_monitor *m)
 {
     const pd_setup_monitor *d = m->desc;
@@ -530,8 +559,9 @@ static void pdi_monitor_compute_transfer_profile(const pd_model *model, pd_monit
     }
 }
 
-/* Plot `count` columns of the profile from `first` on over column 0 [m], drawn in m, mm or um. axis: name of column 0;
- * label: of the values. No file where no value is finite. */
+/* Plot `count` columns of the profile from `first` on over column 0, drawn in um if its last value is below 2 mm, in mm
+ * below 2 m, else in m. axis: name of column 0; label: of the values. Series are named x, y, z if there are several.
+ * PD_OK and no file where no value is finite. */
 static pd_status pdi_monitor_draw_profile(pd_ctx *ctx, const pd_monitors *all, const pd_monitor *m, int first,
                                           int count, const char *axis, const char *label, const char *path)
 {
@@ -583,7 +613,7 @@ static pd_status pdi_monitor_format_path(pd_ctx *ctx, const pd_monitors *all, co
     return pdi_output_folder_add_file(ctx, all->folder, name, path);
 }
 
-/* Plot each requested field over a line. */
+/* Plot each field of m->desc->images over a line, one file a field. first[f]: column of field f. */
 static pd_status pdi_monitor_draw_line(pd_ctx *ctx, const pd_monitors *all, const pd_monitor *m, const int *first,
                                        int frame)
 {
@@ -598,8 +628,9 @@ static pd_status pdi_monitor_draw_line(pd_ctx *ctx, const pd_monitors *all, cons
     return PD_OK;
 }
 
-/* Fill the profile of a line or mass transfer and write it as a table and as plots: of each requested field, or of Sh,
- * else the flux density. */
+/* Fill the profile of a line or mass transfer, write it as a table, and plot it: each image field of a line; of a
+ * transfer Sh with a reference length, else the flux density. A line samples the fields now; a transfer uses m->flux,
+ * m->area and m->fluid of the last step. */
 static pd_status pdi_monitor_write_profile(pd_ctx *ctx, const pd_monitors *all, pd_monitor *m, int frame)
 {
     char names[1 + PD_DIM + PD_FIELD_COUNT + PD_DIM][PD_SETUP_NAME], path[PD_PATH_SIZE];
@@ -631,7 +662,8 @@ static void pdi_monitor_format_table_name(const pd_monitor *m, char name[2 * PD_
     snprintf(name, 2 * PD_SETUP_NAME, "%s_%s.csv", pd_setup_monitor_section_name(m->desc->kind), m->desc->name);
 }
 
-/* Create the table of a monitor with one column for each output. */
+/* Enter the table of a monitor in the list of the folder, create it with the column time and one for each present
+ * output, and open it. Errors of pd_csv_create. */
 static pd_status pdi_monitor_begin_table(pd_ctx *ctx, const pd_monitors *all, pd_monitor *m)
 {
     char names[PD_MONITOR_MAX_OUTPUTS + 1][64], name[2 * PD_SETUP_NAME], path[PD_PATH_SIZE];
@@ -647,7 +679,9 @@ static pd_status pdi_monitor_begin_table(pd_ctx *ctx, const pd_monitors *all, pd
 
 /* ---- life ---- */
 
-/* Allocate outputs and profile of a monitor, and for a transfer its layers: the cells along its axis, or one. */
+/* Allocate m->output (more with chemistry), and for a line or transfer the profile; set rows and columns. A transfer
+ * also gets its layers: one for each cell along its axis, or one without an axis. rows is 0 for all other kinds. On
+ * failure the caller frees. */
 static pd_status pdi_monitor_allocate(pd_ctx *ctx, const pd_model *model, pd_monitor *m)
 {
     const pd_setup_monitor *d = m->desc;
@@ -667,7 +701,8 @@ static pd_status pdi_monitor_allocate(pd_ctx *ctx, const pd_model *model, pd_mon
     return m->rows ? PD_NEW(ctx, "monitor", (int64_t)m->rows * m->columns, m->profile) : PD_OK;
 }
 
-/* Error message for a probe within a wall, with its depth. Returns PD_ERR_GEOMETRY. */
+/* Set the message for a probe within a wall; with its depth where the distance to the wall shape is known (smooth
+ * shapes). Returns PD_ERR_GEOMETRY. */
 static pd_status pdi_monitor_reject_probe(pd_ctx *ctx, const pd_model *model, const pd_setup_probe *probe)
 {
     const pd_setup *u = model->setup;
@@ -682,8 +717,9 @@ static pd_status pdi_monitor_reject_probe(pd_ctx *ctx, const pd_model *model, co
                    "surface: move it by that much", probe->name, deep);
 }
 
-/* Check that probes stand outside of walls, then allocate each monitor and compute its outputs once. all->error_line is
- * the line of the section in work; the caller frees on failure. */
+/* Zero all, refuse probes deep in a wall (PD_ERR_GEOMETRY), then allocate each monitor and compute its outputs once, so
+ * that they can be refused before the run. Forces are due again at the first step. all->error_line is the line of the
+ * section in work; the caller frees on failure. */
 static pd_status pdi_monitor_build_inner(pd_ctx *ctx, pd_model *model, pd_monitors *all)
 {
     const pd_setup *u = model->setup;

@@ -22,7 +22,8 @@
 /* Errors of a charge below this fraction of the charge passed both ways are rounding. */
 #define PDI_MONITOR_REPORT_CHARGE_ROUNDING 1e-9
 
-/* Print a note where lost metal and anodic charge of an electrode differ by more than 1 % from Faraday's law. */
+/* Print a note if the output "faraday" of a monitor, lost metal over that of its anodic charge by Faraday's law,
+ * differs from 1 by more than 1 %. NaN, or no such output: no note. */
 static void pdi_monitor_report_print_faraday_mismatch(const pd_monitor *m, pd_print_fn print, void *user)
 {
     char text[256];
@@ -38,7 +39,8 @@ static void pdi_monitor_report_print_faraday_mismatch(const pd_monitor *m, pd_pr
     }
 }
 
-/* Print a note where the charge of an electrode may be off by more than 5 %, as its current changed within steps. */
+/* Print a note if the estimated error of the charge, from current changes within steps, exceeds 5 % of |charge| plus
+ * 1e-9 of the charge that has passed in both directions. */
 static void pdi_monitor_report_print_charge_error(const pd_monitor *m, const pd_cell_electrode *e, pd_print_fn print,
                                                   void *user)
 {
@@ -52,8 +54,8 @@ static void pdi_monitor_report_print_charge_error(const pd_monitor *m, const pd_
     print(user, PD_PRINT_NOTE, text);
 }
 
-/* Print a note where a polarisation curve was evaluated outside of a measured table in it, where its end values hold.
- */
+/* Print a note if a tabulated polarisation curve was asked for below or above the points of a measured table in it,
+ * where its end values hold. Nothing for a curve that is no table, or was not asked for yet. */
 static void pdi_monitor_report_print_table_range(const pd_model *model, const pd_monitor *m, const pd_cell_electrode *e,
                                                  pd_print_fn print, void *user)
 {
@@ -67,7 +69,8 @@ static void pdi_monitor_report_print_table_range(const pd_model *model, const pd
     print(user, PD_PRINT_NOTE, text);
 }
 
-/* Print a note where a polarisation curve was evaluated outside of its range, where it is extrapolated linearly. */
+/* Print a note if a tabulated polarisation curve was asked for outside of its own range, where it is extrapolated
+ * linearly. Nothing for a curve that is no table. */
 static void pdi_monitor_report_print_curve_range(const pd_model *model, const pd_monitor *m, const pd_cell_electrode *e,
                                                  pd_print_fn print, void *user)
 {
@@ -81,7 +84,8 @@ static void pdi_monitor_report_print_curve_range(const pd_model *model, const pd
     print(user, PD_PRINT_NOTE, text);
 }
 
-/* Print the notes of one monitor: those of an electrode, and of a diffusion layer thinner than two cells. */
+/* Print the notes of one monitor: those of an electrode, and, if it has an output "layer", one where |layer| is below 2
+ * h, with h the smallest spacing of the lattice. */
 static void pdi_monitor_report_print_warnings(const pd_model *model, const pd_monitor *m, pd_print_fn print, void *user)
 {
     char text[256];
@@ -106,8 +110,8 @@ static void pdi_monitor_report_print_warnings(const pd_model *model, const pd_mo
     print(user, PD_PRINT_NOTE, text);
 }
 
-/* Print a note where the largest cell Peclet number v h/D of a species is above 2: upwinding then spreads it more than
- * D. */
+/* Print a note if the largest cell Peclet number v h/D of a species is above 2: upwinding then spreads it more than D.
+ * Nothing without a flow with species. */
 static void pdi_monitor_report_print_numerical_diffusion(const pd_model *model, pd_print_fn print, void *user)
 {
     const char *slowest;
@@ -122,7 +126,8 @@ static void pdi_monitor_report_print_numerical_diffusion(const pd_model *model, 
     print(user, PD_PRINT_NOTE, text);
 }
 
-/* Print a note where the largest ionic strength in the fluid exceeds the validity of Davies' equation, 0.5 mol/L. */
+/* Print a note if the largest ionic strength of a fluid node exceeds 0.5 mol/L, to which Davies' equation holds.
+ * Nothing without chemistry or with ideal activities. */
 static void pdi_monitor_report_print_ionic_strength(const pd_model *model, pd_print_fn print, void *user)
 {
     const pd_reactive *r = &model->reactive;

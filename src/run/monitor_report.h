@@ -6,8 +6,9 @@
 #include "run/monitor.h"
 
 #ifdef PDI_APP_INTERNAL
-/* Print a line "result case=... plane=up time=... flow=..." with the last outputs of each monitor, and notes where they
- * are doubtful; print NULL: nothing. */
+/* Print notes on numerical diffusion and ionic strength of the model, then for each monitor that has outputs a line
+ * "result case=... plane=up time=... flow=..." with the last ones, and its notes. Outputs that are NaN or infinite are
+ * left out. print NULL: nothing. */
 PDI_FN void pdi_monitor_report_print(const pd_monitors *monitors, pd_print_fn print, void *user);
 #endif
 

@@ -35,14 +35,15 @@ enum { PDI_OUTPUT_COLUMN_NAME = 88 }; /* [byte] of a column of the probes */
 static const char *const pdi_output_node_kind_names[] = {"outside", "fluid", "metal", "wall"};
 static const char *const pdi_output_phase_names[] = {"fluid or wall", "metal"};
 
-/* 1: a field of the solid alone, NaN elsewhere. */
+/* 1: a field of the metal alone; files have NaN elsewhere. */
 static int pdi_output_is_solid_field(const pd_setup *setup, pd_field field)
 {
     return pd_fields_get_place(setup, field) == PD_FIELD_IN_METAL;
 }
 
-/* Samples all fields of the output at the nodes: fields of the solid are NaN where there is no metal, displacements,
- * too; grain and phase count the metal alone. */
+/* Sample the requested fields at all nodes into the arrays of out that are allocated. At nodes that are not metal,
+ * fields of the metal alone and displacements are NaN, grain is -1 and phase 0. Prepares also the fields of pictures
+ * and surface colours. */
 static void pdi_output_compute_fields(pd_ctx *ctx, pd_output *out)
 {
     pd_model *m = out->model;
@@ -155,7 +156,8 @@ static int pdi_output_compute_probe_row(const pd_output *out, char names[][PDI_O
     return count;
 }
 
-/* Create the probe table, if there are probes. */
+/* Create probes.csv and enter it in the list of the folder; nothing without probes. Columns beyond PD_CSV_MAX_COLUMNS
+ * are left out. */
 static pd_status pdi_output_begin_probe_table(pd_ctx *ctx, pd_output *out)
 {
     char names[PD_CSV_MAX_COLUMNS][PDI_OUTPUT_COLUMN_NAME], path[PD_PATH_SIZE];
@@ -167,7 +169,7 @@ static pd_status pdi_output_begin_probe_table(pd_ctx *ctx, pd_output *out)
     return pd_csv_create(ctx, path, list, count, &out->probes);
 }
 
-/* Create diagnostics.csv and probes.csv. */
+/* Create diagnostics.csv, and probes.csv if there are probes. */
 static pd_status pdi_output_begin_tables(pd_ctx *ctx, pd_output *out)
 {
     char path[PD_PATH_SIZE];
@@ -231,7 +233,8 @@ PDI_FN pd_status pdi_output_write_rows(pd_ctx *ctx, pd_output *out, const pd_ste
 
 /* ---- life ---- */
 
-/* Allocate the arrays of the requested fields. */
+/* Allocate the arrays of the fields that go to files: plain scalars, phase, grain, displacement. Velocity and kind are
+ * taken from the model; images have arrays of their own. */
 static pd_status pdi_output_allocate(pd_ctx *ctx, pd_output *out)
 {
     const pd_model *m = out->model;
@@ -247,7 +250,8 @@ static pd_status pdi_output_allocate(pd_ctx *ctx, pd_output *out)
 
 static const char *const pdi_output_loss_plot_names[2] = {"volume_loss.png", "volume_loss.svg"};
 
-/* Prepare everything but the tables. */
+/* Zero out and prepare everything but the tables: arrays, pictures, an empty PVD collection. No file is written. On
+ * failure the caller frees. */
 static pd_status pdi_output_build(pd_ctx *ctx, pd_model *model, pd_output_folder *folder, pd_output *out)
 {
     char path[PD_PATH_SIZE];
@@ -274,7 +278,8 @@ PDI_FN pd_status pdi_output_open(pd_ctx *ctx, pd_model *model, pd_output_folder 
     return pdi_output_begin_tables(ctx, out);
 }
 
-/* Store the state of output in a checkpoint, or load it. */
+/* Store frame number, time of the last fields, PVD entries, pictures and loss curve in a checkpoint, or load them,
+ * growing the curve. The tables are not part of it. */
 static pd_status pdi_output_store(pd_ctx *ctx, pd_output *out, pd_archive *archive)
 {
     PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "frame", &out->frame, 1));
@@ -316,8 +321,9 @@ PDI_FN pd_status pdi_output_resume(pd_ctx *ctx, pd_model *model, pd_output_folde
                          &out->probes);
 }
 
-/* Add measured losses to the plot of the curve, in %, as many series as fit. unit [s]: of the time axis; last [s]: end
- * of the curve; work[3 points of all records]: memory of the series. */
+/* Add measured losses to the plot of the curve, in %, a series for each set of volume_loss, as many as fit; the curve
+ * is then named "computed". unit [s]: of the time axis; last [s]: end of the curve; work[3 points of all records]:
+ * memory of the series. */
 static void pdi_output_add_measured_series(const pd_output *out, double unit, double last, double *work, pd_plot *plot)
 {
     const pd_setup *u = out->model->setup;
@@ -329,8 +335,9 @@ static void pdi_output_add_measured_series(const pd_output *out, double unit, do
     if (plot->count > 1) plot->series[0].name = "computed";
 }
 
-/* Draw the volume loss over time so far into volume_loss.png and .svg, as requested; nothing without dissolution or
- * with fewer than two rows. */
+/* Draw the volume loss [%] over time so far into volume_loss.png and .svg, as requested (PNG by default), and enter
+ * them in the list of the folder the first time. Time is in s if the last one is below an hour, else in h. Nothing
+ * without dissolution or with fewer than two rows. */
 static pd_status pdi_output_draw_loss_curve(pd_ctx *ctx, pd_output *out)
 {
     const pd_setup *u = out->model->setup;

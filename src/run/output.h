@@ -35,7 +35,8 @@ typedef struct pd_output {
 } pd_output;
 
 #ifdef PDI_APP_INTERNAL
-/* Create the tables and prepare pictures. model and folder, which is open, are borrowed. PD_ERR_FILE. */
+/* Zero out, create diagnostics.csv, probes.csv (with probes), the file of frames and, with fields, the ParaView script,
+ * and prepare pictures. model and folder, which is open, are borrowed. On failure pdi_output_free. PD_ERR_FILE. */
 PDI_FN pd_status pdi_output_open(pd_ctx *ctx, pd_model *model, pd_output_folder *folder, pd_output *out);
 /* Store the lengths of the files and the loss curve in a checkpoint. */
 PDI_FN pd_status pdi_output_save(pd_ctx *ctx, pd_output *out, pd_archive *archive);
@@ -43,13 +44,14 @@ PDI_FN pd_status pdi_output_save(pd_ctx *ctx, pd_output *out, pd_archive *archiv
  * cut off. PD_ERR_FILE: a table is missing or shorter. */
 PDI_FN pd_status pdi_output_resume(pd_ctx *ctx, pd_model *model, pd_output_folder *folder, pd_archive *archive,
                                    pd_output *out);
-/* Write a row of the diagnostics and probe tables, and append the volume loss to the curve. */
+/* Write a row of the diagnostics table and, with probes, of the probe table, sampled now; append the volume loss to the
+ * curve, also without dissolution. */
 PDI_FN pd_status pdi_output_write_rows(pd_ctx *ctx, pd_output *out, const pd_step_diagnostics *o);
-/* Write fields and pictures now and count the frame; a second call at the same time does nothing. With updates_latest
- * the loss curve is drawn, too. */
+/* Write fields and pictures now and count the frame; nothing if the last ones are of this time or a later one. On
+ * failure the frame does not count. With updates_latest the loss curve is drawn, too. */
 PDI_FN pd_status pdi_output_write_frame(pd_ctx *ctx, pd_output *out);
-/* Draw the loss curve and close the tables. over: 1: the run is complete, and its pictures get a common range.
- * PD_CANCELLED: interrupted meanwhile. */
+/* Draw the loss curve and close the tables. over: 1: the run is complete, and its pictures get a common range before.
+ * PD_CANCELLED: interrupted meanwhile; after a failure the tables may still be open, until pdi_output_free. */
 PDI_FN pd_status pdi_output_close(pd_ctx *ctx, pd_output *out, int over);
 /* Close the tables, free all memory and zero out. A zeroed one is allowed. */
 PDI_FN void pdi_output_free(pd_ctx *ctx, pd_output *out);

@@ -53,7 +53,8 @@ typedef struct pdi_run {
     char checkpoint_path[PD_PATH_SIZE];
 } pdi_run;
 
-/* Print the progress line now; doing, count: what is being computed, or NULL. */
+/* Print the progress line now and set progress_clock; doing, count: what is being computed, or NULL. Nothing without a
+ * print function or with an end time of 0. */
 static void pdi_run_print_progress_line(pdi_run *r, const char *doing, int64_t count)
 {
     char line[360], time[PD_UNITS_TEXT], dt[PD_UNITS_TEXT];
@@ -76,7 +77,7 @@ static void pdi_run_print_progress_line(pdi_run *r, const char *doing, int64_t c
     r->desc->print(r->desc->print_user, PD_PRINT_PROGRESS, line);
 }
 
-/* Print progress a few times a second. */
+/* Print the progress line if 0.2 s have passed since the last one, or at the end time. */
 static void pdi_run_print_progress(pdi_run *r)
 {
     if (pd_par_clock() - r->progress_clock >= PDI_RUN_PROGRESS_INTERVAL ||
@@ -84,7 +85,8 @@ static void pdi_run_print_progress(pdi_run *r)
         pdi_run_print_progress_line(r, NULL, 0);
 }
 
-/* Print a note on a run without a step for `waited` [s] of wall time; the next one follows after twice that. */
+/* Print a note on a run without a step for `waited` [s] of wall time, and set stall_time to twice the larger of it and
+ * `waited`. The print function must be set. */
 static void pdi_run_print_stall(pdi_run *r, const char *doing, int64_t count, double waited)
 {
     char line[480];
@@ -93,8 +95,9 @@ static void pdi_run_print_stall(pdi_run *r, const char *doing, int64_t count, do
     r->desc->print(r->desc->print_user, PD_PRINT_NOTE, line);
 }
 
-/* Poll function within steps: notes on long waits, progress and the caller's poll, these two at intervals. Returns 1 to
- * stop the computation: once asked to stop it stays so, but while files are written. */
+/* Poll function of the context within steps. Returns 1 to stop: once r->stopped is set, always 1, but 0 while the files
+ * of the last step are written. Prints a note after stall_time without a step. At most every 0.2 s asks the poll
+ * function of the caller, whose non-zero answer sets r->stopped; prints progress at most every 0.4 s. */
 static int pdi_run_poll(void *user, const char *doing, int64_t count)
 {
     pdi_run *r = (pdi_run *)user;
@@ -109,7 +112,9 @@ static int pdi_run_poll(void *user, const char *doing, int64_t count)
     return r->stopped;
 }
 
-/* 1: fields are written now: at multiples of `every`, at the end, and when a run without checkpoints is stopped. */
+/* 1: fields are written now: if none are yet, at the end time, if a run without checkpoints is stopped, and at a
+ * multiple of the output interval (within 1e-9 of the interval) that lies at least half of it behind the last
+ * fields. */
 static int pdi_run_is_frame_due(const pdi_run *r)
 {
     double time = r->model.time_loop.time, every = r->setup->output_interval,
@@ -120,7 +125,8 @@ static int pdi_run_is_frame_due(const pdi_run *r)
     return time >= next && fabs(time - multiple) <= 1e-9 * every;
 }
 
-/* Write fields, pictures and profiles of this time, unless they are there already. */
+/* Write fields, pictures and profiles of this time and count the frame; nothing if those of this time, or of a later
+ * one, are written. */
 static pd_status pdi_run_write_frame(pdi_run *r)
 {
     int frame = r->output.frame;
@@ -128,8 +134,8 @@ static pd_status pdi_run_write_frame(pdi_run *r)
     return r->output.frame > frame ? pdi_monitors_write_frame(r->ctx, &r->monitors, frame) : PD_OK;
 }
 
-/* Write the rows of this step. Without files, outputs are computed only when the observer or measured points need them.
- */
+/* Write the rows of this step. With no_files the monitors are computed only for an observer or where the comparison
+ * needs outputs; else they keep those of an earlier step. The comparison is stepped only where it needs outputs. */
 static pd_status pdi_run_write_rows(pdi_run *r)
 {
     int asked = r->desc->observe || pdi_compare_measured_needs_output(&r->compare, r->model.time_loop.time);
@@ -140,7 +146,8 @@ static pd_status pdi_run_write_rows(pdi_run *r)
                : PD_OK;
 }
 
-/* Call the caller's observer, if there is one; it may set r->stopped, but not at the end of the run. */
+/* Call the observer of the caller with the present state; nothing without one. Its non-zero answer sets r->stopped, but
+ * not at the stage END, nor when the end time is reached. */
 static void pdi_run_call_observer(pdi_run *r, pd_snapshot_stage when)
 {
     pd_snapshot at;
@@ -164,8 +171,8 @@ static void pdi_run_call_observer(pdi_run *r, pd_snapshot_stage when)
 
 /* ---- checkpoints ---- */
 
-/* Store or load solver state, diagnostics, computed points and wall time in a checkpoint; the clock of the start moves
- * so that wall time goes on. */
+/* Store or load model, diagnostics, computed points and wall time. On loading, start_clock moves so that wall time goes
+ * on. PD_ERR_ARGUMENT: the checkpoint is of another scene; after a failure the model may only be freed. */
 static pd_status pdi_run_store_state(pdi_run *r, pd_archive *archive)
 {
     double now = pd_par_clock(), spent = now - r->start_clock;
@@ -186,7 +193,7 @@ static pd_status pdi_run_store_all(pdi_run *r, pd_archive *archive)
     return pdi_output_folder_store(r->ctx, &r->folder, archive);
 }
 
-/* Write the checkpoint file. */
+/* Write the checkpoint file under a temporary name and rename it. On failure the former file stays. PD_ERR_FILE. */
 static pd_status pdi_run_write_checkpoint(pdi_run *r)
 {
     pd_archive_file store;
@@ -197,8 +204,8 @@ static pd_status pdi_run_write_checkpoint(pdi_run *r)
     return status;
 }
 
-/* Keep a checkpoint in memory, a few times a second at most. Without enough memory, a run that is stopped within a step
- * continues from the file. */
+/* Store a checkpoint in memory, at most every 0.2 s; nothing with no_files or without checkpoints. A failure is no
+ * error but clears kept_is_complete: a run stopped within a step then continues from the file. */
 static void pdi_run_keep_checkpoint(pdi_run *r)
 {
     double now = pd_par_clock();
@@ -212,7 +219,9 @@ static void pdi_run_keep_checkpoint(pdi_run *r)
     r->kept_is_complete = status == PD_OK;
 }
 
-/* Write the checkpoint file when it is due. A failure only stops a run that was to stop. */
+/* Write the checkpoint file if the run is stopped, or checkpoint_every [s] of wall time have passed since the last;
+ * nothing without checkpoints. A failure is returned only if the run is stopped; else it is printed as a note, the
+ * former file stays, and the status is PD_OK. */
 static pd_status pdi_run_write_due_checkpoint(pdi_run *r)
 {
     char line[PD_MESSAGE_SIZE + 80];
@@ -234,7 +243,9 @@ static pd_status pdi_run_update_outputs(pdi_run *r)
     return pdi_monitors_step(r->ctx, &r->monitors);
 }
 
-/* Load the checkpoint and continue all files. */
+/* Load the checkpoint and open all files to append at the lengths it holds; files listed later are deleted. With an
+ * observer the outputs are computed, too. Notes on what was depleted before are not repeated. On failure the archive is
+ * closed, and the state may only be freed. */
 static pd_status pdi_run_read_checkpoint(pdi_run *r)
 {
     pd_archive_file store;
@@ -253,7 +264,8 @@ static pd_status pdi_run_read_checkpoint(pdi_run *r)
     return status;
 }
 
-/* Lock the folder and continue its run from the checkpoint. result->bad_input: 1: folder or checkpoint do not fit. */
+/* Lock the folder, continue its run from the checkpoint and say so. result->bad_input: 1: any failure but PD_ERR_MEMORY
+ * and PD_ERR_LIMIT. */
 static pd_status pdi_run_resume(pdi_run *r, pd_run_result *result)
 {
     char line[80];
@@ -267,8 +279,9 @@ static pd_status pdi_run_resume(pdi_run *r, pd_run_result *result)
     return PD_OK;
 }
 
-/* Open the output folder and remove the files of former runs, the checkpoint included, with a note. result->bad_input:
- * 1: the folder is in use or of another run. */
+/* Open the output folder, delete the files of the former run, with a note if there were any, and its checkpoint. Enter
+ * the checkpoint in the new list of files. result->bad_input: 1: the folder is in use (PD_ERR_STATE) or of another run
+ * (PD_ERR_ARGUMENT). */
 static pd_status pdi_run_clear_folder(pdi_run *r, pd_run_result *result)
 {
     char line[PD_PATH_SIZE + 80];
@@ -282,7 +295,7 @@ static pd_status pdi_run_clear_folder(pdi_run *r, pd_run_result *result)
     return pdi_output_folder_add_file(r->ctx, &r->folder, PD_RUN_CHECKPOINT, r->checkpoint_path);
 }
 
-/* Open the files of a run: new ones, or those of a checkpoint. */
+/* Open the files of a run: those of a checkpoint with desc->resume, else new ones. Nothing with no_files. */
 static pd_status pdi_run_open_files(pdi_run *r, pd_run_result *result)
 {
     if (r->desc->no_files) return PD_OK;
@@ -296,8 +309,9 @@ static pd_status pdi_run_open_files(pdi_run *r, pd_run_result *result)
 
 /* ---- steps ---- */
 
-/* After each step, by the time loop: diagnostics, tables, observer, output files, checkpoints. Returns 1 to end the
- * run. */
+/* Callback of the time loop after the start and each step: diagnostics, tables, observer, fields when due, checkpoints,
+ * progress. desc->stop is asked only before the end time. Returns 1 to end the run: it is stopped, or r->status, the
+ * first failure, is negative; what follows a failure is skipped. */
 static int pdi_run_observe_step(void *user, const pd_time_loop *couple)
 {
     pdi_run *r = (pdi_run *)user;
@@ -319,7 +333,8 @@ static int pdi_run_observe_step(void *user, const pd_time_loop *couple)
     return r->stopped || r->status < 0;
 }
 
-/* Step to the end, or until r->stopped; steps also end on the times of measured points. */
+/* Step to the end time, or until r->stopped; steps also end on the times of measured points. Returns the failure of the
+ * time loop or of what follows a step. */
 static pd_status pdi_run_step_to_end(pdi_run *r)
 {
     double until = r->setup->end_time, reached;
@@ -332,7 +347,8 @@ static pd_status pdi_run_step_to_end(pdi_run *r)
     return PD_OK;
 }
 
-/* Print a note where node velocities and conserved fluxes disagree: too coarse for the flow. */
+/* Print a note if layer_flux_error is above 0.5: node velocities and conserved fluxes disagree, as the lattice is too
+ * coarse for the flow. */
 static void pdi_run_print_flux_error(const pdi_run *r)
 {
     char text[256];
@@ -344,7 +360,8 @@ static void pdi_run_print_flux_error(const pdi_run *r)
     r->desc->print(r->desc->print_user, PD_PRINT_NOTE, text);
 }
 
-/* Print a note where crack faces overlapped: there is no contact model, so stresses are wrong there. */
+/* Print a note if crack faces overlapped at any time of the run: there is no contact model, so stresses are wrong
+ * there. */
 static void pdi_run_print_overlap(const pdi_run *r)
 {
     char line[320];
@@ -375,8 +392,10 @@ static pd_status pdi_run_write_kept_checkpoint(pdi_run *r)
     return pdi_archive_file_write_memory(r->ctx, &r->kept_checkpoint, r->checkpoint_path);
 }
 
-/* Make all steps and write the final files and result lines. A cancelled run ends with PD_OK. A complete one removes
- * its checkpoint and its file of frames. */
+/* Make all steps and write the final files and result lines. With no_files only outputs, computed points and the
+ * observer get the end. A cancelled run ends with PD_OK and writes the checkpoint of its last complete step. A stopped
+ * run keeps checkpoint and file of frames and redraws no picture; a complete one removes both. After a failed step
+ * nothing final is written. */
 static pd_status pdi_run_run_steps(pdi_run *r)
 {
     pdi_run_keep_checkpoint(r);
@@ -411,7 +430,8 @@ static pd_status pdi_run_run_steps(pdi_run *r)
     return PD_OK;
 }
 
-/* [mol] Gas evolved by dissolution so far (per m in planar 2D, per m2 in 1D). */
+/* [mol] Gas evolved by dissolution so far (per m in planar 2D, per m2 in 1D): lost metal times gas_released, summed
+ * over metals where the species keep them apart, else with that of the one metal. 0 without species in time. */
 static double pdi_run_compute_evolved_gas(const pdi_run *r)
 {
     const pd_setup *u = r->setup;
@@ -477,8 +497,9 @@ PDI_FN void pdi_run_prefix_message(pd_ctx *ctx, const pd_setup *setup, int line)
     pd_fail(ctx, ctx->status, where, "%s", message);
 }
 
-/* Build everything that can refuse the setup: memory estimate, model, monitors, measured points. Nothing is written
- * before. result->bad_input: 1: the setup is refused, and the message begins with its line. */
+/* Build everything that can refuse the setup: memory estimate, model, monitors, measured points. Stops at the first
+ * failure; nothing is written. result->bad_input: 1: the failure is not fatal (memory, limit, cancelled), and the
+ * message begins with file and line. */
 static pd_status pdi_run_build(pdi_run *r, pd_run_result *result)
 {
     pd_status status = pd_memory_estimate_check_limit(r->ctx, r->setup, r->desc->no_files);
@@ -501,8 +522,9 @@ static pd_status pdi_run_build(pdi_run *r, pd_run_result *result)
     return status;
 }
 
-/* Dry check: output folder, and checkpoint with `resume`, which is loaded; nothing is written. Collects the figures for
- * the caller. result->bad_input: 1: one of them is refused. */
+/* Dry check: collect the figures for the caller, check that the output folder can be opened, and with `resume` load the
+ * checkpoint into the model. Writes nothing. result->bad_input: 1: folder or checkpoint is refused by an error that is
+ * not fatal. */
 static pd_status pdi_run_check_resume(pdi_run *r, pd_run_result *result)
 {
     pd_archive_file store;
@@ -520,7 +542,8 @@ static pd_status pdi_run_check_resume(pdi_run *r, pd_run_result *result)
     return status;
 }
 
-/* Print the summary, run all steps, and fill in the result. */
+/* Print the summary, run all steps, and fill in the result, before the steps and after them. With check_only no step is
+ * made: figures are collected, folder and checkpoint checked, or with no_files none of that. */
 static pd_status pdi_run_execute(pdi_run *r, pd_run_result *result)
 {
     r->folder_path = r->desc->folder ? r->desc->folder : r->setup->folder;

@@ -80,16 +80,20 @@ typedef struct pd_run_result {
 #define pd_run PD_NAME(pd_run)
 #define pd_run_format_result PD_NAME(pd_run_format_result)
 
-/* Build the model, print the summary, run, write the files. On failure the files hold all steps before it. The
- * checkpoint goes when the run is complete, and when another run begins in its folder. With checkpoints a run that is
- * stopped writes no fields of that instant, which a run that goes on does not have. */
+/* Build the model, print the summary, run, write the files; *result is zeroed first. PD_OK also for a run that is
+ * stopped. result->bad_input: 1: setup, folder or checkpoint is refused before the first step. On failure the files
+ * hold all steps before it. The checkpoint goes when the run is complete, and when another run begins in its folder.
+ * With checkpoints a stopped run writes no fields of that instant. Sets ctx->threads from the setup where it is 0, and
+ * leaves it set. */
 PD_API pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd_run_result *result);
-/* "result case=... dim=2 h=5e-06 m=3 volume_loss=..." into text[size]; the caller appends its times. */
+/* Write "result case=... dim=2 h=5e-06 m=3 volume_loss=..." into text[size], cut off there; the caller appends its
+ * times. Results that the run does not have, and those that are NaN or infinite, are left out. Bond-based corrosion has
+ * front= in place of residual= and evals=. */
 PD_API void pd_run_format_result(const pd_run_result *result, char *text, size_t size);
 
 #ifdef PDI_APP_INTERNAL
-/* Put file and line (0: the file alone) of the scene before the message of a setup that cannot be built; nothing where
- * the setup has no file. */
+/* Put file and line (0 or less: the file alone) of the scene before the message in ctx, whose status stays; nothing
+ * where the setup has no file. */
 PDI_FN void pdi_run_prefix_message(pd_ctx *ctx, const pd_setup *setup, int line);
 #endif
 
