@@ -5,7 +5,8 @@
 
 #define PDI_CHECKPOINT_MAX_SCENE_BYTES (1 << 24) /* [byte] largest text of a scene */
 
-/* Store the text of the scene, or compare it with that of the checkpoint. PD_ERR_ARGUMENT: they differ. */
+/* Store the text of the scene, or compare it with that of the checkpoint. PD_ERR_ARGUMENT: they differ, or the stored
+ * one is longer than 16 MiB. */
 static pd_status pdi_checkpoint_store_scene(pd_ctx *ctx, const pd_setup *setup, pd_archive *archive)
 {
     int64_t size = (int64_t)setup->fingerprint_size;

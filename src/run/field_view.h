@@ -23,7 +23,8 @@ typedef struct pd_field_views {
 
 #ifdef PDI_APP_INTERNAL
 /* Compute a field as it is now into views->field, which is allocated at its first request, and describe it in view; the
- * values stay in place until it is requested again. PD_ERR_ARGUMENT: no such field, or the scene has none. */
+ * values stay in place until it is requested again. Velocities are 0 outside the fluid. PD_ERR_ARGUMENT, view zero: no
+ * such field, or the scene has none. */
 PDI_FN pd_status pdi_field_view_get(pd_ctx *ctx, pd_model *model, pd_field_views *views, const char *name,
                                     pd_field_view *view);
 /* Free the values of all fields and zero views; every view of them is invalid then. */

@@ -17,8 +17,8 @@
 /* Number of blanks at the start of text. */
 static size_t pdi_parameter_sweep_count_blanks(const char *text) { return strspn(text, " \t"); }
 
-/* Length of the value at text, up to a comma outside of parentheses, without trailing blanks. *next: behind the comma,
- * or the end. */
+/* Length of the value at text, up to the first comma outside of round brackets, or the end, without trailing blanks.
+ * *next: behind the comma, or the end. */
 static size_t pdi_parameter_sweep_find_value_length(const char *text, const char **next)
 {
     size_t at = 0, length;
@@ -62,8 +62,9 @@ static pd_status pdi_parameter_sweep_reject_axis(pd_ctx *ctx, const char *axis, 
                    axis, why);
 }
 
-/* Number of values of an axis. unit [PD_PARAMETER_SWEEP_VALUE_BYTES]: the unit behind the last one when all are numbers
- * and none before has a unit; else "". */
+/* Number of values of an axis, at least 1, empty ones included. unit [PD_PARAMETER_SWEEP_VALUE_BYTES]: what stands
+ * behind the number of the last value, if every value begins with a number and all before the last are nothing else;
+ * otherwise, or if it is too long, "". */
 static int pdi_parameter_sweep_count_values(const char *values, char *unit)
 {
     int count = 0, plain = 1, more = 1;
@@ -90,8 +91,9 @@ static void pdi_parameter_sweep_append_text(char *text, const char *part, size_t
     text[used + length] = '\0';
 }
 
-/* Parse "key=value, value, ..." into an axis, whose text is allocated, with the unit of the last value behind all
- * numbers. */
+/* Parse "key=value, value, ..." into an axis, whose text is allocated (the caller frees it on failure, too), with the
+ * unit of the last value behind all numbers. PD_ERR_ARGUMENT: no key, an empty value, too long a key, unit or value, or
+ * more than PD_PARAMETER_SWEEP_MAX_RUNS values. */
 static pd_status pdi_parameter_sweep_parse_axis(pd_ctx *ctx, const char *text, pd_parameter_sweep_axis *axis)
 {
     char unit[PD_PARAMETER_SWEEP_VALUE_BYTES];
@@ -151,7 +153,9 @@ static pd_status pdi_parameter_sweep_read_scene(pd_ctx *ctx, const pd_parameter_
     return pd_scene_read(ctx, s->desc.scene, overrides, count, setup);
 }
 
-/* Parse all axes and count the runs. */
+/* Parse all axes and count the runs, the product of their numbers of values. PD_ERR_ARGUMENT: no or too many axes, too
+ * many overrides or runs, an axis that cannot be read, a key twice. s->axes counts the one in work, for the caller to
+ * free. */
 static pd_status pdi_parameter_sweep_parse_axes(pd_ctx *ctx, const pd_parameter_sweep_desc *desc, pd_parameter_sweep *s)
 {
     if (desc->axis_count < 1 || desc->axis_count > PD_PARAMETER_SWEEP_MAX_AXES ||
@@ -190,8 +194,9 @@ static pd_status pdi_parameter_sweep_format_paths(pd_ctx *ctx, const pd_paramete
     return pd_file_join(ctx, folder, PDI_PARAMETER_SWEEP_STATUS_FILE, result);
 }
 
-/* Read the scenes of all runs to check them, set name, folder and has_dissolution of the sweep, and remove results of
- * former sweeps. */
+/* Read the scenes of all runs to check them; the first error ends it, and nothing is removed then. Set name and, if the
+ * caller gives none, folder from the last one; has_dissolution if metal dissolves in any. Then delete the result files
+ * of former sweeps. */
 static pd_status pdi_parameter_sweep_check_scenes(pd_ctx *ctx, pd_parameter_sweep *s)
 {
     for (int index = 0; index < s->runs; index++) {
@@ -302,8 +307,8 @@ static size_t pdi_parameter_sweep_find_next_pair(const char **at)
     return 0;
 }
 
-/* Collect the keys of a result line as columns, in the order of first appearance. Long names, case, and more than fit
- * are left out. */
+/* Append the keys of a result line that are not yet columns, in the order of first appearance. The key case, keys of
+ * PDI_PARAMETER_SWEEP_NAME_BYTES or more, and those beyond the last column are left out. */
 static void pdi_parameter_sweep_find_names(const char *text, pdi_parameter_sweep_results *rows)
 {
     const char *at = text;
@@ -319,8 +324,9 @@ static void pdi_parameter_sweep_find_names(const char *text, pdi_parameter_sweep
     }
 }
 
-/* Read the result files of all runs into new memory of rows, count how they ended, and collect the columns. A file that
- * cannot be read counts as a run that was not begun. */
+/* Read the result files of all runs into new memory of rows, which the caller frees, count how they ended, and collect
+ * the columns from those that are done. A file that cannot be read counts as stopped; one that begins neither with done
+ * nor with stopped as failed. Out of memory is an error. */
 static pd_status pdi_parameter_sweep_read_results(pd_ctx *ctx, const pd_parameter_sweep *s,
                                                   pdi_parameter_sweep_results *rows, pd_parameter_sweep_count *count)
 {
@@ -344,7 +350,7 @@ static pd_status pdi_parameter_sweep_read_results(pd_ctx *ctx, const pd_paramete
     return PD_OK;
 }
 
-/* Write a CSV field, in quotes where it needs them. */
+/* Write a CSV field, in double quotes, with those inside doubled, if it has a comma, a double quote or #. */
 static pd_status pdi_parameter_sweep_write_csv_field(pd_ctx *ctx, pd_file *file, const char *text, size_t length)
 {
     if (!memchr(text, ',', length) && !memchr(text, '"', length) && !memchr(text, '#', length))
@@ -357,8 +363,8 @@ static pd_status pdi_parameter_sweep_write_csv_field(pd_ctx *ctx, pd_file *file,
     return pdi_file_write_text(ctx, file, "\"");
 }
 
-/* Value of key `name` in the result line of a run that is done, *length bytes at the returned place; *length 0: it has
- * none. */
+/* Value of key `name` in the result line of a run that is done, *length bytes at the returned place, not terminated.
+ * *length 0: the run is not done, or its line has no such key. */
 static const char *pdi_parameter_sweep_find_result_value(const char *text, const char *name, size_t *length)
 {
     const char *at = strchr(text, '\n');
@@ -373,7 +379,8 @@ static const char *pdi_parameter_sweep_find_result_value(const char *text, const
     return text;
 }
 
-/* Write the row of a run: values, how it ended, results, message. */
+/* Write the row of a run: its number, values without the common unit of their axis, how it ended, results (empty where
+ * it has none), and, unless it is done, its message. */
 static pd_status pdi_parameter_sweep_write_row(pd_ctx *ctx, const pd_parameter_sweep *s,
                                                const pdi_parameter_sweep_results *rows, int index, pd_file *file)
 {
@@ -402,7 +409,8 @@ static pd_status pdi_parameter_sweep_write_row(pd_ctx *ctx, const pd_parameter_s
     return pdi_file_write_text(ctx, file, "\n");
 }
 
-/* Write the header and all rows of the table. */
+/* Write the header and a row for each run. Columns of results have the prefix result_, since a swept key may have the
+ * name of a figure. */
 static pd_status pdi_parameter_sweep_write_lines(pd_ctx *ctx, const pd_parameter_sweep *s,
                                                  const pdi_parameter_sweep_results *rows, pd_file *file)
 {
@@ -422,7 +430,7 @@ static pd_status pdi_parameter_sweep_write_lines(pd_ctx *ctx, const pd_parameter
     return PD_OK;
 }
 
-/* Write sweep.csv. */
+/* Write sweep.csv through a temporary file; on failure a former one stays. */
 static pd_status pdi_parameter_sweep_write_table(pd_ctx *ctx, const pd_parameter_sweep *s,
                                                  const pdi_parameter_sweep_results *rows)
 {
@@ -447,8 +455,9 @@ typedef struct pdi_parameter_sweep_loss_curves {
     char label[PD_PLOT_MAX_SERIES][PD_PARAMETER_SWEEP_MAX_AXES * PD_PARAMETER_SWEEP_VALUE_BYTES];
 } pdi_parameter_sweep_loss_curves;
 
-/* Add the volume loss [%] of a run over time [h] to the plot, with its data in new memory; none for a run without a
- * table of 2 rows. */
+/* Append the volume loss [%] of a run over time [h] to the plot, with its data in new memory of c, which the caller
+ * frees. No curve, and PD_OK, where diagnostics.csv cannot be read or has fewer than two rows. Dashed in the second
+ * half of the series. */
 static pd_status pdi_parameter_sweep_add_curve(pd_ctx *ctx, const pd_parameter_sweep *s, int index,
                                                pdi_parameter_sweep_loss_curves *c)
 {
@@ -487,7 +496,8 @@ static pd_status pdi_parameter_sweep_add_curve(pd_ctx *ctx, const pd_parameter_s
     return PD_OK;
 }
 
-/* Draw the loss curves as sweep.png; with too many runs, evenly chosen ones. No file where no run has a curve. */
+/* Draw the loss curves as sweep.png; of more runs than a plot has series, evenly chosen ones with the first and the
+ * last. No file where no run has a curve. */
 static pd_status pdi_parameter_sweep_draw_curves(pd_ctx *ctx, const pd_parameter_sweep *s,
                                                  pdi_parameter_sweep_loss_curves *c)
 {
@@ -505,7 +515,7 @@ static pd_status pdi_parameter_sweep_draw_curves(pd_ctx *ctx, const pd_parameter
     return pd_plot_write(ctx, path, &c->plot);
 }
 
-/* Write sweep.png, if metal dissolves. */
+/* Write sweep.png; nothing if no metal dissolves in any run. */
 static pd_status pdi_parameter_sweep_write_plot(pd_ctx *ctx, const pd_parameter_sweep *s)
 {
     pdi_parameter_sweep_loss_curves *c = NULL;

@@ -58,20 +58,25 @@ typedef struct pd_parameter_sweep_count {
 #define pd_parameter_sweep_write PD_NAME(pd_parameter_sweep_write)
 #define pd_parameter_sweep_free PD_NAME(pd_parameter_sweep_free)
 
-/* Parse the axes and read every scene to check it; removes results of a former sweep from the folder. On failure sweep
- * is zero. PD_ERR_ARGUMENT: an axis without key or value, twice the same key, too many runs. Errors of pd_scene_read
- * for the first run whose scene is refused. */
+/* Parse the axes, read every scene to check it, then delete the result files of a former sweep; desc is borrowed. On
+ * failure sweep is zero. PD_ERR_ARGUMENT: an axis without key or value, twice the same key, too many axes, values,
+ * overrides or runs. PD_ERR_FILE: the folder of a run is a link. Errors of pd_scene_read for the first scene that is
+ * refused. */
 PD_API pd_status pd_parameter_sweep_build(pd_ctx *ctx, const pd_parameter_sweep_desc *desc, pd_parameter_sweep *sweep);
 /* Write "run003 mean=0.2 m/s h=10 um" of run `index` into text[size]. */
 PD_API void pd_parameter_sweep_label(const pd_parameter_sweep *sweep, int index, char *text, size_t size);
-/* Make run `index`, 0 .. runs - 1, in its folder run001, run002, ...; `desc` as for pd_run, but for the folder. Returns
- * its status, PD_RETRY when it was stopped: a run that fails is no failure of the sweep. */
+/* Make run `index`, 0 .. runs - 1, in its folder run001, run002, ..., which is created; `desc` as for pd_run, but for
+ * the folder. Leaves how it ended in the result file there, "failed" from the start on until it has ended. Returns its
+ * status, PD_RETRY when it was stopped: a run that fails is no failure of the sweep. PD_ERR_FILE: the folder is a link,
+ * or cannot be written. */
 PD_API pd_status pd_parameter_sweep_run(pd_ctx *ctx, const pd_parameter_sweep *sweep, int index,
                                         const pd_run_desc *desc);
-/* Write sweep.csv, a row for each run with its values and all figures of its result line, and sweep.png, volume loss
- * over time. *count: how they ended; a run that was not begun counts as stopped. PD_ERR_FILE. */
+/* Write sweep.csv, a row for each run with its values and all figures of its result line, and, if metal dissolves,
+ * sweep.png, volume loss over time. *count: how they ended; a run that was not begun, or whose result file cannot be
+ * read, counts as stopped. PD_ERR_FILE. */
 PD_API pd_status pd_parameter_sweep_write(pd_ctx *ctx, const pd_parameter_sweep *sweep,
                                           pd_parameter_sweep_count *count);
+/* Free the texts of the axes and zero the sweep; files stay. A zeroed one is allowed. */
 PD_API void pd_parameter_sweep_free(pd_ctx *ctx, pd_parameter_sweep *sweep);
 
 #endif

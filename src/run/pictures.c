@@ -24,7 +24,8 @@ typedef struct pdi_pictures_frame_header {
     pd_picture_range view;     /* with which it was drawn */
 } pdi_pictures_frame_header;
 
-/* 1: the metal is drawn deformed, at its displaced place, in pictures of this field. */
+/* 1: the metal is drawn at its displaced place in pictures of this field: the field has values in the metal, and
+ * displacements are drawn. */
 static int pdi_pictures_is_deformed(const pd_output_pictures *im, pd_field field)
 {
     return im->displacement && field < PD_FIELD_COUNT && pd_fields_is_in_metal(im->model->setup, field);
@@ -63,7 +64,9 @@ static int pdi_pictures_is_log_scale(const pd_output_pictures *im, pd_field fiel
     return of < PD_FIELD_COUNT && (int)(im->model->setup->drawing.log >> of & 1u);
 }
 
-/* How the cell of a node is painted: by the field's value, as wall, as solid, or blank. */
+/* How the cell of a node is painted. A field of all cells: by its value. Else walls and inactive nodes as wall; solid
+ * by the value of a field of the metal, else as solid; fluid by the value, but blank where the value is undefined (just
+ * converted) or the field is of the metal alone. */
 static pd_paint pdi_pictures_get_cell_kind(const pd_model *m, pd_field field, int32_t node)
 {
     uint8_t kind = m->grid.kind[node];
@@ -75,7 +78,8 @@ static pd_paint pdi_pictures_get_cell_kind(const pd_model *m, pd_field field, in
     return pd_fields_get_place(m->setup, field) == PD_FIELD_IN_METAL ? PD_PAINT_OUTSIDE : PD_PAINT_FIELD;
 }
 
-/* Node that a cell of the drawn plane shows; rows below the axis of an axisymmetric scene are mirrored. */
+/* Node that a cell of the drawn plane shows. In 3D the plane is the layer of cells that holds slice_at, within the box;
+ * with mirrored rows those below the axis show the node above it. */
 static int32_t pdi_pictures_get_node(const pd_output_pictures *im, int64_t cell)
 {
     const pd_model *m = im->model;
@@ -89,7 +93,8 @@ static int32_t pdi_pictures_get_node(const pd_output_pictures *im, int64_t cell)
     return pd_grid_node(&m->grid, i);
 }
 
-/* Round to float, as the file of frames stores it, so that a frame drawn again is the same. */
+/* Round to float, as the file of frames stores it, so that a frame drawn again is the same. Larger values become
+ * +-FLT_MAX; NaN stays. */
 static double pdi_pictures_round_to_float(double value)
 {
     if (value > (double)FLT_MAX) return (double)FLT_MAX;
@@ -97,7 +102,8 @@ static double pdi_pictures_round_to_float(double value)
     return (double)(float)value;
 }
 
-/* 1: an unbroken bond joins the metal of two cells. */
+/* 1: an unbroken bond joins the metal of two cells; 0: it is broken, or there is none. Both cells must be points of the
+ * body. */
 static int pdi_pictures_has_bond(const pd_output_pictures *im, int64_t cell, int64_t other)
 {
     const pd_solid_coupling *s = &im->model->solid;
@@ -110,7 +116,9 @@ static int pdi_pictures_has_bond(const pd_output_pictures *im, int64_t cell, int
 /* Offsets (column, row) of the four neighbours to the right and above. */
 static const int pdi_pictures_neighbour_offset[4][2] = {{1, 0}, {0, 1}, {1, 1}, {-1, 1}};
 
-/* Set the bits of bonded [cells]: neighbours that a cell has bonds to, so that cracks open in deformed pictures. */
+/* Set bonded[cells]: bit k: the metal of the cell has an unbroken bond to that of neighbour k (right, above, both
+ * diagonals above), so that cracks open in deformed pictures. Cells without displacement have none. In an intact body
+ * all neighbours count. */
 static void pdi_pictures_mark_bonded_neighbours(pd_output_pictures *im)
 {
     int whole = pd_body_is_intact(&im->model->solid.body);
@@ -157,7 +165,8 @@ static int pdi_pictures_are_bonded(const void *user, int cell, int other)
     return 0;
 }
 
-/* Fill velocity [2][cells] [m/s] with the components along right and up in the drawn plane, NaN outside the fluid. */
+/* Fill velocity[2][cells] [m/s] with the components along right and up in the drawn plane, the latter reversed in
+ * mirrored rows; NaN outside the fluid. */
 static void pdi_pictures_compute_velocities(pd_output_pictures *im)
 {
     const pd_model *m = im->model;
@@ -172,7 +181,7 @@ static void pdi_pictures_compute_velocities(pd_output_pictures *im)
     }
 }
 
-/* Fill cell [cells] with the values of a field, and paint [cells]. */
+/* Fill cell[cells] with the values of a field, rounded to float, and paint[cells]. */
 static void pdi_pictures_compute_cells(pd_output_pictures *im, pd_field field)
 {
     int32_t node = 0, step = im->model->grid.stride[im->right];
@@ -205,8 +214,9 @@ static int64_t pdi_pictures_count_values(const pd_output_pictures *im, pd_field 
     return field == PD_PICTURES_SURFACE ? (int64_t)im->surface_view.width * im->surface_view.height : im->cells;
 }
 
-/* Smallest and largest value of this frame, or percentiles, for colours, without masked and (log) non-positive ones.
- * *lo > *hi: there are none. im->sorted is work. */
+/* Smallest and largest value of this frame that is painted by the field, without NaN and (log) values <= 0. With
+ * im->sorted, which is work, the bounds of the central fraction drawing.percentile of them. *lo > *hi: there are
+ * none. */
 static void pdi_pictures_find_range(pd_output_pictures *im, pd_field field, double *lo, double *hi)
 {
     int64_t count = 0, values = pdi_pictures_count_values(im, field);
@@ -229,7 +239,8 @@ static void pdi_pictures_find_range(pd_output_pictures *im, pd_field field, doub
     *hi = pdi_pictures_interpolate_sorted(im->sorted, count, (double)(count - 1) - cut);
 }
 
-/* 1: the colour range is fixed from the start: given, or that of a fraction or of kinds. */
+/* 1: the colour range is known from the start: given (low < high), 0 to 1 of a fraction that is not drawn
+ * logarithmically, that of kind or phase, or no field gives colours. */
 static int pdi_pictures_is_range_fixed(const pd_setup *setup, pd_field field)
 {
     if (field == PD_FIELD_COUNT) return 1; /* nothing gives it colours */
@@ -239,8 +250,8 @@ static int pdi_pictures_is_range_fixed(const pd_setup *setup, pd_field field)
            field == PD_FIELD_PHASE;
 }
 
-/* Extend im->view of the field by this frame: the colour range unless it is fixed, the extent of deformed metal
- * (described by warp) and the largest speed. */
+/* Extend im->view of the field by this frame: the extent of deformed metal (described by warp) if it is drawn deformed,
+ * the largest speed with streamlines or vectors, and the colour range unless it is fixed. */
 static pd_status pdi_pictures_update_range(pd_ctx *ctx, pd_output_pictures *im, pd_field field,
                                            const pdi_deformed_plot *warp)
 {
@@ -273,7 +284,8 @@ static const char *pdi_pictures_format_time(double time, pdi_pictures_labels *te
     return text->time;
 }
 
-/* Write the title of a picture into the buffers; returns it. */
+/* Write the title of a picture into the buffers: case and field, in 3D the place of the slice, and the magnification of
+ * displacements if it is drawn deformed. Returns it. */
 static const char *pdi_pictures_format_title(const pd_output_pictures *im, pd_field field, pdi_pictures_labels *text)
 {
     const pd_setup *u = im->model->setup;
@@ -297,7 +309,8 @@ PDI_FN pd_colour_map pdi_pictures_get_scale_map(pd_field_scale scale)
     return scale == PD_FIELD_SCALE_SIGNED ? PD_COLOUR_MAP_DIVERGING : PD_COLOUR_MAP_SEQUENTIAL;
 }
 
-/* Colour map of a field: given, diverging for signed ones, sequential, or labels. */
+/* Colour map of a field: labels for categories, else the given one, else sequential on a logarithmic scale, else
+ * diverging for signed fields and sequential for others. */
 static pd_colour_map pdi_pictures_get_colour_map(const pd_setup *setup, pd_field field)
 {
     pd_colour_map map = pdi_pictures_get_scale_map(pd_fields_get_scale(field));
@@ -306,7 +319,8 @@ static pd_colour_map pdi_pictures_get_colour_map(const pd_setup *setup, pd_field
     return setup->drawing.log >> field & 1u ? PD_COLOUR_MAP_SEQUENTIAL : map;
 }
 
-/* Colour range *lo, *hi: given, 0 to 1 for fractions, or that of all frames. */
+/* Colour range *lo, *hi: as given if low < high; otherwise 0 to 1 where it is fixed, else that of all frames so far,
+ * and either is adjusted for the map and the logarithm, with a default if there is no value. */
 static void pdi_pictures_get_range(const pd_output_pictures *im, pd_field field, pd_colour_map map, double *lo,
                                    double *hi)
 {
@@ -320,7 +334,8 @@ static void pdi_pictures_get_range(const pd_output_pictures *im, pd_field field,
     pdi_field_plot_adjust_range(map, pdi_pictures_is_log_scale(im, field), lo, hi);
 }
 
-/* Add streamlines or vectors to the picture, with the closed sides of the box. */
+/* Add streamlines or vectors to the picture; nothing where the field has none. side_closed: left, right, lower, upper
+ * side of the picture is a wall or a mirror; with mirrored rows the lower one is as the upper one. */
 static void pdi_pictures_set_flow_overlay(const pd_output_pictures *im, pd_field field, pd_field_plot *picture)
 {
     const pd_grid *grid = &im->model->grid;
@@ -335,7 +350,7 @@ static void pdi_pictures_set_flow_overlay(const pd_output_pictures *im, pd_field
     }
 }
 
-/* Legend names and colours of fields of kinds (kind, phase). */
+/* Set legend names and colours of the fields kind and phase; for other fields none (NULL, 0). */
 static void pdi_pictures_set_legend(pd_field field, pd_field_plot *picture)
 {
     static const char *const kinds[] = {"outside", "fluid", "solid", "wall"};
@@ -346,7 +361,8 @@ static void pdi_pictures_set_legend(pd_field field, pd_field_plot *picture)
     picture->name_count = field == PD_FIELD_KIND ? 4 : field == PD_FIELD_PHASE ? 2 : 0;
 }
 
-/* Describe the picture of the frame in memory at `time` [s]. */
+/* Describe the picture of the frame in memory at `time` [s]. Arrays are those of im, texts those of `text`. Axes are x,
+ * y, z, or x and r with axisymmetry. Categories have no label beside the scale, as the title names them. */
 static void pdi_pictures_build_picture(const pd_output_pictures *im, pd_field field, double time,
                                        pdi_pictures_labels *text, pd_field_plot *picture)
 {
@@ -382,7 +398,8 @@ static void pdi_pictures_build_picture(const pd_output_pictures *im, pd_field fi
         pd_fields_get_scale(field) == PD_FIELD_SCALE_CATEGORY ? NULL : pd_fields_get_label(m->setup, field);
 }
 
-/* Describe the deformed picture: displacements and their extent. */
+/* Describe the deformed picture: displacements, bonds, and the extent of all frames so far, 0 while none is known.
+ * `picture` is borrowed. */
 static void pdi_pictures_build_deformed(const pd_output_pictures *im, pd_field field, const pd_field_plot *picture,
                                         pdi_deformed_plot *warp)
 {
@@ -398,7 +415,7 @@ static void pdi_pictures_build_deformed(const pd_output_pictures *im, pd_field f
 }
 
 /* 1D: describe the plot of the field over x. x[cells] [um]: output. Values of cells that the field does not paint
- * become NaN. */
+ * become NaN. The range of the value axis is that of colours; unless it is given, it is widened by a margin. */
 static void pdi_pictures_build_plot(pd_output_pictures *im, pd_field field, double time, pdi_pictures_labels *text,
                                     double *x, pd_plot *plot)
 {
@@ -428,7 +445,8 @@ static void pdi_pictures_build_plot(pd_output_pictures *im, pd_field field, doub
     plot->series[0].count = im->nx;
 }
 
-/* 3D: draw the rendered metal surface into the image, or, where image is NULL, into a file. */
+/* 3D: draw the rendered metal surface into the image, or, where image is NULL, into the file `path`. Without a colour
+ * field it has shades alone and no scale. */
 static pd_status pdi_pictures_draw_surface(pd_ctx *ctx, const pd_output_pictures *im, double time, const char *path,
                                            pd_image *image)
 {
@@ -459,7 +477,8 @@ static pd_status pdi_pictures_draw_surface(pd_ctx *ctx, const pd_output_pictures
                           : pdi_surface_plot_write(ctx, path, &relief);
 }
 
-/* Draw the frame in memory into the image, or, where image is NULL, into a file. */
+/* Draw the frame in memory into the image, which the caller frees, or, where image is NULL, into a file: the surface, a
+ * plot in 1D, a deformed or a plain picture. */
 static pd_status pdi_pictures_draw_frame(pd_ctx *ctx, pd_output_pictures *im, pd_field field, double time,
                                          const char *path, pd_image *image)
 {
@@ -483,7 +502,8 @@ static pd_status pdi_pictures_draw_frame(pd_ctx *ctx, pd_output_pictures *im, pd
     return status;
 }
 
-/* Copy the file `picture` to latest_C.png, end: "png" or "svg"; it joins the list of the folder at the first time. */
+/* Copy the file `picture` to latest_C.png through a temporary file, end: "png" or "svg"; it joins the list of the
+ * folder unless im->latest has the field already. PD_ERR_FILE. */
 static pd_status pdi_pictures_copy_latest(pd_ctx *ctx, pd_output_pictures *im, pd_field field, const char *end,
                                           const char *picture)
 {
@@ -504,8 +524,9 @@ static pd_status pdi_pictures_copy_latest(pd_ctx *ctx, pd_output_pictures *im, p
     return status;
 }
 
-/* Write the picture files of a frame, and copies as the latest ones if it is the last. fresh: 1: add them to the list
- * of the folder. image: the drawn frame for the PNG, or NULL: it is drawn. */
+/* Write the picture files of a frame in the formats asked for (PNG by default), and with updates_latest copies as the
+ * latest ones if it is frame im->last. fresh: 1: add them to the list of the folder. image: the drawn frame for the
+ * PNG, or NULL: it is drawn. */
 static pd_status pdi_pictures_write_files(pd_ctx *ctx, pd_output_pictures *im, pd_field field, int frame, double time,
                                           int fresh, const pd_image *image)
 {
@@ -527,7 +548,7 @@ static pd_status pdi_pictures_write_files(pd_ctx *ctx, pd_output_pictures *im, p
 
 /* ---- frames in a file ---- */
 
-/* Write numbers to the file as floats, or read them (reading: 1). */
+/* Write numbers to the file as floats, or read them (reading: 1). PD_ERR_FILE: it ends early. */
 static pd_status pdi_pictures_store_floats(pd_ctx *ctx, pd_file *file, int reading, double *values, int64_t count)
 {
     float piece[PDI_PICTURES_FLOAT_CHUNK];
@@ -566,7 +587,8 @@ static pd_status pdi_pictures_store_surface(pd_ctx *ctx, pd_output_pictures *im,
     return pdi_pictures_store_bytes(ctx, file, reading, im->surface_view.edge, pixels);
 }
 
-/* Write or read the data of a frame that follow its header; a newline ends them. */
+/* Write or read the data of a frame that follow its header: values and paint, or the rendered surface; displacements
+ * and bonds if it is deformed; velocities with streamlines or vectors; a newline at the end. */
 static pd_status pdi_pictures_store_frame_data(pd_ctx *ctx, pd_output_pictures *im, pd_field field, pd_file *file,
                                                int reading)
 {
@@ -593,7 +615,7 @@ static int64_t pdi_pictures_count_frame_bytes(const pd_output_pictures *im, pd_f
     return im->cells * ((pdi_pictures_is_deformed(im, field) ? 14 : 5) + overlay) + 1;
 }
 
-/* Append a frame to the file of frames. */
+/* Append a frame, with the range of the frames so far, to the file of frames and flush it. */
 static pd_status pdi_pictures_append_frame(pd_ctx *ctx, pd_output_pictures *im, pd_field field, int frame)
 {
     pdi_pictures_frame_header head;
@@ -641,8 +663,9 @@ static int pdi_pictures_is_same_view(const pd_picture_range *a, const pd_picture
     return memcmp(a, b, sizeof *a) == 0;
 }
 
-/* Read the frames of a field from the file into memory and draw those anew whose range has grown since, or, for a film
- * (else NULL), all; file names stay. */
+/* Read the frames of a field from the file into memory. Rewrite the picture files of those whose range or extent was
+ * another when they were drawn, under their names; add all to the film, if it is not NULL. A header that ends early
+ * ends the frames. PD_ERR_FILE: data end early. PD_CANCELLED. */
 static pd_status pdi_pictures_redraw_frames(pd_ctx *ctx, pd_output_pictures *im, pd_file *file, pd_field field,
                                             pdi_apng *film)
 {
@@ -678,7 +701,8 @@ static pd_status pdi_pictures_begin_film(pd_ctx *ctx, pd_output_pictures *im, pd
     return pdi_apng_create(ctx, path, (int)im->frames, PDI_PICTURES_FRAME_MS, film);
 }
 
-/* Finish the pictures of one field: redraw frames and make the film. */
+/* Finish the pictures of one field from the file of frames `path`: redraw frames and, with drawing.animate, make the
+ * film. On failure there is no film. */
 static pd_status pdi_pictures_redraw_field(pd_ctx *ctx, pd_output_pictures *im, pd_field field, const char *path)
 {
     int filmed = im->model->setup->drawing.animate;
@@ -715,8 +739,8 @@ PDI_FN pd_status pdi_pictures_remove_frame_file(pd_ctx *ctx, pd_output_pictures 
     return PD_OK;
 }
 
-/* 1: frames have to be stored, as the colour range, the extent or the largest speed of vectors of a drawn field may
- * still grow. */
+/* 1: frames have to be stored: in a drawn field the colour range is not fixed, metal is drawn deformed, or vectors are
+ * scaled by the largest speed. */
 static int pdi_pictures_has_growing_range(const pd_output_pictures *im)
 {
     for (int k = 0; k < PD_PICTURES_COUNT; k++) {
@@ -736,7 +760,9 @@ static int64_t pdi_pictures_count_max_values(const pd_output_pictures *im)
     return pixels > im->cells ? pixels : im->cells;
 }
 
-/* Allocate the arrays that the requested pictures need. */
+/* Allocate the arrays that the requested pictures need: pixels of the surface; values to sort for a percentile between
+ * 0 and 1; with images cell and paint, velocity for streamlines or vectors, displacement and bonds with a
+ * displacement_scale > 0. On failure the caller frees. */
 static pd_status pdi_pictures_allocate(pd_ctx *ctx, pd_output_pictures *im)
 {
     const pd_setup *u = im->model->setup;

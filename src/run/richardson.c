@@ -62,7 +62,8 @@ static pd_status pdi_richardson_run_setup(pd_ctx *ctx, const pd_run_desc *desc, 
     return status;
 }
 
-/* Coarsen the setup (level 0: 2 h, 1: 4 h) and run it. */
+/* Coarsen the setup (level 0: 2 h, 1: 4 h) and run it with the flow order of the run. PD_OK also for a run that missed
+ * a tolerance. Errors of pdi_coarsen_setup_build and pd_run; PD_ERR_STATE: stopped. */
 static pd_status pdi_richardson_run_coarser_grid(pd_ctx *ctx, const pd_run_desc *desc, pd_richardson *e, int level)
 {
     pd_coarsened_setup *coarser = NULL;
@@ -76,15 +77,17 @@ static pd_status pdi_richardson_run_coarser_grid(pd_ctx *ctx, const pd_run_desc 
 
 /* ---- orders and errors ---- */
 
-/* Formal order of convergence of an output: 1 where dissolution or upwinding decides, else 2. */
+/* Formal order of convergence of an output: 1 if it is carried by species (a unit with mol, a transfer, or the volume
+ * loss) and metal dissolves or a flow is advected upwind; else 2. */
 static double pdi_richardson_get_formal_order(const pd_setup *setup, const pd_scalar_output *f)
 {
     int carried = strstr(f->unit, "mol") || strcmp(f->section, "transfer") == 0 || strcmp(f->section, "scene") == 0;
     return carried && (setup->has_dissolve || (setup->has_flow && setup->advection == PD_ADVECTION_UPWIND)) ? 1.0 : 2.0;
 }
 
-/* Set order, is_formal_order and relative error [-] of one output from its three values: the observed order, or, where
- * that is not usable, the formal one with the larger of both differences. */
+/* Set order, is_formal_order and relative error [-] of one output from its three values: |f1 - f2|/((2^p - 1) |f1|).
+ * The observed order counts from 0.5 to 3 and for |f1 - f2| > 1e-9 |f1|; else the formal p with the larger of |f1 - f2|
+ * and |f4 - f2|/2^p. The error is 0 for differences of 0, infinite for f1 = 0 otherwise, NaN where f2 is NaN. */
 static void pdi_richardson_compute_error(const pd_setup *setup, pd_richardson_output *e)
 {
     double value = e->figure.value, near_step = e->coarser[0] - value, far_step = e->coarser[1] - e->coarser[0];
@@ -98,13 +101,14 @@ static void pdi_richardson_compute_error(const pd_setup *setup, pd_richardson_ou
     if (step <= 0.0) e->error = 0.0; /* the figure may be 0, too */
 }
 
-/* 1: two outputs are of the same sort: unit and first letter of the key. */
+/* 1: two outputs are of the same sort: the same unit and the same first letter of the key. */
 static int pdi_richardson_is_same_kind(const pd_scalar_output *a, const pd_scalar_output *b)
 {
     return a->key[0] == b->key[0] && strcmp(a->unit, b->unit) == 0;
 }
 
-/* Mark minor outputs, and set e->worst_output to the largest relative error of the others, -1: there are none. */
+/* Set is_minor of each output: its size is 0, below a tenth of the largest of its sort, or its error is NaN. Set
+ * e->worst_output to the largest relative error of the others, the first of equal ones; -1: there are none. */
 static void pdi_richardson_mark_minor(pd_richardson *e)
 {
     e->worst_output = -1;
@@ -120,8 +124,8 @@ static void pdi_richardson_mark_minor(pd_richardson *e)
     }
 }
 
-/* Run both coarser lattices and compute all errors. If the one at 4 h fails, but not fatally, e->missing_reason says
- * why, and formal orders are taken. PD_ERR_STATE: stopped. */
+/* Run both coarser lattices and compute all errors. An error at 2 h ends it. If the one at 4 h fails, but not fatally,
+ * e->missing_reason says why, and formal orders are taken. PD_ERR_STATE: stopped. */
 static pd_status pdi_richardson_run_coarser_grids(pd_ctx *ctx, const pd_run_desc *desc, pd_richardson *e)
 {
     PD_TRY(pdi_richardson_run_coarser_grid(ctx, desc, e, 0));
@@ -192,7 +196,8 @@ static int pdi_richardson_format_section(const pd_richardson *e, int first, char
     return k;
 }
 
-/* Append the error of the volume loss, if there is one, and the worst of all outputs to text[size]. */
+/* Append the number of coarser runs, order and error of the volume loss if the list begins with it, the worst of all
+ * outputs that are not minor ("none"), and the wall time to text[size]. */
 static void pdi_richardson_format_scene(const pd_richardson *e, char *text, size_t size)
 {
     char worst[2 * PD_SETUP_NAME] = "none";
@@ -240,7 +245,7 @@ void pd_richardson_print(const pd_richardson *e, pd_print_fn print, void *user)
     print(user, PD_PRINT_NOTE, text);
 }
 
-/* Greatest common divisor (Euclid). */
+/* Greatest common divisor (Euclid) of a, b >= 0; of 0 and b: b. */
 static int pdi_richardson_compute_common_divisor(int a, int b)
 {
     while (b) {

@@ -40,12 +40,14 @@ typedef struct pd_richardson {
 #define pd_richardson_suggest_spacing PD_NAME(pd_richardson_suggest_spacing)
 #define pd_richardson_free PD_NAME(pd_richardson_free)
 
-/* Run the coarser lattices of a run that gave `figures`; desc says when to stop. With desc->check_only they are only
- * built: errors are NaN then, and coarser_runs and missing_reason count. setup is borrowed. Errors of
- * pdi_coarsen_setup_build and pd_run at 2 h: the estimate is freed, the run stands. PD_ERR_STATE: stopped. */
+/* Run the coarser lattices of a run that gave `figures`, which are copied; desc says when to stop. *estimate is zeroed
+ * first. With desc->check_only they are only built: errors are NaN then, and coarser_runs and missing_reason count.
+ * setup is borrowed. Errors of pdi_coarsen_setup_build and pd_run at 2 h: the estimate is freed, the run stands; those
+ * at 4 h only if fatal. PD_ERR_STATE: stopped. */
 PD_API pd_status pd_richardson_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc,
                                    const pd_scalar_outputs *figures, pd_richardson *estimate);
-/* Print a line "result case=... estimate=richardson ..." for the scene and one for each section with figures. */
+/* Print a line "result case=... estimate=richardson ..." for each section with figures and then one for the scene, and
+ * a note if there is no second coarser run. Values that are NaN or infinite are left out. print NULL: nothing. */
 PD_API void pd_richardson_print(const pd_richardson *estimate, pd_print_fn print, void *user);
 /* The largest h[PD_DIM] [m] that divides the boxes of the run and of the coarser ones, and at which no figure but minor
  * ones should be off by more than `accuracy` [-], as far as the orders hold; h of the run when that is so already. */

@@ -24,8 +24,8 @@ static pd_status pdi_scalar_outputs_add(pd_ctx *ctx, pd_scalar_outputs *f, const
     return PD_OK;
 }
 
-/* Append the values of one field at a probe, by components, if the probe records the field. all: as of
- * pdi_scalar_outputs_collect. */
+/* Append the values of one field at a probe, one for each component; nothing if the probe does not record it. all: 1: 0
+ * in the metal for fields of the fluid; 0: NaN there. */
 static pd_status pdi_scalar_outputs_add_probe_field(pd_ctx *ctx, const pd_model *model, const pd_setup_probe *p,
                                                     pd_field field, int all, pd_scalar_outputs *f)
 {
@@ -50,7 +50,8 @@ static int pdi_scalar_outputs_is_smooth_field(const pd_setup *setup, int field)
     return field == PD_FIELD_PH || (species >= 0 && setup->electrolyte.species[species].phase == PD_PHASE_SOLUTE);
 }
 
-/* Append the values of a probe, those of flow and concentration first. */
+/* Append the values of a probe: v, p and C first, then, in the order of pd_field, all other fields with `all`, else pH
+ * and solutes alone. */
 static pd_status pdi_scalar_outputs_add_probe(pd_ctx *ctx, const pd_model *model, const pd_setup_probe *p, int all,
                                               pd_scalar_outputs *f)
 {

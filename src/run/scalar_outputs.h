@@ -23,9 +23,9 @@ typedef struct pd_scalar_outputs {
 #define pd_scalar_outputs_free PD_NAME(pd_scalar_outputs_free)
 
 #ifdef PDI_APP_INTERNAL
-/* Append all scalar outputs to a list that was zero-initialised once, and set its order; the monitors hold those of the
- * last step. all: 0: of probes only smooth fields (flow, C, pH, solutes), NaN in the metal; 1: all fields of probes, 0
- * in the metal for fields of the fluid. */
+/* Append all scalar outputs to a list that was zero-initialised once, and set its order: volume loss with dissolution,
+ * monitors, probes. The monitors hold those of the last step; probes are sampled now. all: 0: of probes only smooth
+ * fields (v, p, C, pH, solutes), NaN in the metal; 1: all fields of probes, 0 in the metal for fields of the fluid. */
 PDI_FN pd_status pdi_scalar_outputs_collect(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors, int all,
                                             pd_scalar_outputs *figures);
 #endif

@@ -4,7 +4,8 @@
 #include "run/run.h"
 #include <string.h>
 
-/* Check the memory estimate and build the model of the setup. */
+/* Check the memory estimate and build the model of the setup. On failure the message begins with file and line.
+ * PD_ERR_LIMIT: the estimate exceeds the limit. */
 static pd_status pdi_sim_build(pd_ctx *ctx, pd_sim *sim)
 {
     pd_status status = pd_memory_estimate_check_limit(ctx, &sim->setup, 0);

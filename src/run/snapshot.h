@@ -43,7 +43,9 @@ typedef int (*pd_snapshot_fn)(void *user, pd_ctx *ctx, const pd_snapshot *at);
 #define pd_snapshot_get_field PD_NAME(pd_snapshot_get_field)
 #define pd_snapshot_get_outputs PD_NAME(pd_snapshot_get_outputs)
 
-/* Values of an output field (C, v, p, kind, grain, phase, D, rate, density, damage, ...), as for pd_sim_field. */
+/* Values of an output field (C, v, p, kind, grain, phase, D, rate, density, damage, ...), as for pd_sim_field; they
+ * stay in place until the field is asked for again or the run ends. PD_ERR_ARGUMENT: no such field, or the scene has
+ * none. */
 PD_API pd_status pd_snapshot_get_field(pd_ctx *ctx, const pd_snapshot *at, const char *name, pd_field_view *view);
 /* All scalar outputs, with every field of the probes; the same list at each time of a run. Zero-initialise `figures`
  * once: it is filled anew at each call, and freed by pd_scalar_outputs_free. */

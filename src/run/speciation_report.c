@@ -36,7 +36,8 @@ static void pdi_speciation_report_print(const pdi_speciation_report_context *w, 
 
 /* ---- the equilibrium ---- */
 
-/* Print written and equilibrium concentrations c[count] [mol/m3] and log10 activities of the solutes. */
+/* Print written and equilibrium concentrations c[count] [mol/m3] and log10 activities of the solutes; solvent and
+ * minerals are skipped. */
 static void pdi_speciation_report_print_species(const pdi_speciation_report_context *w, const double *c,
                                                 const pd_electrolyte_state *s)
 {
@@ -50,7 +51,8 @@ static void pdi_speciation_report_print_species(const pdi_speciation_report_cont
     }
 }
 
-/* Print amounts [mol/m3] and saturation indices log10(IAP/K) of minerals; returns how many are supersaturated. */
+/* Print amounts [mol/m3] and saturation indices log10(IAP/K) of minerals; nothing without minerals. Returns how many
+ * have an index above 1e-9. */
 static int pdi_speciation_report_print_minerals(const pdi_speciation_report_context *w, const double *c,
                                                 const pd_electrolyte_state *s)
 {
@@ -68,8 +70,8 @@ static int pdi_speciation_report_print_minerals(const pdi_speciation_report_cont
     return above;
 }
 
-/* Print the totals [mol/m3] of elements before and after the equilibrium; returns the largest relative difference [-].
- */
+/* Print the totals [mol/m3] of elements before and after the equilibrium, of those with a positive one; returns the
+ * largest |out - in|/max(in, out) [-]. */
 static double pdi_speciation_report_print_elements(const pdi_speciation_report_context *w, const double *c)
 {
     double worst = 0.0;
@@ -86,7 +88,8 @@ static double pdi_speciation_report_print_elements(const pdi_speciation_report_c
     return worst;
 }
 
-/* Note each ion that was added for charge balance or a given pH. */
+/* Print a note for each species whose concentration was changed for charge balance or a given pH, by more than 1e-9 of
+ * the written one; the amount is signed. */
 static void pdi_speciation_report_print_charge_balance(const pdi_speciation_report_context *w)
 {
     const pd_electrolyte *e = &w->electrolyte;
@@ -98,7 +101,7 @@ static void pdi_speciation_report_print_charge_balance(const pdi_speciation_repo
     }
 }
 
-/* Note equilibrium constants without an enthalpy at other temperatures than 25 C. */
+/* Print one note with the equilibrium constants that have no enthalpy; nothing at 25 C. */
 static void pdi_speciation_report_print_missing_enthalpies(const pdi_speciation_report_context *w)
 {
     char list[400] = "";
@@ -111,7 +114,8 @@ static void pdi_speciation_report_print_missing_enthalpies(const pdi_speciation_
                                     "constants without an enthalpy, which do not follow the temperature: %s", list);
 }
 
-/* Solve the equilibrium of the inlet and print its pH where it differs from ph. */
+/* Solve the equilibrium of the inlet and print its pH where it differs from ph by more than 1e-9. Errors of
+ * pd_electrolyte_solve. */
 static pd_status pdi_speciation_report_print_inlet_ph(pd_ctx *ctx, const pdi_speciation_report_context *w, double ph)
 {
     pd_electrolyte_state s;
@@ -122,7 +126,8 @@ static pd_status pdi_speciation_report_print_inlet_ph(pd_ctx *ctx, const pdi_spe
     return PD_OK;
 }
 
-/* Solve the equilibrium and print pH, ionic strength, species, minerals, elements and the result line. */
+/* Solve the equilibrium and print pH, ionic strength, charge, species, minerals, elements and the result line, whose
+ * err_elements is the largest relative change of an element. Nothing is printed if it is not solved. */
 static pd_status pdi_speciation_report_print_equilibrium(pd_ctx *ctx, const pdi_speciation_report_context *w)
 {
     pd_electrolyte_state s;
@@ -169,7 +174,9 @@ static pd_status pdi_speciation_report_reject_titration(pd_ctx *ctx, const char 
                    text, PDI_SPECIATION_REPORT_MAX_ROWS);
 }
 
-/* Parse "REAGENT FROM..TO UNIT ROWS" into t, amounts in mol/m3. PD_ERR_PARSE. */
+/* Parse "REAGENT FROM..TO UNIT ROWS" into t, amounts in mol/m3. PD_ERR_PARSE: a part is missing, the unit is no
+ * concentration, rows are not 2 to 100000, an amount is not finite, or 512 bytes or more. FROM may be above TO, and
+ * negative. Errors of pd_electrolyte_reagent. */
 static pd_status pdi_speciation_report_parse_titration(pd_ctx *ctx, const pd_electrolyte *e, const char *text,
                                                        pdi_speciation_report_titration *t)
 {
@@ -204,7 +211,8 @@ static pd_status pdi_speciation_report_parse_titration(pd_ctx *ctx, const pd_ele
     return pd_electrolyte_reagent(ctx, e, copy, t->reagent);
 }
 
-/* Print the header of the titration table. */
+/* Print the header of the titration table: added amount, pH, ionic strength, all species but the solvent, and the
+ * saturation index of each mineral. */
 static void pdi_speciation_report_print_header(const pdi_speciation_report_context *w)
 {
     char line[PDI_SPECIATION_REPORT_LINE_BYTES] = "added [mol/m3],pH [-],strength [mol/m3]";
@@ -230,7 +238,9 @@ static void pdi_speciation_report_print_row(const pdi_speciation_report_context 
     pdi_speciation_report_print(w, PD_PRINT_SUMMARY, "%s", line);
 }
 
-/* Solve and print all rows of a titration. PD_ERR_ARGUMENT: more of a species is taken than there is. */
+/* Solve and print all rows of a titration, evenly spaced in the added amount with both ends, each from the initial
+ * composition, and a result line with the first and last pH. PD_ERR_ARGUMENT: more of a species (not the solvent) is
+ * taken than there is; the rows before are printed. */
 static pd_status pdi_speciation_report_print_titration(pd_ctx *ctx, const pdi_speciation_report_context *w,
                                                        const pdi_speciation_report_titration *t)
 {
@@ -255,7 +265,7 @@ static pd_status pdi_speciation_report_print_titration(pd_ctx *ctx, const pdi_sp
 }
 
 /* Read the electrolyte and print its equilibrium or titration; *bad_input: 1: the file or the titration text is
- * refused, 0: solved or failed later. */
+ * refused, 0: solved, or not solved. */
 static pd_status pdi_speciation_report_execute(pd_ctx *ctx, pdi_speciation_report_context *w, int *bad_input)
 {
     pdi_speciation_report_titration t;

@@ -18,7 +18,8 @@ typedef struct pd_speciation_report_desc {
 
 /* Print pH, ionic strength, species, saturation of minerals and elements of the start in equilibrium, and a line of
  * results; or, with a reagent, the rows of a table (CSV) and a line of results. Failures as those of
- * pd_electrolyte_read and pd_electrolyte_solve; *bad_input: 1: of the file or the reagent. */
+ * pd_electrolyte_read and pd_electrolyte_solve. PD_ERR_PARSE: the text of the reagent; PD_ERR_ARGUMENT: it takes more
+ * than there is. *bad_input: 1: the file or the text is refused, and not for lack of memory. */
 PD_API pd_status pd_speciation_report_print(pd_ctx *ctx, const pd_speciation_report_desc *desc, int *bad_input);
 
 #endif

@@ -4,7 +4,9 @@
 #include "setup/setup.h"
 #include <math.h>
 
-/* Append what the active solver attempts: step length, attempt number, last error. */
+/* Append what the active solver attempts: its step from a time, or with a step of 0 the time alone; its steps accepted
+ * so far, the number of the attempt after rejected ones, and why the last was: no solution (error infinite or NaN), or
+ * an error above 1. */
 static void pdi_stall_note_append_attempt(const pd_attempt *now, char *line, size_t size)
 {
     char time[PD_UNITS_TEXT], dt[PD_UNITS_TEXT];

@@ -24,8 +24,8 @@ PDI_FN pd_status pdi_surface_view_build(pd_ctx *ctx, const pd_setup *u, pd_rende
                               u->drawing.width ? u->drawing.width : PD_FIELD_PLOT_WIDTH, shade);
 }
 
-/* Fraction [-] of the metal of cell i that is left, for the position of the surface: 0 outside the metal, at least 1e-9
- * in it, 1 where nothing dissolves. */
+/* Fraction [-] of the metal of cell i that is left, content over that of its intact metal, for the position of the
+ * surface: 0 outside the metal, at least 1e-9 in it, 1 where nothing dissolves. */
 static double pdi_surface_view_get_metal_fraction(const void *user, const int *i)
 {
     const pd_model *m = (const pd_model *)user;
@@ -35,8 +35,8 @@ static double pdi_surface_view_get_metal_fraction(const void *user, const int *i
     return pd_max(1e-9, m->transport.c[node] / m->setup->metal[m->metal ? m->metal[node] : 0].solid_c);
 }
 
-/* Value of the colour field at a surface face: of the metal cell `in`, or of the fluid cell `out` beside it; NaN: none.
- */
+/* Value of the colour field at a surface face: of the metal cell `in` for a field with values in the metal, else of the
+ * fluid cell `out` beside it; NaN where that is outside the box or no fluid. */
 static double pdi_surface_view_get_colour_value(const void *user, const int *in, const int *out)
 {
     const pd_model *m = (const pd_model *)user;

@@ -12,8 +12,8 @@ typedef struct pdi_tolerance_presets {
     char set_text[256], kept_text[256];
 } pdi_tolerance_presets;
 
-/* Set a solver setting to `pick`, unless the scene gives it (given: 1), and append "key = value" to the list of set or
- * kept ones. */
+/* Set a solver setting to `pick`, unless the scene gives it (given: 1), and append "key = value", with the value that
+ * counts, to the list of set or kept ones. */
 static void pdi_tolerance_presets_set_unless_given(pdi_tolerance_presets *a, const char *key, int given, double pick,
                                                    double *value)
 {
@@ -29,7 +29,10 @@ static int pdi_tolerance_presets_is_given(const pdi_tolerance_presets *a, pd_sol
     return (int)((a->setup->settings_given >> knob) & 1u);
 }
 
-/* Set all tolerances. The constants are measured (guide: 5.3). */
+/* Set the tolerances of the physics that the setup has, from the accuracy w: steady flow 0.1 w, implicit flow 0.5 w,
+ * rtol of unsteady transport without dissolution 0.5 w (each at most 0.1), dissolved fraction of a step 2.5 w (at most
+ * 0.5; kept if rtol is given), limiter 0.1 w. Bond-based corrosion has none of the fraction. The factors are measured
+ * (guide: 5.3). */
 static void pdi_tolerance_presets_set_all(pdi_tolerance_presets *a)
 {
     pd_setup *u = a->setup;

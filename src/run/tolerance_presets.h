@@ -12,9 +12,10 @@
 
 #define pd_tolerance_presets_apply PD_NAME(pd_tolerance_presets_apply)
 
-/* Set the tolerances that the scene does not give from accuracy [-], relative, PD_ACCURACY_MIN to PD_ACCURACY_MAX, else
- * PD_ERR_ARGUMENT. Adds it to setup->fingerprint. Into text[size] goes what was picked and what the scene keeps, as
- * "accuracy 1 %: picked flow.steady_tolerance = 0.001; the scene sets run.rtol = 0.004". */
+/* Set the tolerances that the scene does not give from accuracy [-], relative, and append a line with it to
+ * setup->fingerprint. PD_ERR_ARGUMENT, nothing changed: not from PD_ACCURACY_MIN to PD_ACCURACY_MAX. Into text[size]
+ * goes what was picked and what the scene keeps, as "accuracy 1 %: picked flow.steady_tolerance = 0.001; the scene sets
+ * run.rtol = 0.004". */
 PD_API pd_status pd_tolerance_presets_apply(pd_ctx *ctx, double accuracy, pd_setup *setup, char *text, size_t size);
 
 #endif
