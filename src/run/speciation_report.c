@@ -22,7 +22,8 @@ typedef struct pdi_speciation_report_context {
 
 /* Print a formatted line. */
 PD_PRINTF_LIKE(3, 4)
-/* Prints a line, printf style, through the print callback of the caller. */
+/* Print a line, printf style, through the print callback of the caller, which must be set; what exceeds
+ * PDI_SPECIATION_REPORT_LINE_BYTES is cut off. */
 static void pdi_speciation_report_print(const pdi_speciation_report_context *w, pd_print_kind kind, const char *format,
                                         ...)
 {
@@ -175,8 +176,8 @@ static pd_status pdi_speciation_report_reject_titration(pd_ctx *ctx, const char 
 }
 
 /* Parse "REAGENT FROM..TO UNIT ROWS" into t, amounts in mol/m3. PD_ERR_PARSE: a part is missing, the unit is no
- * concentration, rows are not 2 to 100000, an amount is not finite, or 512 bytes or more. FROM may be above TO, and
- * negative. Errors of pd_electrolyte_reagent. */
+ * concentration, rows are not 2 to 100000, an amount is not finite, or the text has 512 bytes or more. FROM may be
+ * above TO, and negative. Errors of pd_electrolyte_reagent. */
 static pd_status pdi_speciation_report_parse_titration(pd_ctx *ctx, const pd_electrolyte *e, const char *text,
                                                        pdi_speciation_report_titration *t)
 {

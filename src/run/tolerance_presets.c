@@ -30,9 +30,9 @@ static int pdi_tolerance_presets_is_given(const pdi_tolerance_presets *a, pd_sol
 }
 
 /* Set the tolerances of the physics that the setup has, from the accuracy w: steady flow 0.1 w, implicit flow 0.5 w,
- * rtol of unsteady transport without dissolution 0.5 w (each at most 0.1), dissolved fraction of a step 2.5 w (at most
- * 0.5; kept if rtol is given), limiter 0.1 w. Bond-based corrosion has none of the fraction. The factors are measured
- * (guide: 5.3). */
+ * rtol of unsteady transport without dissolution 0.5 w (each at most 0.1); dissolved fraction of a step 2.5 w (at most
+ * 0.5; kept if rtol is given; not with bond-based corrosion); limiter of limited advection 0.1 w. The factors are
+ * measured (guide: 5.3). */
 static void pdi_tolerance_presets_set_all(pdi_tolerance_presets *a)
 {
     pd_setup *u = a->setup;

@@ -108,7 +108,7 @@ static void pdi_expr_skip_blanks(pdi_expr_parser *p)
     while (pd_units_is_blank(p->text[p->position]) || p->text[p->position] == '\n') p->position++;
 }
 
-/* 1: the subexpression is dimensionless, or the literal 0, which fits any dimension. */
+/* 1: the subexpression is dimensionless (exponents within 1e-9), or the literal 0, which fits any dimension. */
 static int pdi_expr_is_dimensionless(const pdi_expr_type *type)
 {
     pd_dims none;
@@ -146,8 +146,8 @@ PDI_FN int pdi_expr_count_operands(int op)
 }
 
 PDI_COLD_BEGIN
-/* Emit an instruction that pushes one operand; index: of the constant, variable or table. PD_ERR_PARSE: code or stack
- * overflow. */
+/* Emit an instruction that pushes one operand; index: of the constant, variable or table. PD_ERR_PARSE: more than
+ * PD_EXPR_CODE instructions or PDI_EXPR_STACK_SIZE operands. */
 static pd_status pdi_expr_emit_push(pdi_expr_parser *p, int op, int index)
 {
     if (p->code_count >= PD_EXPR_CODE)
@@ -180,8 +180,8 @@ static double pdi_expr_eval_table(const pd_expr_table *table, double x)
 }
 
 PDI_COLD_BEGIN
-/* Emit an operation on the topmost operands, which its result replaces; folds it if they are all constants. index: of
- * the table. */
+/* Emit an operation on the topmost operands, which its result replaces; if they are all constants, it is evaluated now
+ * and a constant emitted in place of them. index: of the table, else 0. */
 static pd_status pdi_expr_emit_indexed(pdi_expr_parser *p, int op, int index)
 {
     int n = pdi_expr_count_operands(op), fold = 1;
@@ -202,8 +202,8 @@ static pd_status pdi_expr_emit(pdi_expr_parser *p, int op) { return pdi_expr_emi
 
 /* ---- dimensions ---- */
 
-/* Check that a and b have one dimension, else PD_ERR_PARSE; *a becomes that of both. `what` names the construct in the
- * message: "on the left of '+'". */
+/* Check that a and b have one dimension, or one is the literal 0; *a becomes that of both. PD_ERR_PARSE: they differ.
+ * `what` names the construct in the message: "on the left of '+'". */
 static pd_status pdi_expr_check_same_dims(pdi_expr_parser *p, pdi_expr_type *a, const pdi_expr_type *b,
                                           const char *what)
 {
@@ -219,7 +219,8 @@ static pd_status pdi_expr_check_same_dims(pdi_expr_parser *p, pdi_expr_type *a, 
     return pdi_expr_fail(p, b->start, "found %s, expected %s as %s", right, left, what);
 }
 
-/* Check that a subexpression is dimensionless; `what` names it in the message: "an exponent". */
+/* Check that a subexpression is dimensionless or the literal 0. PD_ERR_PARSE: it is not; `what` names it in the
+ * message: "an exponent". */
 static pd_status pdi_expr_check_dimensionless(pdi_expr_parser *p, const pdi_expr_type *type, const char *what)
 {
     char found[PD_UNITS_TEXT];
@@ -235,8 +236,8 @@ static void pdi_expr_set_dimensionless(pdi_expr_type *type)
     type->is_zero_literal = 0;
 }
 
-/* Dimension of base^exponent into *base. PD_ERR_PARSE: the exponent has a dimension, or it is no constant and the base
- * has one. To be called when the exponent is compiled and pow is not yet emitted. */
+/* Dimension of base^exponent into *base. PD_ERR_PARSE: the exponent has a dimension, or the base has one and the last
+ * instruction is no constant. To be called when the exponent is compiled and pow is not yet emitted. */
 static pd_status pdi_expr_compute_power_dims(pdi_expr_parser *p, pdi_expr_type *base, const pdi_expr_type *exponent)
 {
     PD_TRY(pdi_expr_check_dimensionless(p, exponent, "an exponent"));
@@ -250,7 +251,7 @@ static pd_status pdi_expr_compute_power_dims(pdi_expr_parser *p, pdi_expr_type *
     return PD_OK;
 }
 
-/* Dimension of a*b (sign 1) or a/b (sign -1) into *a. */
+/* Dimension of a*b (sign 1) or a/b (sign -1) into *a. It stays a literal 0 if a is one, or in a product if b is. */
 static void pdi_expr_compute_product_dims(pdi_expr_type *a, const pdi_expr_type *b, double sign)
 {
     a->is_zero_literal = a->is_zero_literal || (b->is_zero_literal && sign > 0);
@@ -290,7 +291,8 @@ int pd_expr_is_reserved(const char *name)
            pdi_expr_find_symbol(pdi_expr_builtins, PDI_EXPR_BUILTIN_COUNT, name, size) >= 0;
 }
 
-/* 1: word[size] is a function or a table, and a parenthesis follows: "15 min" is a time. */
+/* 1: word[size] is a function or a table, and a parenthesis follows, with blanks before it allowed: "15 min" is a
+ * time. */
 static int pdi_expr_is_call(const pd_expr_desc *desc, const char *word, size_t size)
 {
     size_t next = size;
@@ -308,7 +310,7 @@ static int pdi_expr_is_declared(const void *user, const char *word, size_t size)
            pdi_expr_is_call(desc, word, size);
 }
 
-/* Report a variable (C, t, x, y, z) that has no value in this expression; lists those that have. Returns
+/* Report a variable (C, t, x, y, z) that has no value in this expression; lists the first eight that have. Returns
  * PD_ERR_PARSE. */
 static pd_status pdi_expr_fail_no_value(pdi_expr_parser *p, const char *found)
 {
@@ -321,8 +323,9 @@ static pd_status pdi_expr_fail_no_value(pdi_expr_parser *p, const char *found)
                          list);
 }
 
-/* Report an unknown name of `size` bytes at the current position, with the nearest known one. as_unit: it stands behind
- * a number. Returns PD_ERR_PARSE. */
+/* Report an unknown name of `size` bytes at the current position: a species, a variable without value, a unit without
+ * number, a function without parenthesis, else with the nearest known name. as_unit: 1: it stands behind a number, and
+ * units are candidates, too. Returns PD_ERR_PARSE. */
 static pd_status pdi_expr_fail_unknown(pdi_expr_parser *p, size_t size, int as_unit)
 {
     const pd_expr_desc *desc = p->desc;
@@ -354,7 +357,7 @@ static pd_status pdi_expr_fail_unknown(pdi_expr_parser *p, size_t size, int as_u
                          as_unit ? "a unit or an operator" : "a known variable, constant or function", hint);
 }
 
-/* Dimension of a declared symbol from its unit. PD_ERR_ARGUMENT: the declared unit is no unit. */
+/* Dimension of a declared symbol from its unit; NULL: dimensionless. PD_ERR_ARGUMENT: the declared unit is no unit. */
 static pd_status pdi_expr_get_symbol_dims(pdi_expr_parser *p, const pd_expr_symbol *symbol, pd_dims *dims)
 {
     if (pd_units_parse(p->ctx, symbol->unit ? symbol->unit : "", NULL, dims) == PD_OK) return PD_OK;
@@ -364,8 +367,9 @@ static pd_status pdi_expr_get_symbol_dims(pdi_expr_parser *p, const pd_expr_symb
 
 /* ---- grammar ---- */
 
-/* Parse a decimal number; independent of the locale, since strtod gets digits and an exponent without decimal point.
- * PD_ERR_PARSE: no digit, more than 80 digits, or a number above 1e308. */
+/* Parse a decimal number without sign; independent of the locale, since strtod gets digits and an exponent without
+ * decimal point. An e without digits behind it is not part of it. PD_ERR_PARSE: no digit, more than 80 digits behind
+ * leading zeros, or a number above 1e308; one that is too small becomes 0. */
 static pd_status pdi_expr_parse_digits(pdi_expr_parser *p, double *value)
 {
     char digits[80 + 16];
@@ -401,8 +405,9 @@ static pd_status pdi_expr_parse_digits(pdi_expr_parser *p, double *value)
     return PD_OK;
 }
 
-/* Grammar: number [unit]. Emits the number in SI. PD_ERR_PARSE: also for a word behind it that is neither unit nor
- * name. */
+/* Grammar: number [unit]. Emits the number in SI; 0 without unit is the literal 0. A declared name behind it is left
+ * for the caller. PD_ERR_PARSE: also for a word behind it that is neither unit nor name, and a unit that is
+ * inadmissible. */
 static pd_status pdi_expr_parse_number(pdi_expr_parser *p, pdi_expr_type *type)
 {
     pd_units_product unit;
@@ -434,7 +439,8 @@ static pd_status pdi_expr_begin_nesting(pdi_expr_parser *p)
     return PD_OK;
 }
 
-/* Expect ')' and leave one level of nesting. */
+/* Skip blanks, expect ')' and leave one level of nesting. PD_ERR_PARSE: something else stands there; `expected` names
+ * what could. */
 static pd_status pdi_expr_parse_close(pdi_expr_parser *p, const char *expected)
 {
     pdi_expr_skip_blanks(p);
@@ -444,7 +450,8 @@ static pd_status pdi_expr_parse_close(pdi_expr_parser *p, const char *expected)
     return PD_OK;
 }
 
-/* Grammar: table(argument). size: length of the name. */
+/* Grammar: table(argument). size: length of the name. PD_ERR_PARSE: the argument has another dimension than that of the
+ * table, and is not the literal 0. */
 static pd_status pdi_expr_parse_table_call(pdi_expr_parser *p, size_t size, int index, pdi_expr_type *type)
 {
     const pd_expr_table *table = &p->desc->tables[index];
@@ -469,7 +476,8 @@ static pd_status pdi_expr_parse_table_call(pdi_expr_parser *p, size_t size, int 
     return pdi_expr_emit_indexed(p, PDI_EXPR_TABLE, index);
 }
 
-/* Grammar: function(argument, ...), with the dimension rule of the function. size: length of the name. */
+/* Grammar: function(argument, ...) or table(argument), with the dimension rule of the function. size: length of the
+ * name. PD_ERR_PARSE: another number of arguments, or dimensions that the rule refuses. */
 static pd_status pdi_expr_parse_call(pdi_expr_parser *p, size_t size, pdi_expr_type *type)
 {
     int index = pdi_expr_find_function(p->text + p->position, size);
@@ -522,7 +530,8 @@ static pd_status pdi_expr_parse_call(pdi_expr_parser *p, size_t size, pdi_expr_t
     return pdi_expr_emit(p, PDI_EXPR_FIRST_FUNCTION + index);
 }
 
-/* Grammar: a variable, constant or function call; size: length of the name. */
+/* Grammar: a variable, constant or function call, looked up in this order, caller's constants before built-in ones.
+ * size: length of the name. PD_ERR_PARSE: unknown; PD_ERR_ARGUMENT: its declared unit is none. */
 static pd_status pdi_expr_parse_name(pdi_expr_parser *p, size_t size, pdi_expr_type *type)
 {
     const pd_expr_desc *desc = p->desc;
@@ -572,7 +581,7 @@ static pd_status pdi_expr_parse_primary(pdi_expr_parser *p, pdi_expr_type *type)
     return pdi_expr_parse_close(p, "an operator or ')'");
 }
 
-/* Grammar: primary ^ unary, right associative. */
+/* Grammar: primary ^ unary, right associative; each ^ counts as a level of nesting. */
 static pd_status pdi_expr_parse_power(pdi_expr_parser *p, pdi_expr_type *type)
 {
     pdi_expr_type exponent;
@@ -587,7 +596,7 @@ static pd_status pdi_expr_parse_power(pdi_expr_parser *p, pdi_expr_type *type)
     return pdi_expr_emit(p, PDI_EXPR_OP_pow);
 }
 
-/* Grammar: signs before a power. */
+/* Grammar: any number of signs before a power; they act after ^, so that -2^2 is -4. */
 static pd_status pdi_expr_parse_unary(pdi_expr_parser *p, pdi_expr_type *type)
 {
     int minus = 0;
@@ -600,7 +609,8 @@ static pd_status pdi_expr_parse_unary(pdi_expr_parser *p, pdi_expr_type *type)
     return minus ? pdi_expr_emit(p, PDI_EXPR_NEG) : PD_OK;
 }
 
-/* Right operand of '/' if it is a unit ("x/s"); *read: 1 parsed, 0 it is no unit. */
+/* Right operand of '/' if it is a unit ("x/s"), emitted as its size in SI; *read: 1 parsed, 0 it is no unit, and
+ * nothing is emitted. PD_ERR_PARSE: an inadmissible unit. */
 static pd_status pdi_expr_parse_divisor(pdi_expr_parser *p, pdi_expr_type *type, int *read)
 {
     pd_units_product unit;
@@ -651,7 +661,8 @@ static pd_status pdi_expr_parse_sum(pdi_expr_parser *p, pdi_expr_type *type)
     }
 }
 
-/* Grammar: sum, or one comparison of two sums (1 or 0). The start symbol. */
+/* Grammar: sum, or one comparison (< > <= >=) of two sums of one dimension (1 or 0). The start symbol. PD_ERR_PARSE:
+ * also for a second comparison. */
 static pd_status pdi_expr_parse_comparison(pdi_expr_parser *p, pdi_expr_type *type)
 {
     pdi_expr_type right;
@@ -673,8 +684,9 @@ static pd_status pdi_expr_parse_comparison(pdi_expr_parser *p, pdi_expr_type *ty
 
 /* ---- result ---- */
 
-/* Check the dimension of the whole expression against desc.unit, which becomes its type, and that a constant is finite.
- * Literal 0 fits, and with allow_bare a plain number. */
+/* Check the dimension of the whole expression against desc.unit (NULL: any), which becomes its type, and that an
+ * expression folded to one constant is finite. Literal 0 fits, and with allow_bare a plain number. PD_ERR_PARSE;
+ * PD_ERR_ARGUMENT: desc.unit is no unit. */
 static pd_status pdi_expr_check_result(pdi_expr_parser *p, pdi_expr_type *type)
 {
     char found[PD_UNITS_TEXT], expected[PD_UNITS_TEXT], units[PD_UNITS_TEXT];
@@ -702,7 +714,8 @@ static pd_status pdi_expr_check_result(pdi_expr_parser *p, pdi_expr_type *type)
     return PD_OK;
 }
 
-/* Compile the whole text; *type: dimension of the result. */
+/* Compile the whole text; *type: dimension of the result. PD_ERR_PARSE: also for more than PD_EXPR_LENGTH characters,
+ * an empty text, or something behind the expression. */
 static pd_status pdi_expr_compile(pdi_expr_parser *p, pdi_expr_type *type)
 {
     size_t size = 0;

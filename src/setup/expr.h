@@ -73,11 +73,12 @@ typedef struct pd_expr {
 #define pd_expr_is_reserved PD_NAME(pd_expr_is_reserved)
 #define pd_expr_quote_token PD_NAME(pd_expr_quote_token)
 
-/* Parse and compile an expression. PD_ERR_PARSE: syntax error, unknown name, inconsistent or wrong dimension, or a
- * constant that is not finite; the message has the column, what stands there and what was expected. PD_ERR_ARGUMENT: a
- * unit of the desc is invalid, or there are too many variables. */
+/* Parse and compile an expression, which pd_expr_free frees; on failure it is zero. PD_ERR_PARSE: syntax error, unknown
+ * name, inconsistent or wrong dimension, more than PD_EXPR_LENGTH characters or PD_EXPR_CODE instructions, or a
+ * constant that is not finite; the message has the column, what stands there and what was expected. PD_ERR_ARGUMENT:
+ * text is NULL, a unit of the desc is invalid, or there are too many variables. */
 PD_API pd_status pd_expr_build(pd_ctx *ctx, const pd_expr_desc *desc, pd_expr *expr);
-/* Free code, constants and discontinuities of the expression. */
+/* Free code, constants and discontinuities and zero the expression, a user function, too. A zeroed one is allowed. */
 PD_API void pd_expr_free(pd_ctx *ctx, pd_expr *expr);
 /* Evaluate the expression for the variables vars[var_count] in SI; result in SI. Reads only, so threads may share
  * the expression. The result may be NaN or infinite where the mathematics is; an expression that was never built
@@ -85,11 +86,12 @@ PD_API void pd_expr_free(pd_ctx *ctx, pd_expr *expr);
 PD_API double pd_expr_eval(const pd_expr *expr, const double *vars);
 /* 1: the expression depends on no variable; pd_expr_eval may then get NULL. */
 PD_API int pd_expr_is_constant(const pd_expr *expr);
-/* range[2]: interval of variable `var` inside which all tables that it is the direct argument of have points; outside
- * one is extrapolated by its end value. Tables with nan_outside do not count. -HUGE_VAL .. HUGE_VAL: no such table. */
+/* range[2]: intersection of the ranges of points of all tables whose argument is variable `var` itself; outside one is
+ * extrapolated by its end value. Tables with nan_outside do not count. -HUGE_VAL .. HUGE_VAL: no such table. */
 PD_API void pd_expr_get_table_range(const pd_expr *expr, int var, double *range);
-/* Quote the token at `found` for a message: 'word', 40 bytes at most, '+', byte 0x07, the end. text:
- * [PD_UNITS_TEXT]. */
+/* Quote the token at `found` for a message into text[PD_UNITS_TEXT]: a word (40 bytes at most), digits (20 at most),
+ * else one character or two as <=: 'word', '+'. A control character or a byte >= 0x7f gives byte 0x07; the end of text
+ * or line: the end. In a word, bytes that are no UTF-8 letter of two or three bytes become ?. */
 PD_API void pd_expr_quote_token(const char *found, char *text);
 /* 1: the name is reserved, a function or a built-in constant of expressions. */
 PD_API int pd_expr_is_reserved(const char *name);
@@ -155,7 +157,8 @@ typedef enum pdi_expr_op {
 
 /* Number of operands of an instruction (operator, function or table); not for constants and variables. */
 PDI_FN int pdi_expr_count_operands(int op);
-/* Result of an operator or function for the operands a[]; not for constants, variables and tables. */
+/* Result of an operator or function for the operands a[]; NaN for constants, variables and tables. Comparisons give 1
+ * or 0, 0 with NaN; min and max pass NaN on. */
 PDI_FN double pdi_expr_apply_op(int op, const double *a);
 #endif
 

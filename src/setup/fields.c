@@ -101,7 +101,7 @@ static const char *pdi_fields_lacks_minerals(const pd_setup *u)
     return u->minerals ? NULL : "a [mineral ...] section";
 }
 
-/* 1: the electrolyte has a species of this index, and it is no solvent. */
+/* 1: the electrolyte has a species of this index, and it is no solvent (a solute or a mineral). */
 static int pdi_fields_is_solute(const pd_setup *u, int species)
 {
     const pd_electrolyte *e = &u->electrolyte;
@@ -151,7 +151,8 @@ static const pdi_fields_row pdi_fields_rows[PD_FIELD_SPECIES] = {
 /* Of species and states of surfaces, whose names and labels the setup has. */
 static const pdi_fields_row pdi_fields_dissolved = {NULL, NULL, PD_FIELD_IN_FLUID, PD_FIELD_SCALE_PLAIN, 0, NULL};
 
-/* Row of a field; species, states of surfaces and fields of the program share one. */
+/* Row of a field; species, surface states and fields of the physics of the program share one: scalar, in the fluid,
+ * plain, lacking nothing. */
 static const pdi_fields_row *pdi_fields_row_of(pd_field field)
 {
     return field < PD_FIELD_SPECIES ? &pdi_fields_rows[field] : &pdi_fields_dissolved;

@@ -8,7 +8,7 @@
 #include <math.h>
 #include <string.h>
 
-/* The interval low .. high; all real numbers if the bounds are no numbers or not ordered. */
+/* The interval low .. high; all real numbers if low > high or one is NaN. */
 static pdi_interval pdi_interval_make(double low, double high)
 {
     pdi_interval r;
@@ -32,7 +32,8 @@ static pdi_interval pdi_interval_hull(pdi_interval a, pdi_interval b)
 /* 1: the interval contains the value. */
 static int pdi_interval_contains(pdi_interval a, double value) { return a.low <= value && value <= a.high; }
 
-/* Interval of a binary operation that is monotone in both operands: hull of its values at the four corners. */
+/* Interval of a binary operation that takes its extremes at corners of the operands: hull of its values there. In a
+ * product 0 times anything, infinity too, is 0. All real numbers if a value is NaN. */
 static pdi_interval pdi_interval_apply_corners(int op, const pdi_interval *a)
 {
     double low = HUGE_VAL, high = -HUGE_VAL;
@@ -49,19 +50,20 @@ static pdi_interval pdi_interval_apply_corners(int op, const pdi_interval *a)
     return pdi_interval_make(low, high);
 }
 
-/* Interval of an increasing function. */
+/* Interval of an increasing function: its values at both ends; all real numbers if one of them is NaN, as outside its
+ * domain. */
 static pdi_interval pdi_interval_apply_increasing(int op, pdi_interval a)
 {
     return pdi_interval_make(pdi_expr_apply_op(op, &a.low), pdi_expr_apply_op(op, &a.high));
 }
 
-/* 1: some point first + n period, n whole, lies in the interval. */
+/* 1: some point first + n period, n whole, lies in the closed interval. */
 static int pdi_interval_contains_periodic(pdi_interval a, double first, double period)
 {
     return floor((a.high - first) / period) > floor((a.low - first) / period) || pdi_interval_contains(a, first);
 }
 
-/* Interval of sin or cos, whose maxima lie at crest + 2 pi n. */
+/* Interval of sin or cos, whose maxima lie at crest + 2 pi n; -1 .. 1 for an operand of 2 pi or wider, or unbounded. */
 static pdi_interval pdi_interval_apply_sine(int op, pdi_interval a, double crest)
 {
     double low = pdi_expr_apply_op(op, &a.low), high = pdi_expr_apply_op(op, &a.high), least, most;
@@ -79,7 +81,8 @@ static pdi_interval pdi_interval_apply_even(int op, pdi_interval a)
     return pdi_interval_make(least, pd_max(low, high));
 }
 
-/* Interval of pow(a[0], a[1]); bounded for a positive base, or a constant exponent of at least 0. */
+/* Interval of pow(a[0], a[1]); all real numbers unless the base is positive, or the exponent is a constant >= 0 and,
+ * where it is not whole, the base >= 0. */
 static pdi_interval pdi_interval_apply_power(const pdi_interval *a)
 {
     double n = a[1].low, zero[2] = {0.0, 0.0};
@@ -92,14 +95,14 @@ static pdi_interval pdi_interval_apply_power(const pdi_interval *a)
     return found;
 }
 
-/* Interval of atan2(a[0], a[1]); -pi .. pi across the branch cut. */
+/* Interval of atan2(a[0], a[1]); -pi .. pi where a[0] contains 0 and a[1] reaches 0 or below (branch cut). */
 static pdi_interval pdi_interval_apply_atan2(const pdi_interval *a)
 {
     if (a[1].low <= 0.0 && pdi_interval_contains(a[0], 0.0)) return pdi_interval_make(-PD_PI, PD_PI);
     return pdi_interval_apply_corners(PDI_EXPR_OP_atan2, a);
 }
 
-/* Interval of a comparison: 1, 0 or 0 .. 1. */
+/* Interval of a comparison: 1 if it holds for all values of the operands, 0 if for none, else 0 .. 1. */
 static pdi_interval pdi_interval_apply_comparison(int op, const pdi_interval *a)
 {
     int more = op == PDI_EXPR_GT || op == PDI_EXPR_GE, even = op == PDI_EXPR_LE || op == PDI_EXPR_GE;
@@ -109,14 +112,15 @@ static pdi_interval pdi_interval_apply_comparison(int op, const pdi_interval *a)
     return pdi_interval_make(sure ? 1.0 : 0.0, never ? 0.0 : 1.0);
 }
 
-/* Interval of if(a[0], a[1], a[2]). */
+/* Interval of if(a[0], a[1], a[2]): a[1] if the condition excludes 0, a[2] if it is 0 alone, else the hull of both. */
 static pdi_interval pdi_interval_apply_if(const pdi_interval *a)
 {
     if (!pdi_interval_contains(a[0], 0.0)) return a[1];
     return a[0].low < 0.0 || a[0].high > 0.0 ? pdi_interval_hull(a[1], a[2]) : a[2];
 }
 
-/* Interval of a table: hull of its values at both ends and at the points in between; it is monotone between points. */
+/* Interval of a table: hull of its values at both ends and at the points in between; it is monotone between points. All
+ * real numbers if an end lies where the table is NaN. */
 static pdi_interval pdi_interval_apply_table(const pd_monotone_cubic *curve, pdi_interval a)
 {
     double low = pdi_monotone_cubic_evaluate(curve, a.low), high = pdi_monotone_cubic_evaluate(curve, a.high);
@@ -139,7 +143,8 @@ static pdi_interval pdi_interval_apply_min_max(int op, const pdi_interval *a)
     return pdi_interval_make(pdi_expr_apply_op(op, low), pdi_expr_apply_op(op, high));
 }
 
-/* Interval of one instruction for the intervals of its operands. */
+/* Interval of one operator or function for the intervals of its operands; division by an interval that contains 0, and
+ * tan across a pole, give all real numbers. */
 static pdi_interval pdi_interval_apply_op(int op, const pdi_interval *a)
 {
     switch (op) {
@@ -170,7 +175,8 @@ static pdi_interval pdi_interval_apply_op(int op, const pdi_interval *a)
     }
 }
 
-/* Interval of a user function from three samples; all numbers if it has a break in a .. b. */
+/* Hull of a user function at a, b and their middle, variable `index` being varied: an estimate, no bound. All real
+ * numbers if a value is NaN, or the variable is its time and a break lies in the closed a .. b, b > a. */
 static pdi_interval pdi_interval_eval_function(const pd_expr *expr, const double *vars, int index, double a, double b)
 {
     double at[PD_EXPR_VARS], low = HUGE_VAL, high = -HUGE_VAL;

@@ -11,8 +11,9 @@ typedef struct pdi_interval {
     double low, high; /* [unit of the expression in SI] */
 } pdi_interval;
 
-/* Bounds of the expression while variable `index` passes a .. b, b >= a; the others are fixed at vars[PD_EXPR_VARS]. A
- * user function is bounded by its values at both ends and in the middle, or not at all if it has a break in between. */
+/* Bounds of the expression while variable `index` passes a .. b, b >= a; the others are fixed at vars[PD_EXPR_VARS].
+ * All real numbers where nothing is known: NaN, a pole, an expression that was never built. A user function is taken at
+ * both ends and in the middle, which is no bound; one with a break in a .. b has all real numbers. */
 PDI_FN pdi_interval pdi_interval_eval_expr(const pd_expr *expr, const double *vars, int index, double a, double b);
 #endif
 

@@ -46,7 +46,7 @@ pd_status pd_setup_init(pd_ctx *ctx, pd_setup *setup)
     return status;
 }
 
-/* Free the expressions of loads, supports and stress factor. */
+/* Free the expressions of loads, supports, body force and stress factor. */
 static void pdi_setup_free_mechanics(pd_ctx *ctx, pd_setup_mechanics *b)
 {
     for (int k = 0; k < b->mechanical_bcs; k++) {
@@ -58,7 +58,7 @@ static void pdi_setup_free_mechanics(pd_ctx *ctx, pd_setup_mechanics *b)
     pd_expr_free(ctx, &b->rate_factor);
 }
 
-/* Free expressions and tables of all electrodes. */
+/* Free expressions and tables of all electrodes; their number stays. */
 static void pdi_setup_free_electrodes(pd_ctx *ctx, pd_setup_potential *p)
 {
     for (int k = 0; k < p->electrodes; k++) {
@@ -128,8 +128,9 @@ typedef struct pdi_setup_replaced {
     int is_inlet_c;     /* 1: the concentration of one inlet, after which each side has its own */
 } pdi_setup_replaced;
 
-/* Find the expression of a boundary condition that a user function replaces: key "x-.C", "x-.mean" or "x-.vx".
- * PD_ERR_ARGUMENT: the scene does not give that value. */
+/* Find the expression of a boundary condition that a user function replaces: key "x-.C", "x-.mean" or "x-.vx", whose
+ * side is given. PD_ERR_ARGUMENT: another name; for mean no inlet with a mean; for vx no inlet whose expression is not
+ * scaled; for C neither inlet nor wall with a concentration, no transport, or a [transfer] that refers to the inlet. */
 static pd_status pdi_setup_find_side_expr(pd_ctx *ctx, pd_setup *u, const char *key, pd_setup_side *side,
                                           pdi_setup_replaced *found)
 {
@@ -162,8 +163,9 @@ static pd_status pdi_setup_find_side_expr(pd_ctx *ctx, pd_setup *u, const char *
     return PD_OK;
 }
 
-/* Find the expression of the dissolution rate that a user function replaces: key "rate", or "rate.NAME" of one of
- * several metals. PD_ERR_ARGUMENT: no such metal, or `uses` names the grain without grains. */
+/* Find the expression of the dissolution rate that a user function replaces: key "rate" of a single metal, or
+ * "rate.NAME" of the material of one. PD_ERR_ARGUMENT: nothing dissolves, no such metal, "rate" with several metals, or
+ * `uses` names the grain without grains. */
 static pd_status pdi_setup_find_rate_expr(pd_ctx *ctx, pd_setup *u, const char *key, uint32_t uses,
                                           pdi_setup_replaced *found)
 {
@@ -182,7 +184,8 @@ static pd_status pdi_setup_find_rate_expr(pd_ctx *ctx, pd_setup *u, const char *
     return PD_OK;
 }
 
-/* Find the expression that a user function replaces under `key`: "rate", "initial" or a value of a side. */
+/* Find the expression that a user function replaces under `key`: "rate", "initial" or a value of a side. *found is
+ * zeroed first; the setup is not changed. PD_ERR_ARGUMENT: no such key, or the scene does not give that value. */
 static pd_status pdi_setup_find_expr(pd_ctx *ctx, pd_setup *u, const char *key, uint32_t uses,
                                      pdi_setup_replaced *found)
 {

@@ -520,11 +520,11 @@ typedef struct pd_setup {
 #define pd_setup_init PD_NAME(pd_setup_init)
 #define pd_setup_monitor_section_name PD_NAME(pd_setup_monitor_section_name)
 #define pd_setup_side_name PD_NAME(pd_setup_side_name)
-/* Initialise a setup with defaults: no physics, walls on all sides, one metal (mg4ag). Allocates the array of
- * shapes. */
+/* Zero a setup and set its defaults: no physics, walls on all sides, no shapes (-1), one metal (mg4ag) with rate_scale
+ * 1, folder "output". Allocates the array of shapes; on failure the setup is zero. */
 PD_API pd_status pd_setup_init(pd_ctx *ctx, pd_setup *setup);
 
-/* Free all memory that the setup owns and set it to zero. */
+/* Free all memory that the setup owns and set it to zero. A zeroed one is allowed. */
 PD_API void pd_setup_free(pd_ctx *ctx, pd_setup *setup);
 /* Put a function in the place of a value that the scene gives. `uses`: bit k: it depends on variable k.
  *
@@ -536,13 +536,15 @@ PD_API void pd_setup_free(pd_ctx *ctx, pd_setup *setup);
  *   x-.mean  speed into the box of an inlet [m/s]       the same, of which t alone counts
  *   x-.vx    velocity at an inlet [m/s] with profile = expression, all components of which the scene gives; the same
  *
- * and so on for x+, y-, ... A coordinate for each axis. For `rate` rate_scale becomes 1, for `mean` flow_rate 0. A
- * checkpoint does not know functions. PD_ERR_ARGUMENT: no such key, or the scene does not give that value. */
+ * and so on for x+, y-, ... A coordinate for each axis. For `rate` rate_scale becomes 1, for `mean` flow_rate 0; C of
+ * an inlet gives each side its own (has_inlet_c_by_side). Breaks of an earlier function stay. A checkpoint does not
+ * know functions. PD_ERR_ARGUMENT, nothing changed: no such key, or the scene does not give that value. */
 PD_API pd_status pd_setup_set_function(pd_ctx *ctx, pd_setup *setup, const char *key, pd_expr_fn fn, void *user,
                                        uint32_t uses);
 /* When such a function jumps, or a pulse of it begins or ends: t [count] [s] ascending; copied, in place of earlier
- * ones. Steps do not pass over what it does then. Between breaks it counts as being between its values at both ends and
- * in the middle of any time. PD_ERR_ARGUMENT: no such key, no function stands there, or times that do not ascend. */
+ * ones; count 0: none. Steps do not pass over what it does then. Between breaks it counts as being between its values
+ * at both ends and in the middle of any time. PD_ERR_ARGUMENT, earlier breaks stay: no such key, no function stands
+ * there, count < 0, or times that do not ascend strictly or are not finite. */
 PD_API pd_status pd_setup_set_breaks(pd_ctx *ctx, pd_setup *setup, const char *key, const double *t, int count);
 
 #define PD_SETUP_POSITION_VARS (PD_DIM + 1)
@@ -557,36 +559,41 @@ PD_API pd_status pd_setup_set_breaks(pd_ctx *ctx, pd_setup *setup, const char *k
 #define PD_SETUP_RATE_PH PD_SETUP_RATE_VARS
 
 #define PD_SETUP_STRESS_VARS (PD_DIM + 4)
-/* Fill the description of the reactive species solver (species, reactions, minerals, activity model, time order) from
- * the setup. Concentrations and arena are left to the caller. */
+/* Zero and fill the description of the reactive species solver from the setup: species, reactions, minerals, activity
+ * model, temperature, tortuosity, migration, time order (1 for steady transport, else 2). Arrays are borrowed.
+ * Concentrations and arena are left to the caller. */
 PD_API void pd_setup_get_reactive_desc(const pd_setup *setup, pd_reactive_desc *desc);
 /* Name of the scene section of a kind of monitor: "line", "plane", ... */
 PD_API const char *pd_setup_monitor_section_name(pd_monitor_kind kind);
 /* Name of a side of the box, number 2 axis + (1: upper): "x-", "x+", "y-", ... */
 PD_API const char *pd_setup_side_name(int side);
-/* Number of ghost layers of the lattice: largest n with |n| < m + 1/2 of any horizon in use, m in spacings. */
+/* Number of ghost layers of the lattice: largest whole n < m + 1/2 of the horizons in use, m in spacings: fluid_m, and
+ * metal_m where surface areas are needed. */
 PD_API int pd_setup_count_ghost_layers(const pd_setup *setup);
-/* Number of cells of the box along an axis. */
+/* Number of cells of the box along an axis: its length over h, rounded to the nearest whole number. */
 PD_API int pd_setup_count_cells(const pd_setup *setup, int axis);
 /* Symbol table of expressions in space and time: x, y, z (PD_DIM of them), then t; PD_SETUP_POSITION_VARS entries. */
 PD_API const pd_expr_symbol *pd_setup_get_position_symbols(void);
 /* Symbol table of dissolution rate laws: C, t, x, y, z, grain as in pd_rate_at, then current density i and potential E
  * of electrodes, and nameless places for fields; PD_SETUP_RATE_VARS entries. */
 PD_API const pd_expr_symbol *pd_setup_get_rate_symbols(void);
-/* 1: the rate law of the metal depends on pH, species, surface states, or on E with migrating ions. */
+/* 1: the rate law of the metal depends on pH, species or surface states, or on E where the metal has an electrode
+ * potential with migrating ions. */
 static inline int pd_setup_has_species_rate(const pd_setup_metal *metal)
 {
     return metal->rate.variables_used >> PD_SETUP_RATE_PH != 0 ||
            (metal->has_potential && (metal->rate.variables_used >> PD_SETUP_RATE_POTENTIAL & 1u) != 0);
 }
-/* Index of the first metal whose rate law depends on species or, with migrating ions, on E; -1: none does. */
+/* Index of the first metal whose rate law depends on species or, with migrating ions, on E; -1: none does, or nothing
+ * dissolves. */
 static inline int pd_setup_find_species_rate_metal(const pd_setup *setup)
 {
     for (int k = 0; k < setup->metals && setup->has_dissolve; k++)
         if (pd_setup_has_species_rate(&setup->metal[k])) return k;
     return -1;
 }
-/* Number of metals that the species solver distinguishes: all of them when several have such a rate law, else 1. */
+/* Number of metals that the species solver distinguishes: all of them when two or more have such a rate law, else 1,
+ * also without dissolution. */
 static inline int pd_setup_count_species_rate_metals(const pd_setup *setup)
 {
     int count = 0;
@@ -599,7 +606,7 @@ static inline int pd_setup_has_ion_electrodes(const pd_setup *setup)
 {
     return setup->has_migration && setup->has_potential;
 }
-/* 1: the rate law depends on a field of a physics of the program. */
+/* 1: the rate law depends on a field of the physics that the program brings along. */
 static inline int pd_setup_reads_registered_field(const pd_setup_metal *metal)
 {
     return (metal->rate.variables_used >> PD_SETUP_RATE_FIELD & (((uint32_t)1 << PD_PHYSICS_TYPE_FIELDS) - 1u)) != 0;
@@ -614,30 +621,36 @@ static inline int pd_setup_is_time_dependent(const pd_expr *expr)
 {
     return (int)(expr->variables_used >> PD_DIM & 1u);
 }
-/* Append a copy of a shape to the geometry tree; *index: its position. PD_ERR_SIZE: too many shapes. */
+/* Append a copy of a shape to the geometry tree; *index: its position. PD_ERR_SIZE, nothing changed: it holds
+ * PD_SHAPE_MAX shapes. */
 PD_API pd_status pd_setup_add_shape(pd_ctx *ctx, pd_setup *setup, const pd_shape *shape, int *index);
-/* Append the union of the shapes `index` and *whole and put its index into *whole. *whole = -1: it becomes `index`. */
+/* Append the union of the shapes `index` and *whole and put its index into *whole. *whole < 0: it becomes `index`, and
+ * nothing is appended. PD_ERR_SIZE: too many shapes. */
 PD_API pd_status pd_setup_add_union(pd_ctx *ctx, pd_setup *setup, int index, int *whole);
-/* Append the complement of the shape *index and put its index into *index. */
+/* Append the complement of the shape *index and put its index into *index. PD_ERR_SIZE: too many shapes. */
 PD_API pd_status pd_setup_add_complement(pd_ctx *ctx, pd_setup *setup, int *index);
-/* Free the experimental data of all [measured] sections, which are then none. */
+/* Free the experimental data of all [measured] sections, which are then none; measured_count becomes 0. */
 PD_API void pd_setup_free_measured(pd_ctx *ctx, pd_setup *setup);
-/* Allocate an empty triangle surface, owned by the setup, into *surface. PD_ERR_SIZE: too many. */
+/* Allocate an empty triangle surface, owned by the setup, into *surface. PD_ERR_SIZE: there are PD_SETUP_SURFACES. */
 PD_API pd_status pd_setup_add_facets(pd_ctx *ctx, pd_setup *setup, pd_facets **surface);
-/* Allocate a voxel mask of `size` zeroed bytes, owned by the setup, into *mask. PD_ERR_SIZE: too many. */
+/* Allocate a voxel mask of `size` zeroed bytes, owned by the setup, into *mask. PD_ERR_SIZE: there are
+ * PD_SETUP_MASKS. */
 PD_API pd_status pd_setup_add_mask(pd_ctx *ctx, pd_setup *setup, size_t size, uint8_t **mask);
-/* Add a note, printf style, to the printed summary. Notes beyond PD_SETUP_NOTES are dropped. */
+/* Add a note, printf style, to the printed summary, cut off at its length of 200 bytes. Notes beyond PD_SETUP_NOTES are
+ * dropped. */
 PD_API void pd_setup_add_note(pd_setup *setup, const char *format, ...) PD_PRINTF_LIKE(2, 3);
-/* Print a SI value with a unit of readable size ("80 um") into text[PD_UNITS_TEXT]; `unit` gives the dimension. */
+/* Print a SI value with a unit of readable size ("80 um") into text[PD_UNITS_TEXT]; `unit` gives the dimension; a text
+ * that is no unit counts as plain number. */
 PD_API void pd_setup_format_value(double value, const char *unit, char *text);
 
 #ifdef PDI_INTERNAL
-/* 1: some physics needs surface areas: dissolution, grain boundaries, electrodes, mass transfer from walls. */
+/* 1: some physics needs surface areas: dissolution, grain boundaries, electric potential, mass transfer monitors. */
 PDI_FN int pdi_setup_has_surface_area(const pd_setup *setup);
 /* Options (pd_bonds_options) for building the bonds of the lattice: 0 with flow, PD_BONDS_NO_FLOW with gas, and else
  * PD_BONDS_LOW_MEMORY, too. */
 PDI_FN int pdi_setup_get_bond_options(const pd_setup *setup);
-/* 1: the rate law depends on i or E of the electric potential solver. */
+/* 1: the rate law depends on i or E of the electric potential solver; 0 for a metal whose E is that of migrating
+ * ions. */
 static inline int pdi_setup_has_electric_rate(const pd_setup_metal *metal)
 {
     return !metal->has_potential && (metal->rate.variables_used >> PD_SETUP_RATE_CURRENT & 3u) != 0;

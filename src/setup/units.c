@@ -104,7 +104,7 @@ int pd_units_is_blank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
 
 int pd_units_is_digit(char c) { return c >= '0' && c <= '9'; }
 
-/* 1: a character that may begin an identifier; bytes of UTF-8 count. */
+/* 1: a letter, _, or a byte >= 0x80 (UTF-8), which may begin an identifier. */
 static int pdi_units_is_letter(char c)
 {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' || (unsigned char)c >= 0x80;
@@ -161,7 +161,8 @@ static int pdi_units_parse_symbol(const char *text, size_t size, pd_units_produc
     return 1;
 }
 
-/* Exponent after '^': [-]digits[.digits]. Returns the bytes read; 0: none. */
+/* Exponent after '^': [-]digits[.digits] into *value. Returns the bytes read; 0: none, and *value stays. Digits beyond
+ * 1e6, or beyond nine decimals, are not read. */
 static size_t pdi_units_scan_exponent(const char *text, double *value)
 {
     size_t at = text[0] == '-';
@@ -177,7 +178,8 @@ static size_t pdi_units_scan_exponent(const char *text, double *value)
     return at;
 }
 
-/* unit *= factor^power; whole powers by multiplication, so that powers of ten stay exact. */
+/* unit *= factor^power, dimension included; whole powers up to 12 by multiplication, so that powers of ten stay exact,
+ * others by pow. A negative power exchanges num and den. */
 static void pdi_units_multiply(pd_units_product *unit, const pd_units_product *factor, double power)
 {
     double num = 1, den = 1, size = fabs(power);
@@ -202,7 +204,8 @@ static void pdi_units_init_one(pd_units_product *unit)
     unit->num = unit->den = 1;
 }
 
-/* Cancel the common factor of whole num and den: 0.1 kg is 0.1 * 1, not 0.1 * 1000 / 1000. */
+/* Divide num and den by their greatest common divisor if both are whole and below 9e15, so that a value is rounded
+ * once: 0.1 kg is 0.1 * 1, not 0.1 * 1000 / 1000. */
 static void pdi_units_reduce_fraction(pd_units_product *unit)
 {
     double a = unit->num, b = unit->den;
@@ -216,8 +219,9 @@ static void pdi_units_reduce_fraction(pd_units_product *unit)
     unit->den /= a;
 }
 
-/* Parse one unit with exponent at text and multiply *unit by its power sign * exponent. Returns the bytes read; 0: no
- * unit. *why, NULL before: becomes the reason why a unit is inadmissible; the return value is then the position. */
+/* Parse one unit with exponent (m2, m^2, m-2, m^-0.5) at text and multiply *unit by its power sign * exponent. Returns
+ * the bytes read; 0: no unit, or a declared name. *why, NULL before: becomes the reason why a unit is inadmissible
+ * (degC, no number behind ^, a blank before it, an exponent of 0 or beyond 12 in size); *unit stays then. */
 static size_t pdi_units_scan_term(const char *text, pd_units_is_declared_fn declared, const void *user, double sign,
                                   pd_units_product *unit, const char **why)
 {
@@ -301,8 +305,8 @@ PDI_FN size_t pdi_units_scan_divisor(const char *text, pd_units_is_declared_fn d
     return at > 1 && text[at] == ')' ? at + 1 : 0;
 }
 
-/* Parse a unit that fills the whole text: empty, "1", a product, or "/s". 1: it is one. *why: NULL, or why it is
- * inadmissible. */
+/* Parse a unit that fills the whole text, blanks aside: empty, "1", a product, or "/s". 1: it is one; 0: it is none.
+ * *why: NULL, or why it is inadmissible. */
 static int pdi_units_parse_whole(const char *text, pd_units_product *unit, const char **why)
 {
     pd_units_product factor;
@@ -340,7 +344,7 @@ int pd_units_is_same(const pd_dims *a, const pd_dims *b)
     return 1;
 }
 
-/* Entry of the named dimensions that fits; NULL: none. */
+/* First entry of the named dimensions that fits; NULL: none, as for a plain number. */
 static const pdi_units_dimension *pdi_units_find_dimension(const pd_dims *dims)
 {
     for (int k = 0; k < PDI_UNITS_COUNT(pdi_units_dimensions); k++) {
@@ -359,7 +363,8 @@ static void pdi_units_fix_decimal_point(char *text)
         if (*text == ',') *text = '.';
 }
 
-/* SI unit of a dimension from its exponents, "kg m2 s-3", into text[64]. */
+/* SI unit of a dimension from its exponents, "kg m2 s-3", kg first, into text[64]; "" for a plain number. Exponents
+ * below 1e-9 count as 0; those that are not whole, or of size 10 or more, have ^. What does not fit is left out. */
 static void pdi_units_format_si(const pd_dims *dims, char *text)
 {
     static const int order[6] = {1, 0, 2, 3, 4, 5};
@@ -382,7 +387,7 @@ static void pdi_units_format_si(const pd_dims *dims, char *text)
     pdi_units_fix_decimal_point(text);
 }
 
-/* 1: dimensionless. */
+/* 1: dimensionless, each exponent within 1e-9 of 0. */
 static int pdi_units_is_dimensionless(const pd_dims *dims)
 {
     pd_dims none;
@@ -400,7 +405,7 @@ void pd_units_describe(const pd_dims *dims, char *text)
     else snprintf(text, PD_UNITS_TEXT, "a quantity [%s]", unit);
 }
 
-/* Copy the first unit of a list "nm|um|mm" into unit; returns the start of the next one or NULL. */
+/* Copy the first unit of a list "nm|um|mm" into unit[64]; returns the start of the next one, or NULL after the last. */
 static const char *pdi_units_copy_alternative(const char *list, char *unit)
 {
     size_t n = strcspn(list, "|");
@@ -451,7 +456,8 @@ PDI_FN void pdi_units_format_examples(const pd_dims *dims, char *text)
     }
 }
 
-/* Optimal string alignment distance (Levenshtein with swaps of neighbours) of two words of at most 31 bytes. */
+/* Optimal string alignment distance (insertion, deletion, replacement, swap of neighbours, 1 each) of two words of at
+ * most 31 bytes. */
 static int pdi_units_compute_edit_distance(const char *a, const char *b)
 {
     int row[3][33], na = (int)strlen(a), nb = (int)strlen(b);
@@ -479,7 +485,7 @@ void pd_units_init_suggestion(pd_units_suggestion *near_word, const char *word, 
     else memcpy(near_word->word, word, size);
 }
 
-/* 1: the words differ in upper and lower case at most. */
+/* 1: the words are equal but for the case of the letters a to z. */
 static int pdi_units_is_equal_ignoring_case(const char *a, const char *b)
 {
     for (; *a && *b; a++, b++) {
