@@ -58,7 +58,7 @@ static void pdi_monitor_add_vector_output(pd_monitor *m, char letter, const char
 /* Append the outputs of a plane: area; with flow, volume flow, mean speed and mean pressure; with transport, mean
  * concentration and species flux; with both, C_bulk, the mean weighted by the flow. Flows are signed, positive towards
  * +, and over the whole plane (per m in planar 2D, per m2 in 1D). Means are NaN where no face lies between two fluid
- * cells. */
+ * cells, C_bulk also at rest. */
 static void pdi_monitor_compute_plane(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_setup *u = model->setup;
