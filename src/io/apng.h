@@ -19,11 +19,13 @@ typedef struct pdi_apng {
 } pdi_apng;
 
 /* Zero `film` and open the temporary file of an animation of `count` frames (at least 1) of `delay` [ms] (1 to 6000).
- * The first frame writes the header. The last frame stays ten times as long; then the animation repeats.
- * PD_ERR_ARGUMENT, PD_ERR_FILE. */
+ * Nothing is written yet. The last frame stays ten times as long; then the animation repeats without end.
+ * PD_ERR_ARGUMENT: count or delay out of range, no path; PD_ERR_FILE. On failure there is nothing to close. */
 PDI_FN pd_status pdi_apng_create(pd_ctx *ctx, const char *path, int count, int delay, pdi_apng *film);
-/* Append a frame of 1 or 3 channels. Errors as of a single PNG; PD_ERR_ARGUMENT also: another size or number of
- * channels than the first frame, or one frame too many. The file stays open on failure. */
+/* Append a frame of 1 or 3 channels. The first frame writes the header, and sets the size and the number of channels
+ * that all others must have. PD_ERR_ARGUMENT: another size or number of channels, one frame too many, no pixels,
+ * neither 1 nor 3 channels; PD_ERR_SIZE: more than PD_PNG_MAX_PIXELS; PD_ERR_FILE. The file stays open on failure; it
+ * is useless when writing has failed. */
 PDI_FN pd_status pdi_apng_add_frame(pd_ctx *ctx, pdi_apng *film, const pd_image *image);
 /* End the file and give it its final name. On failure it is closed and the temporary file deleted. PD_ERR_ARGUMENT:
  * frames are missing. */

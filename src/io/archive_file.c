@@ -151,8 +151,9 @@ static pd_status pdi_archive_file_check_elements(pd_ctx *ctx, pd_archive_file *s
                                                   : pdi_archive_file_fail_damaged_item(ctx, s, "damaged", item->name);
 }
 
-/* Read a whole file from its start; verify all checksums, the number of items, and that nothing follows the last one.
- * PD_ERR_FILE, PD_ERR_ARGUMENT. */
+/* Read a whole file from its start; verify the header, all checksums, the number of items, and that nothing follows the
+ * last one. The elements are not kept. PD_ERR_FILE: cut off, damaged, items lost, bytes behind the end; PD_ERR_ARGUMENT
+ * as of the header. */
 static pd_status pdi_archive_file_check_file(pd_ctx *ctx, pd_archive_file *s)
 {
     pdi_archive_file_item item;
@@ -176,7 +177,8 @@ static pd_status pdi_archive_file_check_file(pd_ctx *ctx, pd_archive_file *s)
 
 /* ---- in memory ---- */
 
-/* Append bytes to the file; where in_memory is 1, to the checkpoint in memory, whose buffer grows when it is full. */
+/* Append bytes to the file; where in_memory is 1, to the checkpoint in memory, whose buffer grows to 9/8 of what is
+ * needed when it is full. */
 static pd_status pdi_archive_file_write_bytes(pd_ctx *ctx, pd_archive_file *s, const void *data, size_t size)
 {
     if (!s->in_memory) return pdi_file_write(ctx, &s->file, data, size);
@@ -235,7 +237,8 @@ static pd_status pdi_archive_file_read_item(pd_ctx *ctx, pd_archive_file *s, con
     return PD_OK;
 }
 
-/* Callback of the archive: write or read an item, whichever the store (`user`) is open for, and count it. */
+/* Callback of the archive: write or read an item, whichever the store (`user`) is open for. item_count is incremented
+ * first, also where that fails. */
 static pd_status pdi_archive_file_item_callback(pd_ctx *ctx, void *user, const char *name, void *data, size_t size,
                                                 int64_t count)
 {
@@ -245,8 +248,8 @@ static pd_status pdi_archive_file_item_callback(pd_ctx *ctx, void *user, const c
                                  : pdi_archive_file_write_item(ctx, s, name, data, size, count);
 }
 
-/* Callback of the archive: write a number as an item; or read it and compare its bits with those of `value`, so that
- * NaN equals itself. PD_ERR_ARGUMENT: they differ. */
+/* Callback of the archive: write a number as an item of one double; or read it and compare its bits with those of
+ * `value`, so that NaN equals itself and 0 differs from -0. PD_ERR_ARGUMENT: they differ. */
 static pd_status pdi_archive_file_check_callback(pd_ctx *ctx, void *user, const char *name, double value)
 {
     pd_archive_file *s = (pd_archive_file *)user;
@@ -346,8 +349,8 @@ pd_status pd_archive_file_open(pd_ctx *ctx, const char *path, pd_archive_file *s
 
 PDI_FN void pdi_archive_file_abandon(pd_archive_file *s) { pdi_file_abandon(&s->file); }
 
-/* Reading: check that the end item comes next, else PD_ERR_ARGUMENT. Writing: write the end item and, except in memory,
- * commit the file. */
+/* Reading: check that the end item comes next. PD_ERR_ARGUMENT: another item comes; PD_ERR_FILE: cut off or damaged.
+ * Writing: write the end item with the number of items and, except in memory, commit the file. */
 static pd_status pdi_archive_file_end(pd_ctx *ctx, pd_archive_file *s)
 {
     pdi_archive_file_item item;

@@ -30,14 +30,17 @@ typedef struct pd_archive_file {
 #define pd_archive_file_open PD_NAME(pd_archive_file_open)
 #define pd_archive_file_close PD_NAME(pd_archive_file_close)
 
-/* Begin to write a checkpoint to a temporary file; a file of this name stays until it is closed. PD_ERR_FILE. */
+/* Zero the store and begin to write a checkpoint to a temporary file; a file of this name stays until it is closed.
+ * PD_ERR_FILE. On failure nothing is open, and no temporary file stays. */
 PD_API pd_status pd_archive_file_create(pd_ctx *ctx, const char *path, pd_archive_file *store);
-/* Open a checkpoint to read. All checksums are verified first. PD_ERR_FILE: it cannot be read, is cut off or damaged.
- * PD_ERR_ARGUMENT: another format, version, dimension or byte order. Reading an item later fails with PD_ERR_ARGUMENT
- * when the next item of the file has another name or length. */
+/* Zero the store and open a checkpoint to read. All checksums of the file are verified first. PD_ERR_FILE: it cannot be
+ * read, is none, cut off or damaged, or has bytes behind its end. PD_ERR_ARGUMENT: another format, version of pdcorr,
+ * dimension or byte order. It is closed on failure. Reading an item later fails with PD_ERR_ARGUMENT when the next item
+ * of the file has another name, count or element size. */
 PD_API pd_status pd_archive_file_open(pd_ctx *ctx, const char *path, pd_archive_file *store);
-/* After writing: end the file and give it its final name. After reading: check that everything was read, else
- * PD_ERR_ARGUMENT. It is closed on failure, too. */
+/* After writing: write the end item and give the file its final name; a checkpoint in memory stays there. After
+ * reading: check that everything was read, else PD_ERR_ARGUMENT. PD_ERR_FILE. It is closed on failure, too; a temporary
+ * file is deleted then. */
 PD_API pd_status pd_archive_file_close(pd_ctx *ctx, pd_archive_file *store);
 
 #ifdef PDI_APP_INTERNAL
@@ -47,8 +50,9 @@ PDI_FN void pdi_archive_file_abandon(pd_archive_file *store);
 /* Begin to write a checkpoint in memory, over the one held there, whose buffer is used again; closing ends it and keeps
  * it. The store is zeroed before the first time. */
 PDI_FN pd_status pdi_archive_file_begin_in_memory(pd_ctx *ctx, pd_archive_file *store);
-/* Write the checkpoint held in memory, which has been closed, to the file `path`. Sets the checksums of its items in
- * memory first; it stays in memory. PD_ERR_FILE. */
+/* Write the checkpoint held in memory, which has been closed, to the file `path` by way of a temporary one. Sets the
+ * checksums of its items in memory first; it stays in memory. PD_ERR_FILE: an older file of that name stays, and the
+ * temporary one is deleted. */
 PDI_FN pd_status pdi_archive_file_write_memory(pd_ctx *ctx, pd_archive_file *store, const char *path);
 /* Free the checkpoint held in memory and zero the store. A zeroed store is allowed. */
 PDI_FN void pdi_archive_file_free_memory(pd_ctx *ctx, pd_archive_file *store);

@@ -7,7 +7,8 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Append a tick at a value, where there is room for one; an empty label makes a minor tick. */
+/* Append a tick at a value; nothing where there are PDI_AXIS_TICKS_MAX_COUNT. An empty label makes a minor tick; a
+ * label is cut to 31 bytes. */
 static void pdi_axis_ticks_add_tick(pdi_axis_ticks *axis, double value, const char *label)
 {
     if (axis->count >= PDI_AXIS_TICKS_MAX_COUNT) return;
@@ -31,8 +32,10 @@ static double pdi_axis_ticks_round_step(double x)
     return power * (mantissa <= 1 ? 1 : mantissa <= 2 ? 2 : mantissa <= 5 ? 5 : 10);
 }
 
-/* Append the ticks of a linear axis, or of a logarithmic one within a decade. Sets the exponent: a multiple of 3 where
- * numbers have six digits or many zeros, else 0. */
+/* Append the ticks of a linear axis, or of a logarithmic one within a decade: multiples of the smallest step of 1, 2 or
+ * 5 times a power of ten with at most max_labels steps over lo..hi. Sets the exponent: 0 where the larger magnitude is
+ * at least 0.01 and below 1e5, else the largest multiple of 3 up to its decimal logarithm. No tick where lo >= hi or an
+ * end is infinite; the exponent is 0 then. */
 static void pdi_axis_ticks_compute_linear(int max_labels, pdi_axis_ticks *axis)
 {
     char label[64];
@@ -55,8 +58,10 @@ static void pdi_axis_ticks_compute_linear(int max_labels, pdi_axis_ticks *axis)
     }
 }
 
-/* Append the ticks of a logarithmic axis: decades with labels, and up to eight decades minor ticks at 2..9 times a
- * power of ten, of which up to two decades 2 and 5 have labels. Linear ticks where fewer than two labels result. */
+/* Append the ticks of a logarithmic axis: at decades, every n-th with a label so that max_labels suffice; up to eight
+ * decades also minor ticks at 2..9 times a power of ten, of which up to two decades 2 and 5 have labels. Decades
+ * without a label are left out beyond 48. Labels are plain numbers within 1e-3..1e5, else powers of ten. Fewer than two
+ * labels: linear ticks replace them all. */
 static void pdi_axis_ticks_compute_logarithmic(int max_labels, pdi_axis_ticks *axis)
 {
     int first = (int)floor(log10(axis->lo) + 1e-9), last = (int)ceil(log10(axis->hi) - 1e-9);

@@ -170,7 +170,8 @@ PDI_FN void pdi_canvas_draw_frame(pdi_canvas *canvas, int left, int top, int rig
     pdi_canvas_fill_rectangle(canvas, right, top, right + 1, bottom, colour);
 }
 
-/* Distance of the point (x, y) from the segment that starts at (xa, ya) with the vector (dx, dy). */
+/* Distance of the point (x, y) from the segment that starts at (xa, ya) with the vector (dx, dy), not from its line; a
+ * zero vector is a point. */
 static double pdi_canvas_segment_distance(double x, double y, double xa, double ya, double dx, double dy)
 {
     double length2 = dx * dx + dy * dy, s = length2 > 0 ? ((x - xa) * dx + (y - ya) * dy) / length2 : 0;
@@ -314,7 +315,7 @@ static void pdi_canvas_scale2x(uint8_t dots[PDI_CANVAS_BITMAP_SIZE][PDI_CANVAS_B
 }
 
 /* First column with ink of a character (as of pdi_canvas_find_character), and number of columns from there to the last
- * one; digits take all columns so that numbers line up, a space takes two. */
+ * one. Digits, also superscript ones, take all columns so that numbers line up: first is 0. A space takes two. */
 static void pdi_canvas_glyph_extent(int letter, int *first, int *columns)
 {
     uint64_t glyph = pdi_canvas_glyphs[letter % PDI_CANVAS_SUPERSCRIPT - 32];
@@ -358,8 +359,8 @@ static int pdi_canvas_find_character(uint32_t code)
     return code >= 32 && code < 127 ? (int)code : '?';
 }
 
-/* Read the next character of a UTF-8 text and move *text behind it. Returns it as pdi_canvas_find_character does; 0 at
- * the end of the text. */
+/* Read the next character of a UTF-8 text and move *text behind it. Returns it as pdi_canvas_find_character does, so
+ * '?' for one that the font lacks; 0 at the end of the text, where *text stays. The encoding is not verified. */
 static int pdi_canvas_read_character(const char **text)
 {
     const unsigned char *p = (const unsigned char *)*text;
@@ -396,8 +397,9 @@ static void pdi_canvas_build_glyph_bitmap(int letter, uint8_t dots[PDI_CANVAS_BI
     pdi_canvas_scale2x(dots, 2 * PDI_CANVAS_GLYPH_COLUMNS, 2 * PDI_CANVAS_GLYPH_ROWS, square);
 }
 
-/* Draw a text with the bitmap font into an image. (x, y): where it starts, at the top of its capitals; it runs along
- * +x, or along -y where upward is 1. */
+/* Draw a text with the bitmap font into an image, blended by its coverage and clipped. (x, y): where it starts, at the
+ * top of its capitals; it runs along +x, or along -y where upward is 1. Superscripts are smaller and raised by two
+ * pixels. */
 static void pdi_canvas_draw_bitmap_text(pdi_canvas *canvas, int x, int y, int upward, uint32_t colour, const char *text)
 {
     uint8_t dots[PDI_CANVAS_BITMAP_SIZE][PDI_CANVAS_BITMAP_SIZE];
@@ -434,7 +436,8 @@ static int pdi_canvas_try_svg_text(pdi_canvas *canvas, int x, int y, pdi_align a
     return 1;
 }
 
-/* Pixels from the start of a text to its anchor, in the bitmap font. */
+/* Pixels from the start of a text to its anchor, in the bitmap font: 0, half of its width or all of it, for start,
+ * centre and end. */
 static int pdi_canvas_alignment_shift(pdi_align align, const char *text)
 {
     int width = align == PDI_ALIGN_START ? 0 : pdi_canvas_compute_text_width(text);

@@ -43,29 +43,37 @@ PDI_FN pd_status pdi_canvas_build_image(pd_ctx *ctx, int width, int height, pdi_
 PDI_FN pd_status pdi_canvas_build_svg(pd_ctx *ctx, int width, int height, pdi_svg *svg, pdi_canvas *canvas);
 /* Embed an image in an SVG drawing, its upper left corner at (left, top). The canvas has to be of SVG. */
 PDI_FN void pdi_canvas_draw_image(pdi_canvas *canvas, int left, int top, const pd_image *image);
-/* Draw `what` with the callback `draw` into a new image, which the caller frees; on failure it is zeroed. */
+/* Draw `what` with the callback `draw` into a new RGB image, which the caller frees. Errors are those of the callback;
+ * the image is zeroed then, and there is nothing to free. */
 PDI_FN pd_status pdi_canvas_draw_to_image(pd_ctx *ctx, pdi_canvas_draw_fn draw, const void *what, pd_image *image);
-/* Draw `what` with the callback `draw` into a file: SVG where its name ends in .svg, else PNG. */
+/* Draw `what` with the callback `draw` into a file: SVG where its name ends in ".svg" (lower case), else PNG. Errors
+ * are those of the callback, and PD_ERR_FILE; an older file of that name stays then. */
 PDI_FN pd_status pdi_canvas_draw_to_file(pd_ctx *ctx, const char *path, pdi_canvas_draw_fn draw, const void *what);
-/* Set the clip rectangle [left, right) x [top, bottom), cut to the canvas. */
+/* Set the clip rectangle [left, right) x [top, bottom), cut to the canvas. In SVG this ends the group that was clipped
+ * before and begins another one, except for a rectangle that is the whole canvas or has no width: what follows is not
+ * clipped then. */
 PDI_FN void pdi_canvas_set_clip(pdi_canvas *canvas, int left, int top, int right, int bottom);
 /* Set the clip rectangle to the whole canvas. */
 PDI_FN void pdi_canvas_reset_clip(pdi_canvas *canvas);
-/* Fill the rectangle [left, right) x [top, bottom); an empty one is allowed. */
+/* Fill the part of the rectangle [left, right) x [top, bottom) inside the clip rectangle, without blending; nothing
+ * where it is empty. */
 PDI_FN void pdi_canvas_fill_rectangle(pdi_canvas *canvas, int left, int top, int right, int bottom, uint32_t colour);
 /* Draw a frame of one pixel just outside the rectangle [left, right) x [top, bottom). */
 PDI_FN void pdi_canvas_draw_frame(pdi_canvas *canvas, int left, int top, int right, int bottom, uint32_t colour);
 /* Draw a straight antialiased line of this width [pixel] from (xa, ya) to (xb, yb) with round ends; pixel centres lie
- * at half-integers. Ends at one point give a disc. Where a set of strokes is open, the line is added to it. */
+ * at half-integers. Ends at one point give a disc. Nothing is drawn for NaN, for coordinates of 1e300 and more, or
+ * outside the clip rectangle. Where a set of strokes is open, the line is added to it: with the colour of the set, and
+ * in SVG with its width. */
 PDI_FN void pdi_canvas_draw_line(pdi_canvas *canvas, double xa, double ya, double xb, double yb, double width,
                                  uint32_t colour);
-/* Begin a set of strokes of one width [pixel] and colour; pixels where they overlap are blended once. Allocates the
- * coverage of an image. Add strokes, then end the set, also after a failure in between. */
+/* Begin a set of strokes of one width [pixel] and colour; none may be open. Pixels where they overlap are blended once.
+ * Allocates the coverage of an image, which ending the set frees; on failure no set is open. Add strokes, then end the
+ * set, also after a failure in between. */
 PDI_FN pd_status pdi_canvas_begin_strokes(pd_ctx *ctx, pdi_canvas *canvas, double width, uint32_t colour);
 /* Add a straight stroke from (xa, ya) to (xb, yb), clipped, to the open set. */
 PDI_FN void pdi_canvas_add_stroke(pdi_canvas *canvas, double xa, double ya, double xb, double yb);
-/* Blend the set of strokes into the image and free its coverage; of SVG: close its path. Nothing happens without an
- * open set. */
+/* Blend the set of strokes into the image, inside the present clip rectangle, and free its coverage; of SVG: close its
+ * path. Nothing happens without an open set. */
 PDI_FN void pdi_canvas_end_strokes(pd_ctx *ctx, pdi_canvas *canvas);
 /* Draw a UTF-8 text (ASCII, µ, ·, °, × and superscript digits; in an image others become '?'); (x, y): anchor, at the
  * top of the capitals. */
@@ -76,7 +84,8 @@ PDI_FN void pdi_canvas_draw_text_upward(pdi_canvas *canvas, int x, int y, pdi_al
                                         const char *text);
 /* Draw a bold text from x on to the right; y: top of the capitals. */
 PDI_FN void pdi_canvas_draw_bold_text(pdi_canvas *canvas, int x, int y, uint32_t colour, const char *text);
-/* Width [pixel] of a text in the bitmap font. */
+/* Width [pixel] of a UTF-8 text in the bitmap font, without the gap behind its last character; 0 for an empty text.
+ * SVG, whose font differs, is laid out with it, too. */
 PDI_FN int pdi_canvas_compute_text_width(const char *text);
 #endif
 

@@ -63,8 +63,8 @@ static uint32_t pdi_colour_oklab_to_srgb(pdi_colour_oklab c)
     return packed;
 }
 
-/* OKLab colour from lightness, chroma and hue [degree]; the chroma is reduced until the colour lies in the sRGB
- * gamut. */
+/* OKLab colour from lightness, chroma and hue [degree]; the chroma is reduced in steps of 0.5 % until the colour lies
+ * in the sRGB gamut, or the chroma is below 1e-3. */
 static pdi_colour_oklab pdi_colour_lch_to_oklab(double lightness, double chroma, double hue)
 {
     pdi_colour_oklab c;
@@ -99,7 +99,8 @@ static pdi_colour_oklab pdi_colour_interpolate_viridis(double t)
     return a;
 }
 
-/* OKLab colour of a map at its parameter t = 0..1, before equalising the arc length. */
+/* OKLab colour of a map at its parameter t = 0..1, before equalising the arc length; PD_COLOUR_MAP_LABELS is taken as
+ * the diverging map. */
 static pdi_colour_oklab pdi_colour_evaluate_map(pd_colour_map map, double t)
 {
     static const double chroma[5] = {0.120, 0.100, 0.088, 0.150, 0.180}, hue[5] = {316, 268, 194, 152, 106};

@@ -17,8 +17,8 @@ typedef enum pd_colour_map {
 /* Fill table[PDI_COLOUR_TABLE_SIZE] with the colours 0xRRGGBB of a map from low to high, at equal distances in OKLab.
  * Not for PD_COLOUR_MAP_LABELS. */
 PDI_FN void pdi_colour_fill_table(pd_colour_map map, uint32_t *table);
-/* Colour 0xRRGGBB of a whole number of either sign, for PD_COLOUR_MAP_LABELS; neighbours differ in hue and
- * lightness. */
+/* Colour 0xRRGGBB of a whole number of either sign, for PD_COLOUR_MAP_LABELS: hue by the golden angle, one of three
+ * lightnesses by the number modulo 3. So neighbours differ in both. */
 PDI_FN uint32_t pdi_colour_get_label_colour(int64_t number);
 /* Colour 0xRRGGBB of curve k >= 0 of a plot (Okabe and Ito 2008: distinguishable for colour-blind readers); the six
  * colours repeat. */

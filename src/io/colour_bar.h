@@ -16,12 +16,13 @@ typedef struct pdi_colour_bar {
     const char *label;      /* NULL: none */
 } pdi_colour_bar;
 
-/* Width [pixel] of the widest tick label of an axis. */
+/* Width [pixel] of the widest tick label of an axis; 0 without ticks. */
 PDI_FN int pdi_colour_bar_label_width(const pdi_axis_ticks *axis);
 /* Colour 0xRRGGBB at a fraction of table[PDI_COLOUR_TABLE_SIZE], 0 (low end) to 1 (high end); fractions beyond are
  * clamped, NaN gives the low end. */
 PDI_FN uint32_t pdi_colour_bar_get_colour(const uint32_t *table, double fraction);
-/* Draw the bar, its frame, its ticks with their labels on the right, their common power of ten above, and its label. */
+/* Draw the bar, the high end on top, its frame, its ticks with their labels on the right, their common power of ten
+ * above it unless the exponent is 0, and its label upward unless it is NULL. */
 PDI_FN void pdi_colour_bar_draw(const pdi_colour_bar *bar, pdi_canvas *canvas);
 #endif
 

@@ -10,7 +10,8 @@ static double pdi_contour_get_value(const pdi_contour *c, int i, int j)
 }
 
 /* Value in the middle of the face of a cell with a value towards its neighbour (di, dj), one of them 1 or -1, the other
- * 0: interpolated, or extrapolated when the neighbour has none. */
+ * 0: mean with the neighbour; where that has none, extrapolated linearly from the cell on the opposite side; where that
+ * has none either, the value of the cell. */
 static double pdi_contour_interpolate_face(const pdi_contour *c, int i, int j, int di, int dj)
 {
     double own = pdi_contour_get_value(c, i, j), next = pdi_contour_get_value(c, i + di, j + dj);
@@ -19,8 +20,10 @@ static double pdi_contour_interpolate_face(const pdi_contour *c, int i, int j, i
     return isnan(back) ? own : own + 0.5 * (own - back);
 }
 
-/* Value in the corner of a cell with a value towards (di, dj), each 1 or -1. All cells with a value that share a face
- * get the same one. */
+/* Value in the corner of a cell with a value towards (di, dj), each 1 or -1, from the four cells there. All have
+ * values: their mean. Three: the mean of the two on one diagonal. The cell and one that shares a face: mean of what
+ * both extrapolate to. Else the cell extrapolates alone, along both axes. All cells with a value that share a face get
+ * the same value. */
 static double pdi_contour_interpolate_corner(const pdi_contour *c, int i, int j, int di, int dj)
 {
     double own = pdi_contour_get_value(c, i, j), x = pdi_contour_get_value(c, i + di, j),
@@ -49,8 +52,8 @@ static void pdi_contour_interpolate_crossing(const pdi_contour_square *s, double
     point[1] = s->y[k] + fraction * (s->y[next] - s->y[k]);
 }
 
-/* Call add_segment for the segments of a contour in one square, none to two (marching squares); a saddle is decided by
- * the mean of its corners. */
+/* Call add_segment for the segments of a contour in one square, none to two (marching squares). A corner is inside
+ * where its value >= level; at a saddle the corners that agree in that with the mean of the four are connected. */
 static void pdi_contour_march_square(const pdi_contour_square *s, double level, pdi_contour_segment_fn add_segment,
                                      void *user)
 {

@@ -18,8 +18,9 @@ typedef struct pdi_contour {
  * grid. */
 typedef void (*pdi_contour_segment_fn)(void *user, const double *a, const double *b);
 
-/* Call add_segment(user, a, b) for all segments of the contour lines of this level, in the unit of the values; cell by
- * cell, not in order along a line. A level of NaN has none. */
+/* Call add_segment(user, a, b) for all segments of the contour lines of this level, in the unit of the values; quarter
+ * cell by quarter cell, not in order along a line. Values equal to the level count as above it. Cells of NaN have none,
+ * nor has a level of NaN. */
 PDI_FN void pdi_contour_find_segments(const pdi_contour *contour, double level, pdi_contour_segment_fn add_segment,
                                       void *user);
 #endif

@@ -4,8 +4,8 @@
 
 /* Writing. */
 
-/* Check the number of columns and names[columns]. PD_ERR_ARGUMENT: a name is NULL, empty, there twice, or has a control
- * character. */
+/* Check the number of columns and names[columns]. PD_ERR_ARGUMENT: not 1 to PD_CSV_MAX_COLUMNS columns; a name is NULL,
+ * empty, there twice, or has a control character (below 32). */
 static pd_status pdi_csv_check_names(pd_ctx *ctx, const char *path, const char *const *names, int columns)
 {
     if (columns < 1 || columns > PD_CSV_MAX_COLUMNS)
@@ -25,7 +25,8 @@ static pd_status pdi_csv_check_names(pd_ctx *ctx, const char *path, const char *
     return PD_OK;
 }
 
-/* Write a column name, in quotes when it would be misread without them. */
+/* Write a column name; in quotes, its own quotes doubled, when it holds a comma or a quote, begins with '#', or begins
+ * or ends with a space. */
 static pd_status pdi_csv_write_name(pd_ctx *ctx, pd_file *file, const char *name)
 {
     if (!strpbrk(name, ",\"") && name[0] != '#' && name[0] != ' ' && name[strlen(name) - 1] != ' ')
@@ -133,7 +134,7 @@ static pd_status pdi_csv_add_field(pd_ctx *ctx, pdi_csv_reader *r, size_t offset
 
 /* Read a quoted field at the current position and remove its quotes in place; the position moves to the separator
  * behind it. *stop: where its terminating 0 belongs. That may be the separator itself, so the caller sets it after
- * looking at it. */
+ * looking at it. PD_ERR_PARSE: the quote is not closed on its line, or is followed by text. */
 static pd_status pdi_csv_read_quoted_field(pd_ctx *ctx, pdi_csv_reader *r, size_t *stop)
 {
     char *text = r->table->text;
@@ -169,8 +170,9 @@ static pd_status pdi_csv_read_plain_field(pd_ctx *ctx, pdi_csv_reader *r, size_t
     return PD_OK;
 }
 
-/* Read all fields of a line, each terminated by 0 in place; the position moves to the next line. *fields: their number.
- * PD_ERR_PARSE. */
+/* Read all fields of a line, each terminated by 0 in place, unquoted ones without white space around them; the position
+ * moves to the next line. *fields: their number. PD_ERR_PARSE: more than 256 fields, a quote that is open or has text
+ * behind it. */
 static pd_status pdi_csv_read_line(pd_ctx *ctx, pdi_csv_reader *r, int *fields)
 {
     char *text = r->table->text;
@@ -218,8 +220,9 @@ static pd_status pdi_csv_add_row(pd_ctx *ctx, pdi_csv_reader *r, int fields)
     return PD_OK;
 }
 
-/* Parse table->text in place: header line and rows; lines that are blank or begin with '#' are skipped. PD_ERR_PARSE: a
- * byte 0, no header line, or a fault in a line. */
+/* Parse table->text in place: a byte order mark is skipped, the first line gives the names, others are rows. Lines that
+ * are blank, or begin with '#' behind white space, are skipped. PD_ERR_PARSE: a byte 0, no header line, or a fault in a
+ * line. */
 static pd_status pdi_csv_parse(pd_ctx *ctx, pd_table *table)
 {
     pdi_csv_reader r = {table, 0, 0, 0};

@@ -17,7 +17,8 @@ typedef struct pdi_deformed_plot_raster {
 } pdi_deformed_plot_raster;
 
 /* Position[2] [m] of the displaced corner of the cell (i, j) at its right (s 1) or left, upper (t 1) or lower end: it
- * moves by the mean over the cells that meet there and are connected with this one, directly or through others. */
+ * moves by the mean displacement of this cell and of those that meet there and are connected with it, directly or
+ * through others. Cells outside the grid or of NaN do not count. */
 static void pdi_deformed_plot_displace_corner(const pdi_deformed_plot *w, int i, int j, int s, int t, double *position)
 {
     const pd_field_plot *p = w->undeformed;
@@ -75,7 +76,9 @@ PDI_FN pd_status pdi_deformed_plot_extend_range(pd_ctx *ctx, const pdi_deformed_
     return PD_OK;
 }
 
-/* Set corner, pixel width and size of the raster for the extent lo[2] .. hi[2] [m]; its arrays are not allocated. */
+/* Set corner, pixel width and size of the raster for the extent lo[2] .. hi[2] [m]: square pixels, as few metres each
+ * as the width of the picture and a height of PD_FIELD_PLOT_MAX_ASPECT times that allow; at least one along each axis.
+ * Its arrays are not allocated. */
 static void pdi_deformed_plot_init_raster(const pdi_deformed_plot *w, const double *lo, const double *hi,
                                           pdi_deformed_plot_raster *raster)
 {
@@ -151,8 +154,9 @@ static void pdi_deformed_plot_draw_cell(const pdi_deformed_plot *w, int cell, pd
         }
 }
 
-/* Draw all cells, then the picture of the raster into the image, or into the file `path` where image is NULL. Allocates
- * the arrays of the raster, which the caller frees. */
+/* Draw all cells into the raster, then its picture into the image, or into the file `path` where image is NULL. The
+ * picture has a cell for each pixel: magnification 1, not smooth. Allocates the arrays of the raster, which the caller
+ * frees, also on failure. */
 static pd_status pdi_deformed_plot_draw_raster(pd_ctx *ctx, const pdi_deformed_plot *w,
                                                pdi_deformed_plot_raster *raster, const char *path, pd_image *image)
 {
@@ -176,7 +180,8 @@ static pd_status pdi_deformed_plot_draw_raster(pd_ctx *ctx, const pdi_deformed_p
     return image ? pd_field_plot_draw_image(ctx, &picture, image) : pd_field_plot_write(ctx, path, &picture);
 }
 
-/* Determine the extent and draw into the image, or into the file `path` where image is NULL. */
+/* Determine the extent and draw into the image, or into the file `path` where image is NULL. The given extent counts
+ * where lo < hi along both axes, else that of all displaced cells. */
 static pd_status pdi_deformed_plot_draw_or_write(pd_ctx *ctx, const pdi_deformed_plot *w, const char *path,
                                                  pd_image *image)
 {

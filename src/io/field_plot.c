@@ -51,7 +51,10 @@ typedef struct pdi_field_plot_layout {
     pdi_legend legend;
 } pdi_field_plot_layout;
 
-/* Check all members of a picture; PD_ERR_ARGUMENT names the wrong one. */
+/* Check a picture; PD_ERR_ARGUMENT names what is wrong: no cells or values; an extent that is not positive or not
+ * finite; width neither 0 nor in its limits; magnification outside 0..256; a colour range reversed, infinite, or not
+ * positive on a log scale; an unknown map or paint; too many contours, or any of labels; a density neither 0 nor in its
+ * limits, or without velocities. */
 static pd_status pdi_field_plot_check(pd_ctx *ctx, const pd_field_plot *p)
 {
     if (p->nx < 1 || p->ny < 1 || p->nx > INT32_MAX / p->ny || !p->values)
@@ -113,9 +116,10 @@ PDI_FN void pdi_field_plot_adjust_range(pd_colour_map map, int log_scale, double
     }
 }
 
-/* Set the range of the colour bar and the legend: the given one, or that of the finite values that are shown, adjusted.
- * Also sets the names, colours and shown labels of the legend, and whether there is a bar, solid, walls and values <= 0
- * of a log scale. */
+/* Set the range of the colour bar and the legend: the given one where range_lo < range_hi, else that of the finite
+ * values that are shown (log scale: positive ones), adjusted; an empty one is widened. Labels have no log scale. Also
+ * sets the names, colours and shown labels of the legend, and whether there is a bar, solid, walls and values <= 0 of a
+ * log scale. */
 static void pdi_field_plot_compute_range(const pd_field_plot *p, pdi_field_plot_layout *l)
 {
     double lo = INFINITY, hi = -INFINITY;
@@ -180,8 +184,8 @@ static void pdi_field_plot_equalise_scale(double wanted, pdi_field_plot_scale *s
     s->pixels = pixels;
 }
 
-/* Set the ends of an axis to lo and hi [m], converted to nm, µm, mm or m by the largest magnitude `size` [m]. Returns
- * the name of the unit. */
+/* Set the ends of an axis to lo and hi [m], converted by the largest magnitude `size` [m]: to nm below 2e-6, µm below
+ * 2e-3, mm below 2, else m. Returns the name of the unit (static, UTF-8). */
 static const char *pdi_field_plot_set_axis_unit(double size, double lo, double hi, pdi_axis_ticks *axis)
 {
     double unit = size < 2e-6 ? 1e-9 : size < 2e-3 ? 1e-6 : size < 2 ? 1e-3 : 1;
@@ -190,8 +194,9 @@ static const char *pdi_field_plot_set_axis_unit(double size, double lo, double h
     return size < 2e-6 ? "nm" : size < 2e-3 ? "\xC2\xB5m" : size < 2 ? "mm" : "m";
 }
 
-/* Scales, aspect, units and ticks of the axes, and ticks of the colour bar. The labels of y have no sign in a mirrored
- * picture. */
+/* Scales, aspect, units and ticks of the axes, and ticks of the colour bar. Both axes have one unit where their scales
+ * differ by less than 5 %. Interpolation is used only where both axes have a pixel per cell or more, and not for
+ * labels. The labels of y have no sign in a mirrored picture. */
 static void pdi_field_plot_compute_scales(const pd_field_plot *p, pdi_field_plot_layout *l)
 {
     double lx = p->hi[0] - p->lo[0], ly = p->hi[1] - p->lo[1]; /* [m] */
@@ -250,7 +255,7 @@ static pdi_streamline_field pdi_field_plot_velocity_field(const pd_field_plot *p
 }
 
 /* Speed and length of the longest arrow, and length and label of the reference arrow, whose length stays 0 without
- * arrows or flow. */
+ * arrows or flow. The speed is the given one where that is positive, else the largest of the cells. */
 static void pdi_field_plot_compute_arrow_scale(const pd_field_plot *p, pdi_field_plot_layout *l)
 {
     if (!p->arrows) return;
@@ -269,7 +274,8 @@ static int pdi_field_plot_reference_width(const pdi_field_plot_layout *l)
     return (int)ceil(l->reference_length) + 10 + pdi_canvas_compute_text_width(l->reference_label);
 }
 
-/* Label of the x axis; it says when one axis is stretched against the other. */
+/* Label of the x axis; it names the axis that is stretched, and how many times, where the scales differ by more than 5
+ * %. */
 static void pdi_field_plot_format_x_label(const pd_field_plot *p, pdi_field_plot_layout *l)
 {
     const char *axis = pdi_field_plot_get_axis_name(p, l->aspect > 1), *x = pdi_field_plot_get_axis_name(p, 0);
@@ -318,15 +324,17 @@ static void pdi_field_plot_compute_layout(const pd_field_plot *p, pdi_field_plot
 static const uint32_t pdi_field_plot_paint_colours[4] = {0, PDI_FIELD_PLOT_SOLID_COLOUR, PDI_FIELD_PLOT_WALL_COLOUR,
                                                          PDI_CANVAS_BACKGROUND};
 
-/* Returns 1 when the cell has a value that the colour bar shows. */
+/* Returns 1 when the cell shows the field, and its value has a colour of the bar: not NaN, and positive on a log scale.
+ * Infinite values have one. */
 static int pdi_field_plot_has_bar_colour(const pd_field_plot *p, const pdi_field_plot_layout *l, size_t cell)
 {
     return pdi_field_plot_get_paint(p, cell) == PD_PAINT_FIELD && !isnan(p->values[cell]) &&
            (!l->axis_bar.log || p->values[cell] > 0);
 }
 
-/* Colour of pixel (px, py), py upward from the bottom of the field, interpolated bilinearly between cell centres; cells
- * without a value keep their edges. */
+/* Colour of pixel (px, py), py upward from the bottom of the field: bilinear mean, on the scale of the colour bar, of
+ * the four nearest cells that have a value. The cell of the pixel decides first: its paint, magenta for NaN, background
+ * for values <= 0 of a log scale. So cells without a value keep their edges. */
 static uint32_t pdi_field_plot_interpolate_colour(const pd_field_plot *p, const pdi_field_plot_layout *l,
                                                   const uint32_t *table, int px, int py)
 {
@@ -358,7 +366,8 @@ static uint32_t pdi_field_plot_interpolate_colour(const pd_field_plot *p, const 
 }
 
 /* Colour of pixel (px, py), py upward from the bottom of the field: that of its cell, or of several cells the most
- * frequent paint and the mean of the field (of labels: the first one). */
+ * frequent paint (the field wins ties) and the mean of their values (of labels: the first one). Magenta: the mean is
+ * NaN, or a label of 9e15 and more. Background: the mean is <= 0 on a log scale. */
 static uint32_t pdi_field_plot_get_pixel_colour(const pd_field_plot *p, const pdi_field_plot_layout *l,
                                                 const uint32_t *table, int px, int py)
 {
@@ -404,8 +413,8 @@ static void pdi_field_plot_draw_cells(const pd_ctx *ctx, const pd_field_plot *p,
 
 /* ---- contour lines ---- */
 
-/* Position 0..1 of contour k on the colour bar; outside 0..1 the colours do not show its value. NaN: a value <= 0 of a
- * log scale. */
+/* Position 0..1 of contour k on the colour bar: (k + 1) / (count + 1) where no values are given. Outside 0..1 the
+ * colours do not show its value. NaN: a value <= 0 of a log scale. */
 static double pdi_field_plot_contour_position(const pd_field_plot *p, const pdi_field_plot_layout *l, int k)
 {
     if (!p->contours) return (k + 1.0) / (p->contour_count + 1.0);
@@ -442,7 +451,8 @@ static void pdi_field_plot_compute_bar_positions(const pd_field_plot *p, const p
     }
 }
 
-/* Draw the contour lines, clipped to the field, over a light outline of them. */
+/* Draw the contour lines, clipped to the field, over a light outline of them; nothing without contours. Then the clip
+ * rectangle is the whole canvas. */
 static pd_status pdi_field_plot_draw_contours(pd_ctx *ctx, const pd_field_plot *p, const pdi_field_plot_layout *l,
                                               pdi_canvas *canvas)
 {
@@ -469,7 +479,9 @@ static pd_status pdi_field_plot_draw_contours(pd_ctx *ctx, const pd_field_plot *
     return status;
 }
 
-/* Draw arrows and streamlines. In a mirrored picture streamlines are computed in the upper half and drawn twice. */
+/* Draw the arrows, where the reference arrow has a length, then the streamlines, clipped to the field; then the clip
+ * rectangle is the whole canvas. In a mirrored picture streamlines are computed in the upper ny / 2 rows and drawn
+ * twice, arrows are those of the whole field. */
 static pd_status pdi_field_plot_draw_velocity(pd_ctx *ctx, const pd_field_plot *p, const pdi_field_plot_layout *l,
                                               pdi_canvas *canvas)
 {
@@ -556,8 +568,8 @@ static void pdi_field_plot_draw_colour_bar(const pd_field_plot *p, const pdi_fie
     pdi_field_plot_draw_contour_marks(p, l, canvas);
 }
 
-/* Draw the reference arrow right of the x label and, where they fit, a key of the colours of walls, solid and values <=
- * 0. */
+/* Draw the reference arrow right of the x label, unless its length is 0, and from there to the left a key of the
+ * colours of walls, solid and values <= 0: of those that occur, and fit in beside the x label. */
 static pd_status pdi_field_plot_draw_key(pd_ctx *ctx, const pdi_field_plot_layout *l, pdi_canvas *canvas)
 {
     static const char *const name[3] = {"wall", "solid", "zero or less"};
@@ -586,7 +598,8 @@ static pd_status pdi_field_plot_draw_key(pd_ctx *ctx, const pdi_field_plot_layou
     return PD_OK;
 }
 
-/* Draw title, label (of fields with a legend) and time stamp above the field. */
+/* Draw title, label (of fields with a legend) and time stamp above the field. The stamp ends at the right side of the
+ * field, or follows the other texts where it would overlap them. */
 static void pdi_field_plot_draw_header(const pd_field_plot *p, const pdi_field_plot_layout *l, pdi_canvas *canvas)
 {
     int y = 24, right = l->left + l->x.pixels;
@@ -601,7 +614,8 @@ static void pdi_field_plot_draw_header(const pd_field_plot *p, const pdi_field_p
     pdi_canvas_draw_text(canvas, start > taken ? start : taken, y, PDI_ALIGN_START, PDI_CANVAS_TEXT_COLOUR, p->stamp);
 }
 
-/* Draw the picture `what` on a new canvas: an image, or SVG where svg is given. The caller frees the image or svg. */
+/* Draw the picture `what` on a new canvas: an image, or SVG where svg is given. The caller frees the image or svg, also
+ * on failure. PD_ERR_ARGUMENT: a bad picture; PD_ERR_SIZE: too many pixels. */
 static pd_status pdi_field_plot_draw_on_canvas(pd_ctx *ctx, const void *what, pdi_svg *svg, pdi_canvas *canvas)
 {
     const pd_field_plot *picture = (const pd_field_plot *)what;

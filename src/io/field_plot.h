@@ -53,14 +53,15 @@ typedef struct pd_field_plot {
 #define pd_field_plot_write PD_NAME(pd_field_plot_write)
 #define pd_field_plot_draw_image PD_NAME(pd_field_plot_draw_image)
 
-/* Draw into an RGB image (freed by its own function). The axes have equal scales as far as whole pixels allow; a field
- * thinner than 120 pixels is stretched, and the axis label says so. PD_ERR_ARGUMENT, PD_ERR_SIZE. */
+/* Draw into an RGB image (freed by its own function), zeroed on failure. The axes have equal scales as far as whole
+ * pixels allow; a field thinner than 120 pixels is stretched, and the axis label says so. PD_ERR_ARGUMENT: no cells or
+ * values, or a member out of its range; PD_ERR_SIZE: more than PD_PNG_MAX_PIXELS. */
 PD_API pd_status pd_field_plot_draw_image(pd_ctx *ctx, const pd_field_plot *picture, pd_image *image);
 
 #ifdef PDI_APP_INTERNAL
-/* Turn the smallest and largest value (log_scale: positive ones) into the ends of the range of colours: a diverging map
- * is symmetric to 0, a logarithmic range has at most eight decades. lo > hi: there is no value, and a default range
- * results. */
+/* Turn the smallest and largest value (log_scale: positive ones) into the ends of the range of colours. Logarithmic: lo
+ * is raised to 1e-8 hi. Else diverging: symmetric to 0, -1..1 where both are 0. Other maps: unchanged. lo > hi: there
+ * is no value; 0..1 results, logarithmic 1..10. */
 PDI_FN void pdi_field_plot_adjust_range(pd_colour_map map, int log_scale, double *lo, double *hi);
 #endif
 /* Draw and write as PNG, or as SVG where the path ends in ".svg". Also PD_ERR_FILE. */
