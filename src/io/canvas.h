@@ -75,8 +75,8 @@ PDI_FN void pdi_canvas_add_stroke(pdi_canvas *canvas, double xa, double ya, doub
 /* Blend the set of strokes into the image, inside the present clip rectangle, and free its coverage; of SVG: close its
  * path. Nothing happens without an open set. */
 PDI_FN void pdi_canvas_end_strokes(pd_ctx *ctx, pdi_canvas *canvas);
-/* Draw a UTF-8 text (ASCII, µ, ·, °, × and superscript digits; in an image others become '?'); (x, y): anchor, at the
- * top of the capitals. */
+/* Draw a UTF-8 text; (x, y): anchor, at the top of the capitals. The bitmap font has ASCII, µ, ·, °, ×, superscript
+ * digits, superscript + and -; in an image other characters become '?'. */
 PDI_FN void pdi_canvas_draw_text(pdi_canvas *canvas, int x, int y, pdi_align align, uint32_t colour, const char *text);
 /* Draw a text rotated to read upward; x: top of the capitals (their left side), y: anchor; the text starts at its lower
  * end. */

@@ -251,7 +251,7 @@ PDI_FN int pdi_file_is_absolute(const char *path)
     return pdi_file_is_separator(path[0]);
 }
 
-/* Returns 1 for an existing directory. */
+/* Returns 1 for an existing directory, also through a link; else 0. */
 static int pdi_file_is_directory(const char *path)
 {
 #if defined(_WIN32)
@@ -451,7 +451,8 @@ PDI_FN pd_status pdi_file_create(pd_ctx *ctx, const char *path, pd_file *file)
     return status;
 }
 
-/* Open the file itself, without a temporary one, to append (append 1) or to read (0). verb: for the message. */
+/* Zero `file` and open the file `path` itself, without a temporary one, to append (append 1) or to read (0). verb: for
+ * the message. PD_ERR_FILE; PD_ERR_ARGUMENT: no path; PD_ERR_SIZE: a path too long. */
 static pd_status pdi_file_open_in_place(pd_ctx *ctx, const char *path, int append, const char *verb, pd_file *file)
 {
     double size;

@@ -25,16 +25,17 @@ typedef struct pd_file {
 #define pd_file_make_directory PD_NAME(pd_file_make_directory)
 #define pd_file_join PD_NAME(pd_file_join)
 
-/* Create a directory and its missing parents; an existing directory is no error. Status PD_ERR_FILE. */
+/* Create a directory and its missing parents; an existing directory is no error. PD_ERR_FILE: it cannot be made (a
+ * failure at a parent shows only so); PD_ERR_ARGUMENT: no path; PD_ERR_SIZE: a path too long. */
 PD_API pd_status pd_file_make_directory(pd_ctx *ctx, const char *path);
-/* Join a directory and a file name: path[PD_PATH_SIZE] = "directory/name". An empty directory gives the name.
- * PD_ERR_SIZE when it does not fit. */
+/* Join a directory and a file name: path[PD_PATH_SIZE] = "directory/name", without a second separator where the
+ * directory ends in one. An empty directory gives the name. PD_ERR_SIZE when it does not fit; path is empty then. */
 PD_API pd_status pd_file_join(pd_ctx *ctx, const char *directory, const char *name, char *path);
 #ifdef PDI_APP_INTERNAL
 /* Paths are UTF-8, separated by '/' and on Windows also by '\\', there also with drive letters. */
 /* Returns 1 when the path exists; links are followed. */
 PDI_FN int pdi_file_exists(const char *path);
-/* Returns 1 when the path is a symbolic link, valid or dangling. */
+/* Returns 1 when the path is a symbolic link, valid or dangling; on Windows always 0. */
 PDI_FN int pdi_file_is_link(const char *path);
 /* Returns 1 for a character that separates the parts of a path. */
 PDI_FN int pdi_file_is_separator(char c);
@@ -46,36 +47,45 @@ PDI_FN int pdi_file_is_absolute(const char *path);
  * when the path is no UTF-8. */
 PDI_FN const wchar_t *pdi_file_to_utf16(const char *path, wchar_t *wide);
 #endif
-/* Name of output frame `frame` (0..999999) at time [s] >= 0, into name[PD_PATH_SIZE]: prefix "corr", frame 12, time 6.1
- * and extension "vti" give "corr_000012_t6.1s.vti", the time with one to six decimals. PD_ERR_ARGUMENT: frame or time
- * out of range; PD_ERR_SIZE: the name is too long. */
+/* Name of output frame `frame` (0..999999) at time [s] in 0..1e18, into name[PD_PATH_SIZE]: prefix "corr", frame 12,
+ * time 6.1 and extension "vti" give "corr_000012_t6.1s.vti". The time has as few decimals, one to six, as give it to
+ * 1e-9 of itself. PD_ERR_ARGUMENT: frame or time out of range; PD_ERR_SIZE: the name is too long. The name is empty on
+ * failure. */
 PDI_FN pd_status pdi_file_format_frame_name(pd_ctx *ctx, const char *prefix, int frame, double time,
                                             const char *extension, char *name);
 
 /* Returns 1 for a relative path that stays inside its folder: not absolute, no ':', no part '..'. '\\' separates
- * everywhere. */
+ * everywhere. An empty path counts as one. */
 PDI_FN int pdi_file_is_subpath(const char *path);
-/* Check, without writing, whether a directory and files in it could be created. PD_OK, or PD_ERR_FILE with the
- * reason. */
+/* Check, without writing, whether a directory and files in it could be created: whether access rights allow to write
+ * into it, or into the nearest parent that exists. PD_ERR_FILE with the reason: they do not, or a part of the path is
+ * no directory; PD_ERR_ARGUMENT: no path; PD_ERR_SIZE: a path too long. */
 PDI_FN pd_status pdi_file_check_writable(pd_ctx *ctx, const char *path);
 /* Read a whole regular file of at most `limit` bytes into new memory. data gets size + 1 bytes, the last one 0, so that
- * text can be parsed in place; free with PD_DELETE(ctx, size + 1, data); NULL on failure. PD_ERR_FILE: missing,
- * unreadable, a folder, pipe or device, larger than the limit. */
+ * text can be parsed in place; free with PD_DELETE(ctx, size + 1, data). On failure it is NULL and size 0. PD_ERR_FILE:
+ * missing, unreadable, a folder, pipe or device, larger than the limit. PD_ERR_ARGUMENT: no path; PD_ERR_SIZE: a path
+ * too long. */
 PDI_FN pd_status pdi_file_read_all(pd_ctx *ctx, const char *path, size_t limit, char **data, size_t *size);
 
-/* Open a new temporary file `<path>.part` for writing; an old one is replaced. The final name stays unchanged until the
- * file is committed. PD_ERR_FILE; on failure there is nothing to close. */
+/* Open a new temporary file `<path>.part` for writing; an old one, or a link of that name, is removed. The final name
+ * stays unchanged until the file is committed. PD_ERR_FILE: it cannot be created; PD_ERR_ARGUMENT: no path;
+ * PD_ERR_SIZE: a path too long. On failure there is nothing to close. */
 PDI_FN pd_status pdi_file_create(pd_ctx *ctx, const char *path, pd_file *file);
-/* Open an existing regular file to append to it. PD_ERR_FILE: it is no regular file, or is reached through a link. */
+/* Open an existing regular file itself to append to it. PD_ERR_FILE: it is missing, no regular file, or reached through
+ * a symbolic or hard link (Windows checks none of these, and creates a missing file); PD_ERR_ARGUMENT, PD_ERR_SIZE as
+ * of pdi_file_create. On failure there is nothing to close. */
 PDI_FN pd_status pdi_file_open_append(pd_ctx *ctx, const char *path, pd_file *file);
 /* Truncate an existing file to its first `length` bytes, which must end a line (0 is allowed), by a copy that replaces
  * it, and open it to append. PD_ERR_FILE: it is shorter, or no line ends there; it stays as it is then. */
 PDI_FN pd_status pdi_file_resume(pd_ctx *ctx, const char *path, int64_t length, pd_file *file);
-/* Flush a file that is open to append; *length: its current length [byte]. */
+/* Flush a file that is open to append and move to its end; *length: its current length [byte]. PD_ERR_ARGUMENT: it is
+ * not open; PD_ERR_FILE, also where the length does not fit a long. */
 PDI_FN pd_status pdi_file_get_length(pd_ctx *ctx, pd_file *file, int64_t *length);
-/* Open a regular file to read it in parts; abandoning it closes it. */
+/* Open a regular file to read it in parts; abandoning it closes it. PD_ERR_FILE: missing, unreadable, a folder, pipe or
+ * device; there is nothing to close then. PD_ERR_ARGUMENT, PD_ERR_SIZE as of pdi_file_create. */
 PDI_FN pd_status pdi_file_open_read(pd_ctx *ctx, const char *path, pd_file *file);
-/* Read up to `size` bytes and advance; *got is the number read, less than `size` at the end of the file only. */
+/* Read up to `size` bytes of an open file and advance; *got is the number read, less than `size` at the end of the file
+ * only, which is no error. PD_ERR_FILE: a read error. */
 PDI_FN pd_status pdi_file_read_bytes(pd_ctx *ctx, pd_file *file, void *data, size_t size, size_t *got);
 /* Delete a file and its temporary file `<path>.part`; either may be missing. */
 PDI_FN void pdi_file_remove(const char *path);
@@ -83,20 +93,22 @@ PDI_FN void pdi_file_remove(const char *path);
 PDI_FN pd_status pdi_file_write(pd_ctx *ctx, pd_file *file, const void *data, size_t size);
 /* Write a string without its terminating 0. */
 PDI_FN pd_status pdi_file_write_text(pd_ctx *ctx, pd_file *file, const char *text);
-/* Flush the buffer of the C library. */
+/* Flush the buffer of the C library. PD_ERR_ARGUMENT: the file is not open; PD_ERR_FILE. */
 PDI_FN pd_status pdi_file_flush(pd_ctx *ctx, pd_file *file);
-/* Close a written file and rename a temporary one to its final name. PD_ERR_FILE, also where an earlier write failed:
- * the temporary file is removed and the old file stays. PD_ERR_ARGUMENT: it is not open. */
+/* Close a file that was written or appended to, and rename a temporary one to its final name. PD_ERR_FILE, also where
+ * an earlier write failed: the temporary file is removed and the old file stays. PD_ERR_ARGUMENT: it is not open. It is
+ * closed in any case. */
 PDI_FN pd_status pdi_file_commit(pd_ctx *ctx, pd_file *file);
 /* Close a file and delete its temporary file. A closed or zeroed file is allowed. */
 PDI_FN void pdi_file_abandon(pd_file *file);
 
 #define PDI_FILE_NUMBER_SIZE 40 /* [byte] of a number as text with its end */
-/* Format a number as the shortest decimal text, text[PDI_FILE_NUMBER_SIZE], that reads back as the same bits ("0.1",
- * "1e-09", "nan"), in any locale. */
+/* Format a number as decimal text, text[PDI_FILE_NUMBER_SIZE], with the fewest of 15 to 17 digits that read back as the
+ * same value, without zeros at its end ("0.1", "1e-09"), in any locale; else "nan", "inf", "-inf". */
 PDI_FN void pdi_file_format_number(double value, char *text);
-/* Parse text[0..length) as one number, in any locale; inf and nan are numbers, hexadecimal ones are not. Returns 1 when
- * the whole text, of at most 63 bytes, is one number; else 0, and *value may have changed. */
+/* Parse text[0..length) as one number, in any locale; inf and nan are numbers, a number beyond the range of double is
+ * inf. Returns 1 when the whole text, of 1 to 63 bytes, is one number; else 0, and *value may have changed: for white
+ * space at either end, hexadecimal digits, a comma, nan(...). */
 PDI_FN int pdi_file_parse_number(const char *text, size_t length, double *value);
 #endif
 

@@ -63,8 +63,8 @@ static pd_status pdi_gmsh_skip_numbers(pdi_gmsh_reader *m, const char *what, int
 
 /* ---- $MeshFormat, $Entities, $Nodes ---- */
 
-/* Read the section $MeshFormat and set the version. PD_ERR_PARSE: another version than 2.2 and 4.1, or a binary
- * file. */
+/* Read the section $MeshFormat to its end mark and set the version: 2 for 2.2, 4 for 4.1. PD_ERR_PARSE: another
+ * version, or a binary file. */
 static pd_status pdi_gmsh_read_format(pdi_gmsh_reader *m)
 {
     const char *at = m->tokenizer->position;
@@ -93,8 +93,9 @@ static pd_status pdi_gmsh_read_groups(pdi_gmsh_reader *m, int64_t *tag)
     return PD_OK;
 }
 
-/* Read the section $Entities of format 4.1, and keep the groups of entities of PD_DIM dimensions, sorted by id, in new
- * memory. */
+/* Read the section $Entities of format 4.1 to its end mark, and keep ids (with their sign) and groups of the entities
+ * of PD_DIM dimensions, sorted by id, in new memory; bounds and extents are skipped. PD_ERR_PARSE: a fault, or a second
+ * such section. */
 static pd_status pdi_gmsh_read_entities(pdi_gmsh_reader *m)
 {
     int64_t count[4], id, tag, bounds;
@@ -119,7 +120,8 @@ static pd_status pdi_gmsh_read_entities(pdi_gmsh_reader *m)
     return pdi_tokenizer_expect_word(s, "$EndEntities");
 }
 
-/* Read the three coordinates of a node, in units of the file. PD_ERR_PARSE: one is not below 1e100. */
+/* Read the three coordinates of a node, in units of the file. PD_ERR_PARSE: one is no number, or its magnitude is not
+ * below 1e100. */
 static pd_status pdi_gmsh_read_coordinates(pdi_gmsh_reader *m, pdi_gmsh_node *node)
 {
     for (int d = 0; d < 3; d++) {
@@ -132,7 +134,8 @@ static pd_status pdi_gmsh_read_coordinates(pdi_gmsh_reader *m, pdi_gmsh_node *no
 }
 
 /* Read the blocks of nodes of format 4.1, node_count in all, in the order of the file: ids, then coordinates, which
- * parameters may follow on their line. */
+ * parameters may follow on their line; these are skipped. PD_ERR_PARSE: more or fewer nodes than node_count, or a
+ * fault. */
 static pd_status pdi_gmsh_read_node_blocks(pdi_gmsh_reader *m, int64_t blocks)
 {
     int64_t value, count, done = 0;
@@ -159,8 +162,9 @@ static pd_status pdi_gmsh_read_node_blocks(pdi_gmsh_reader *m, int64_t blocks)
                               (double)m->node_count);
 }
 
-/* Read the section $Nodes into new memory, sort the nodes by id, and set the extent of the cells: the largest distance
- * from the first node along an axis. PD_ERR_PARSE: a number twice. */
+/* Read the section $Nodes to its end mark into new memory, sort the nodes by id, and set the extent of the cells: the
+ * largest distance from the node of the lowest id along an axis, in units of the file. PD_ERR_PARSE: an id twice, a
+ * second such section, or a fault. */
 static pd_status pdi_gmsh_read_nodes(pdi_gmsh_reader *m)
 {
     int64_t blocks = 0, bound;
@@ -198,8 +202,8 @@ static pd_points_cell_type pdi_gmsh_find_cell_type(int64_t type, int *dimension)
     return type >= 1 && type <= 7 ? (pd_points_cell_type)type : PD_POINTS_CELL_NONE;
 }
 
-/* *is_used 1: elements of this type become points; 0: they have a lower dimension and are skipped. position: for the
- * message. PD_ERR_PARSE: unknown, of higher dimension or of higher order. */
+/* *is_used 1: elements of this type have PD_DIM dimensions and become points; 0: they have fewer and are skipped.
+ * position: for the message. PD_ERR_PARSE: an unknown type, one of more dimensions, or a used one of higher order. */
 static pd_status pdi_gmsh_check_element_type(pdi_gmsh_reader *m, const char *position, int64_t type, int *is_used)
 {
     int dimension;
@@ -226,7 +230,8 @@ static pdi_gmsh_cell_key *pdi_gmsh_find_slot(const pdi_gmsh_reader *m, const pdi
     return &m->slot[at];
 }
 
-/* Make room for one more cell in the hash table: double it when it is half full. */
+/* Make room for one more cell in the hash table: where it is half full, enter all cells into a new one of twice the
+ * size (1024 at first). */
 static pd_status pdi_gmsh_grow_hash_table(pdi_gmsh_reader *m)
 {
     pdi_gmsh_reader larger = *m;
@@ -262,8 +267,10 @@ static pd_status pdi_gmsh_add_cell_key(pdi_gmsh_reader *m, pd_points_cell_type f
     return PD_OK;
 }
 
-/* Read the nodes of a cell from the rest of its line, and add its point and faces; a repeated cell is only checked.
- * surface: its entity; within one entity all cells have one orientation. PD_ERR_PARSE. */
+/* Read the nodes of a cell from the rest of its line, and add its point and faces; of a cell that has been read before
+ * orientation and shape are checked alone. surface: its entity; the orientation that later cells must share begins anew
+ * where it changes. PD_ERR_PARSE: an unknown node, text behind the nodes, or what pd_points_add_cell refuses: folded,
+ * without volume, off the line or plane, of the other orientation. */
 static pd_status pdi_gmsh_read_cell(pdi_gmsh_reader *m, pd_points_cell_type form, int64_t surface, int32_t tag)
 {
     const double *corner[8];
@@ -296,8 +303,9 @@ static pd_status pdi_gmsh_read_cell(pdi_gmsh_reader *m, pd_points_cell_type form
                               pd_points_count_corners(form));
 }
 
-/* Read an element of format 2.2: number, type, tags (physical group, then entity), nodes. It becomes a point where it
- * has PD_DIM dimensions. */
+/* Read an element of format 2.2: number, type, tags (physical group, then entity, taken without sign; 0 where missing),
+ * nodes. It becomes a point where it has PD_DIM dimensions; one of fewer is skipped. PD_ERR_PARSE: its type or its cell
+ * is refused. */
 static pd_status pdi_gmsh_read_element(pdi_gmsh_reader *m)
 {
     int64_t id, type, count, tag[2] = {0, 0}, value;
@@ -318,8 +326,10 @@ static pd_status pdi_gmsh_read_element(pdi_gmsh_reader *m)
     return PD_OK;
 }
 
-/* Read a block of elements of format 4.1; those of PD_DIM dimensions become points with the group of their entity.
- * *remaining: number of elements that remain in the section, reduced by those of the block. */
+/* Read a block of elements of format 4.1; those of PD_DIM dimensions become points with the group of their entity (0
+ * without a section $Entities), those of fewer are skipped. *remaining: number of elements that remain in the section,
+ * reduced by those of the block. PD_ERR_PARSE: more than remain, an entity that $Entities lacks, or a type or cell that
+ * is refused. */
 static pd_status pdi_gmsh_read_element_block(pdi_gmsh_reader *m, int64_t *remaining)
 {
     int64_t dimension, type, count, id;
@@ -348,7 +358,8 @@ static pd_status pdi_gmsh_read_element_block(pdi_gmsh_reader *m, int64_t *remain
     return PD_OK;
 }
 
-/* Read the section $Elements. */
+/* Read the section $Elements to its end mark. PD_ERR_PARSE: it comes before $Nodes or a second time, its blocks hold
+ * more or fewer elements than it says, or an element is refused. */
 static pd_status pdi_gmsh_read_elements(pdi_gmsh_reader *m)
 {
     int64_t blocks = 0, count, bound;
@@ -379,7 +390,8 @@ static pd_status pdi_gmsh_skip_section(pdi_gmsh_reader *m, const char *name, siz
     return pdi_tokenizer_fail(m->tokenizer, name, "the section %.*s has no end", size < 40 ? (int)size : 40, name);
 }
 
-/* Read all sections of the file, $MeshFormat first. PD_ERR_PARSE: none of elements, a partitioned or parametric
+/* Read all sections of the file, $MeshFormat first; unknown ones are skipped, as is $Entities of format 2.2.
+ * PD_ERR_PARSE: no section $Elements, text outside of sections, a section without an end, a partitioned or parametric
  * mesh. */
 static pd_status pdi_gmsh_read_sections(pdi_gmsh_reader *m)
 {

@@ -19,7 +19,8 @@ PDI_FN uint32_t pdi_legend_get_colour(const pdi_legend *legend, double value)
                                                                   : pdi_colour_get_label_colour(label);
 }
 
-/* Number of rows for all labels of the series; 0: more than fit, or negative labels. */
+/* Number of rows for all labels of the series: the number of names, or without names hi + 1. 0: none, more than
+ * PDI_LEGEND_MAX_LABELS, more than max_height holds, or negative labels (lo <= -0.5). */
 static int pdi_legend_count_rows(const pdi_legend *l)
 {
     double rows = l->names ? l->count : floor(l->hi + 0.5) + 1;

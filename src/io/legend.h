@@ -16,14 +16,17 @@ typedef struct pdi_legend {
     uint8_t shown[PDI_LEGEND_MAX_LABELS]; /* 1: label k occurs in this picture */
 } pdi_legend;
 
-/* Mark the label that a value of the field rounds to as shown; values outside 0..PDI_LEGEND_MAX_LABELS - 1 are
+/* Mark the label that a value of the field rounds to as shown; NaN and values outside 0..PDI_LEGEND_MAX_LABELS - 1 are
  * ignored. */
 PDI_FN void pdi_legend_mark_shown(pdi_legend *legend, double value);
-/* Colour 0xRRGGBB of the label that a value rounds to; the magnitude of the value is below 9e15. */
+/* Colour 0xRRGGBB of the label that a value rounds to: the given one where `colours` has it, else that of
+ * pdi_colour_get_label_colour. The magnitude of the value is below 9e15. */
 PDI_FN uint32_t pdi_legend_get_colour(const pdi_legend *legend, double value);
-/* Width [pixel] of the legend, with all labels of the series, so that all its pictures have one size. */
+/* Width [pixel] of the legend, with all labels of the series, shown or not, so that all its pictures have one size;
+ * that of the range as a text where the series has too many. */
 PDI_FN int pdi_legend_compute_width(const pdi_legend *legend);
-/* Draw the labels that are shown, from (left, top) down; the range lo to hi as a text where the series has too many. */
+/* Draw squares and names of the labels that are shown, in rows from (left, top) down without gaps. Where the series has
+ * too many labels for the height, more than PDI_LEGEND_MAX_LABELS, or negative ones: the range lo to hi as a text. */
 PDI_FN void pdi_legend_draw(const pdi_legend *legend, int left, int top, pdi_canvas *canvas);
 #endif
 

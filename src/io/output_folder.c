@@ -94,8 +94,9 @@ static int pdi_output_folder_is_lock(const char *path, int lock, const struct st
     return 1;
 }
 
-/* Try to lock the lock file at `path`. create 1: create it when it is missing; 0: one that cannot be opened counts as
- * missing. *lock: its descriptor, open only when the lock is ours. */
+/* Try once to lock the lock file at `path`. create 1: create it when it is missing; 0: one that cannot be opened counts
+ * as missing. Also missing: it was deleted or replaced meanwhile. Foreign: a link, or a file with anything but a
+ * process id. *lock: its descriptor, open only when the lock is ours. */
 static pdi_output_folder_lock_state pdi_output_folder_try_lock(const char *path, int create, int *lock)
 {
     struct stat ours, there;
@@ -163,7 +164,8 @@ static pd_status pdi_output_folder_fail_not_lock(pd_ctx *ctx, const char *lock)
                    "'%.300s' is a link or holds something else, expected the lock of a run or none: remove it", lock);
 }
 
-/* Lock the folder, note that in it, and write the process id into the lock file. PD_ERR_STATE, PD_ERR_FILE. */
+/* Lock the folder, note that in it, and write the process id into the lock file. PD_ERR_STATE: another run holds the
+ * lock, the lock file is none, or it keeps vanishing (8 attempts). PD_ERR_FILE: it cannot be created; PD_ERR_SIZE. */
 static pd_status pdi_output_folder_acquire_lock(pd_ctx *ctx, pd_output_folder *f)
 {
     char path[PD_PATH_SIZE], number[32];
@@ -184,8 +186,8 @@ static pd_status pdi_output_folder_acquire_lock(pd_ctx *ctx, pd_output_folder *f
 
 /* ---- the list ---- */
 
-/* Returns 1 for a name that a run may write: the ParaView script, or a name without folder and with a known
- * extension. */
+/* Returns 1 for a name that a run may write: the ParaView script, or a name without '/', '\\' and ':' that ends in
+ * .csv, .png, .svg, .vti, .pvd or .bin (lower case) behind at least one character; else 0. */
 static int pdi_output_folder_is_output_name(const char *name)
 {
     static const char *const ends[] = {".csv", ".png", ".svg", ".vti", ".pvd", ".bin"};
@@ -249,8 +251,8 @@ static pd_status pdi_output_folder_check_run_name(pd_ctx *ctx, const char *folde
                    "folder, or remove '%.200s'", folder, found_name, run_name, folder);
 }
 
-/* Delete the files of the previous run, write a new list and leave it open to append. PD_ERR_ARGUMENT: a run of another
- * name. */
+/* Delete the files of the previous run, write a new list and leave it open to append; without an old list nothing is
+ * deleted. PD_ERR_ARGUMENT: that of a run of another name, and nothing is deleted; PD_ERR_FILE. */
 static pd_status pdi_output_folder_begin_list(pd_ctx *ctx, pd_output_folder *f)
 {
     char path[PD_PATH_SIZE], found[PD_PATH_SIZE];

@@ -28,26 +28,30 @@ typedef struct pd_output_folder {
 } pd_output_folder;
 
 #ifdef PDI_APP_INTERNAL
-/* Create and lock the output folder `path` of a run, delete the files of its previous run and begin the list of files;
- * on failure the folder is closed. PD_ERR_STATE: another run writes there, or its lock file is none. PD_ERR_ARGUMENT:
- * it holds the files of a run of another name. */
+/* Create and lock the output folder `path` of a run, delete the files that the list of its previous run names, and
+ * begin a new list; removed_count: how many there were. On failure the folder is closed. PD_ERR_STATE: another run
+ * writes there, or its lock file is none. PD_ERR_ARGUMENT: it holds the files of a run of another name. PD_ERR_FILE,
+ * also where the list is none of a run; PD_ERR_SIZE: path or name too long. */
 PDI_FN pd_status pdi_output_folder_open(pd_ctx *ctx, const char *path, const char *run_name, pd_output_folder *folder);
-/* Check whether the folder could be opened, and write nothing; a lock file that no run holds is deleted. Same
- * errors. */
+/* Check whether the folder, which may be missing, could be opened, and write nothing; a lock file that no run holds is
+ * deleted. Same errors as pdi_output_folder_open. */
 PDI_FN pd_status pdi_output_folder_check(pd_ctx *ctx, const char *path, const char *run_name);
-/* Set path and name, and lock the existing output folder of a run that restarts from a checkpoint. A folder without a
- * list of files, or a missing one, is no error and is not locked. */
+/* Zero the folder, set path and name, and lock the existing output folder of a run that restarts from a checkpoint;
+ * files and list stay. A folder without a list of files, or a missing one, is no error and is not locked. PD_ERR_STATE:
+ * another run writes there, or its lock file is none; PD_ERR_FILE; PD_ERR_SIZE. */
 PDI_FN pd_status pdi_output_folder_lock_existing(pd_ctx *ctx, const char *path, const char *run_name,
                                                  pd_output_folder *folder);
 /* Enter an output file in the list and flush it, before the file is written. name: the ParaView script, or one without
- * folder and with an extension of output files. path[PD_PATH_SIZE]: its path. */
+ * folder and with an extension of output files. path[PD_PATH_SIZE]: its path. PD_ERR_SIZE: that is too long;
+ * PD_ERR_ARGUMENT: the list is not open; PD_ERR_FILE. */
 PDI_FN pd_status pdi_output_folder_add_file(pd_ctx *ctx, pd_output_folder *folder, const char *name, char *path);
 /* Write the length [byte] of the list of files to the checkpoint, or read it back; folder->list_length gets it. */
 PDI_FN pd_status pdi_output_folder_store(pd_ctx *ctx, pd_output_folder *folder, pd_archive *archive);
 /* After a restart: delete the files that were listed after the checkpoint, cut the list to its length then, and open it
  * to append. removed_count becomes 0. PD_ERR_FILE: no list; PD_ERR_ARGUMENT: that of another run. */
 PDI_FN pd_status pdi_output_folder_resume_list(pd_ctx *ctx, pd_output_folder *folder);
-/* Close the list and release the lock. A zeroed folder is allowed, and closing twice. */
+/* Close the list, delete the lock file and release the lock, where this run holds it. A zeroed folder is allowed, and
+ * closing twice. */
 PDI_FN void pdi_output_folder_close(pd_output_folder *folder);
 #endif
 

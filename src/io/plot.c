@@ -40,7 +40,8 @@ static double pdi_plot_error_bar_end(const pd_plot *plot, const pd_series *s, in
     return pdi_plot_is_drawable(end, plot->y_log) ? end : s->y[i];
 }
 
-/* Check the series and the size of a plot; PD_ERR_ARGUMENT names what is wrong. */
+/* Check the series and the size of a plot; PD_ERR_ARGUMENT: not 1 to PD_PLOT_MAX_SERIES series, a width or height that
+ * is neither 0 nor in 320 x 240 to 8000 x 8000, a series of fewer than 0 points, or of points without x or y. */
 static pd_status pdi_plot_check(pd_ctx *ctx, const pd_plot *plot)
 {
     if (plot->count < 1 || plot->count > PD_PLOT_MAX_SERIES)
@@ -57,8 +58,9 @@ static pd_status pdi_plot_check(pd_ctx *ctx, const pd_plot *plot)
     return PD_OK;
 }
 
-/* Set type and range of an axis: lo..hi as given, or, where lo == hi, that of the data with a margin. PD_ERR_ARGUMENT:
- * the given range is reversed, infinite, or not positive on a logarithmic axis. name: for the message. */
+/* Set type and range of an axis: lo..hi as given, or, where lo == hi, that of the data with a margin of 3 % on both
+ * sides. PD_ERR_ARGUMENT: the given range is reversed, NaN, infinite, or not positive on a logarithmic axis. name: for
+ * the message. */
 static pd_status pdi_plot_set_axis_range(pd_ctx *ctx, const char *name, int log_axis, double lo, double hi,
                                          double data_lo, double data_hi, pdi_axis_ticks *axis)
 {
@@ -90,8 +92,8 @@ static void pdi_plot_compute_x_range(const pd_plot *plot, double *lo, double *hi
     *hi = plot->x_log ? 10.0 : 1.0;
 }
 
-/* Set the ranges of both axes, error bars included; where no point can be shown, x as above and y 0..1 (logarithmic:
- * 1..10). PD_ERR_ARGUMENT: a given range is bad. */
+/* Set the ranges of both axes from the points that both axes can show, error bars included; where there is none, x from
+ * all x that can be shown and y 0..1 (logarithmic: 1..10). PD_ERR_ARGUMENT: a given range is bad. */
 static pd_status pdi_plot_compute_ranges(pd_ctx *ctx, const pd_plot *plot, pdi_plot_layout *l)
 {
     double x_lo = INFINITY, x_hi = -INFINITY, y_lo = INFINITY, y_hi = -INFINITY;
@@ -152,7 +154,8 @@ static void pdi_plot_draw_axis_factor(pdi_canvas *canvas, const pdi_axis_ticks *
     pdi_canvas_draw_text(canvas, x, y, align, PDI_CANVAS_TEXT_COLOUR, text);
 }
 
-/* Draw grid lines, ticks, tick labels, frame, axis labels and title. */
+/* Draw grid lines (at ticks with a label), ticks (shorter without a label), tick labels and their powers of ten, frame,
+ * axis labels with typeset units, and title; labels and title of NULL are left out. */
 static void pdi_plot_draw_axes(const pd_plot *plot, const pdi_plot_layout *l, pdi_canvas *canvas)
 {
     int middle_x = (l->left + l->right) / 2, middle_y = (l->top + l->bottom) / 2;
@@ -210,8 +213,9 @@ static void pdi_plot_draw_marker(pdi_canvas *canvas, int k, double x, double y, 
         }
 }
 
-/* Draw a dashed segment, in pixels; one far longer than the canvas is left out. *arc_length [pixel]: length of the
- * curve so far, to which the segment is added; it keeps the dashes regular across the points. */
+/* Draw a dashed segment, in pixels. *arc_length [pixel]: length of the curve so far, to which the segment is added; it
+ * keeps the dashes regular across the points. A segment without length, or longer than 256 times width plus height of
+ * the canvas, is neither drawn nor added. */
 static void pdi_plot_draw_dashes(pdi_canvas *canvas, double xa, double ya, double xb, double yb, double *arc_length,
                                  uint32_t colour)
 {
@@ -257,7 +261,8 @@ static void pdi_plot_draw_series(const pd_plot *plot, const pdi_plot_layout *l, 
     }
 }
 
-/* Draw the error bars of series k, with a short stroke at either end. */
+/* Draw the error bars of series k, with a short stroke at either end. Points that cannot be shown, and bars that are
+ * not positive, are skipped; an end that a log axis cannot show is the point itself. */
 static void pdi_plot_draw_error_bars(const pd_plot *plot, const pdi_plot_layout *l, int k, pdi_canvas *canvas)
 {
     const pd_series *s = &plot->series[k];
@@ -275,7 +280,8 @@ static void pdi_plot_draw_error_bars(const pd_plot *plot, const pdi_plot_layout 
     }
 }
 
-/* Draw the markers of series k, if it has some, inside the axes; those on the frame are not clipped. */
+/* Draw the markers of series k, if its style has some, at points that can be shown and lie inside the axes or on the
+ * frame; those on the frame are not clipped. */
 static void pdi_plot_draw_markers(const pd_plot *plot, const pdi_plot_layout *l, int k, pdi_canvas *canvas)
 {
     const pd_series *s = &plot->series[k];
@@ -320,7 +326,8 @@ static int pdi_plot_is_in_legend(const pd_plot *plot, const pd_series *s)
     return 0;
 }
 
-/* Draw the legend of the series that are listed, if any, in the corner where it hides least of the curves. */
+/* Draw the legend of the series that are listed, if any, in the corner where it hides fewest points of the curves; of
+ * equal ones upper right, upper left, lower right, lower left. */
 static void pdi_plot_draw_legend(const pd_plot *plot, const pdi_plot_layout *l, pdi_canvas *canvas)
 {
     int rows = 0, widest = 0, best = -1, left = 0, top = 0;
@@ -359,7 +366,9 @@ static void pdi_plot_draw_legend(const pd_plot *plot, const pdi_plot_layout *l, 
     }
 }
 
-/* Draw the plot `what` on a new canvas: an image, or SVG where svg is given. The caller frees the image or svg. */
+/* Draw the plot `what` on a new canvas: an image, or SVG where svg is given. The caller frees the image or svg.
+ * PD_ERR_ARGUMENT: a bad plot, or fewer than 80 pixels between the labels of y and the right margin; PD_ERR_SIZE: too
+ * many pixels. */
 static pd_status pdi_plot_draw_on_canvas(pd_ctx *ctx, const void *what, pdi_svg *svg, pdi_canvas *canvas)
 {
     const pd_plot *plot = (const pd_plot *)what;

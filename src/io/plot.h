@@ -37,8 +37,9 @@ typedef struct pd_plot {
 #define pd_plot_write PD_NAME(pd_plot_write)
 #define pd_plot_draw_image PD_NAME(pd_plot_draw_image)
 
-/* Draw into an RGB image (freed by its own function); an empty frame where no point can be shown. PD_ERR_ARGUMENT: a
- * bad range or size. */
+/* Draw into an RGB image (freed by its own function), zeroed on failure; an empty frame where no point can be shown.
+ * PD_ERR_ARGUMENT: not 1 to PD_PLOT_MAX_SERIES series, points without data, a range that is reversed, infinite or not
+ * positive on a log axis, a size outside 320 x 240 to 8000 x 8000, or too narrow for the labels of y. */
 PD_API pd_status pd_plot_draw_image(pd_ctx *ctx, const pd_plot *plot, pd_image *image);
 
 /* Draw and write as PNG, or as SVG where the path ends with ".svg". Also PD_ERR_FILE. */

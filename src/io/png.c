@@ -108,8 +108,8 @@ static uint64_t pdi_png_sum_magnitudes(int filter, const uint8_t *row, const uin
     return sum;
 }
 
-/* Filter a row with the filter of the smallest sum of magnitudes (heuristic of PNG 12.8), or with "up" where it equals
- * the row above. out[stride + 1]: the filter, then the residuals. */
+/* Filter a row with the filter of the smallest sum of magnitudes (heuristic of PNG 12.8), of equal ones the first; with
+ * "up" where it equals the row above, zeros for the first row. out[stride + 1]: the filter, then the residuals. */
 static void pdi_png_filter_row(const uint8_t *row, const uint8_t *above, size_t stride, size_t step, uint8_t *out)
 {
     uint64_t sum[PDI_PNG_FILTERS];
@@ -163,7 +163,8 @@ PDI_FN pd_status pdi_png_write_header(pd_ctx *ctx, pd_file *file, const pd_image
     return pdi_png_write_chunk(ctx, file, "IHDR", header, sizeof header);
 }
 
-/* Write a PNG file of compressed pixels; the image gives size and channels alone. */
+/* Write a PNG file of compressed pixels through a temporary file, deleted on failure; the image gives size and channels
+ * alone. */
 static pd_status pdi_png_write_file(pd_ctx *ctx, const char *path, const pd_image *image, const pdi_bytes *packed)
 {
     pd_file file;
@@ -270,8 +271,9 @@ static pd_status pdi_png_fail(pd_ctx *ctx, const pdi_png_reader *png, const char
     return pd_fail(ctx, PD_ERR_PARSE, "png", "%s: %s", png->path, text);
 }
 
-/* Take size, depth and colour type from the IHDR chunk. PD_ERR_PARSE: it is wrong, or what it asks for is not
- * supported. */
+/* Take size, depth and colour type from the IHDR chunk. PD_ERR_PARSE: a second one, a wrong length, no pixels or more
+ * than PD_PNG_MAX_PIXELS, an unknown colour type, compression or filter, a depth other than 8 bits (grey and palette:
+ * or 1, 2, 4), or interlacing. */
 static pd_status pdi_png_parse_header(pd_ctx *ctx, pdi_png_reader *png, const uint8_t *data, size_t size)
 {
     if (png->width) return pdi_png_fail(ctx, png, "a second IHDR chunk");
@@ -301,8 +303,9 @@ static pd_status pdi_png_parse_header(pd_ctx *ctx, pdi_png_reader *png, const ui
     return PD_OK;
 }
 
-/* Take one chunk into the reader: IHDR, PLTE, tRNS, IDAT (its data are appended) or IEND; unknown optional ones are
- * ignored. PD_ERR_PARSE. */
+/* Take one chunk into the reader: IHDR, PLTE, tRNS (of grey, RGB and palette), IDAT (its data are appended) or IEND;
+ * others are ignored. PD_ERR_PARSE: another chunk before IHDR, a wrong length, or an unknown chunk that is critical (a
+ * capital first letter). */
 static pd_status pdi_png_parse_chunk(pd_ctx *ctx, pdi_png_reader *png, const uint8_t *type, const uint8_t *data,
                                      size_t size)
 {
@@ -424,7 +427,9 @@ static pd_status pdi_png_expand_pixels(pd_ctx *ctx, const pdi_png_reader *png, c
     return PD_OK;
 }
 
-/* Decompress, unfilter and convert the pixels into a new image; nothing stays on failure. PD_ERR_PARSE. */
+/* Decompress, unfilter and convert the pixels into a new image; nothing stays on failure. PD_ERR_PARSE: fewer
+ * compressed bytes than 1/1032 of the pixels, which is found before memory is allocated, damaged data, or an index
+ * beyond the palette. */
 static pd_status pdi_png_decode_pixels(pd_ctx *ctx, const pdi_png_reader *png, pd_image *image)
 {
     size_t bits = (size_t)png->samples * (size_t)png->depth;

@@ -23,10 +23,12 @@ typedef struct pd_image {
 
 /* Free the pixels. A zeroed image is allowed. */
 PD_API void pd_image_free(pd_ctx *ctx, pd_image *image);
-/* Write an image with 1 or 3 channels to a file. PD_ERR_ARGUMENT, PD_ERR_SIZE, PD_ERR_FILE. */
+/* Write an image with 1 or 3 channels to a file, through a temporary one. PD_ERR_ARGUMENT: no pixels, or another number
+ * of channels; PD_ERR_SIZE: more than PD_PNG_MAX_PIXELS; PD_ERR_FILE: an older file stays. */
 PD_API pd_status pd_png_write(pd_ctx *ctx, const char *path, const pd_image *image);
-/* Read an image. Palettes become RGB; an alpha channel is added where they, grey or RGB have transparency. PD_ERR_FILE:
- * not readable; PD_ERR_PARSE: damaged, interlaced, 16 bits a channel, too many pixels. */
+/* Read an image into new memory. Palettes become RGB; an alpha channel is added where they, grey or RGB have
+ * transparency. PD_ERR_FILE: not readable, or above 256 MiB; PD_ERR_PARSE: damaged, interlaced, 16 bits a channel, more
+ * than PD_PNG_MAX_PIXELS. The image is zeroed on failure. */
 PD_API pd_status pd_png_read(pd_ctx *ctx, const char *path, pd_image *image);
 
 #ifdef PDI_APP_INTERNAL
@@ -42,8 +44,8 @@ PDI_FN pd_status pdi_png_check_image(pd_ctx *ctx, const pd_image *image);
 PDI_FN pd_status pdi_png_write_header(pd_ctx *ctx, pd_file *file, const pd_image *image);
 /* Write a chunk with its length and CRC; type: four letters; data may be NULL where size is 0. */
 PDI_FN pd_status pdi_png_write_chunk(pd_ctx *ctx, pd_file *file, const char *type, const uint8_t *data, size_t size);
-/* Append an image as a whole PNG file to a buffer. Errors as of pdi_png_check_image; the buffer may hold a part
- * then. */
+/* Append an image as a whole PNG file to a buffer, behind what it holds. Errors as of pdi_png_check_image; the buffer
+ * may hold a part of the file after others. */
 PDI_FN pd_status pdi_png_encode(pd_ctx *ctx, const pd_image *image, pdi_bytes *out);
 /* Append the filtered and compressed pixels of an image, which has been checked, to a buffer, as one zlib stream. */
 PDI_FN pd_status pdi_png_compress_pixels(pd_ctx *ctx, const pd_image *image, pdi_bytes *packed);

@@ -56,7 +56,8 @@ static pd_status pdi_points_file_parse_number(pd_ctx *ctx, const pd_table *t, in
 }
 
 /* Add the point of a row. column: -1 for none (z, tag: 0 then). constant[3]: coordinates beyond PD_DIM, set by the
- * first row and equal in all others. PD_ERR_PARSE: they differ, the volume is not positive, the tag is no int32. */
+ * first row and exactly equal in all others. PD_ERR_PARSE: they differ, a field is no finite number, the volume [m^d]
+ * is not positive or not below 1e100, the tag is no whole number of 32 bits. */
 static pd_status pdi_points_file_add_row(pd_ctx *ctx, const pd_table *t, const int *column, int row, double scale,
                                          double *constant, pd_points *points)
 {
@@ -116,7 +117,9 @@ static int pdi_points_file_has_prefix(const char *text, const char *with)
     return strncmp(text, with, strlen(with)) == 0;
 }
 
-/* Read a file in the format that its extension or its first bytes show; without either it is read as a table. */
+/* Read a file in the format that its extension (.csv, .msh, .vtu, case ignored) shows; without one of these by its
+ * first bytes: $MeshFormat is Gmsh, <?xml or <VTKFile is VTK, all else is read as a table. PD_ERR_FILE: also above 2
+ * GiB (table: PD_CSV_MAX_FILE_SIZE). PD_ERR_PARSE. */
 static pd_status pdi_points_file_read_any_format(pd_ctx *ctx, const char *path, double scale, pd_points *points)
 {
     char *text;

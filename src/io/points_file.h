@@ -15,8 +15,9 @@
 #define pd_points_read PD_NAME(pd_points_read)
 
 /* Read points from a file. scale: lengths of the file times scale are in metres (1e-3: millimetres), and volumes times
- * scale^d. At least one point is read. PD_ERR_ARGUMENT: scale is not positive. PD_ERR_FILE. PD_ERR_PARSE with
- * path:line: a format error, a point or cell without positive volume, a cell that is folded or inverted. */
+ * scale^d. The points are zeroed on failure. PD_ERR_ARGUMENT: scale is not positive, or not below 1e100. PD_ERR_FILE:
+ * unreadable or too large. PD_ERR_PARSE with path:line: a format error, a point or cell without positive volume, a cell
+ * that is folded or inverted, no point at all. */
 PD_API pd_status pd_points_read(pd_ctx *ctx, const char *path, double scale, pd_points *points);
 
 #endif

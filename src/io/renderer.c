@@ -120,8 +120,9 @@ static double pdi_renderer_edge_function(const double *a, const double *b, doubl
     return (b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0]);
 }
 
-/* Rasterise a triangle c[3] into the z-buffer where it is nearest, front faces alone. flat 1: one `value`; 0: values
- * interpolated between corners. */
+/* Rasterise a triangle c[3] into the z-buffer, clipped to the image, where it is nearer to the eye than what is there.
+ * Front faces alone: other ones, and such without area, are skipped. flat 1: one `value`; 0: values interpolated
+ * between corners. */
 static void pdi_renderer_draw_triangle(const pd_rendering *s, const pdi_renderer_corner *const *c, int flat,
                                        double value, pdi_renderer_zbuffer *p)
 {
@@ -160,7 +161,8 @@ static void pdi_renderer_draw_triangle(const pd_rendering *s, const pdi_renderer
         }
 }
 
-/* Rasterise all faces of the mesh, each as two triangles along its shorter diagonal. */
+/* Rasterise all faces of the mesh, each as two triangles along its shorter diagonal in the image. A face has one value
+ * where labels is 1 or it has none (NaN), else that interpolated between its vertices. */
 static void pdi_renderer_draw_faces(const pd_rendering *s, const pdi_surface_nets_mesh *shell, int labels,
                                     pdi_renderer_zbuffer *p)
 {
@@ -200,7 +202,9 @@ PDI_FN void pdi_renderer_project_box_edge(const pd_rendering *s, int d, int k, d
     pdi_renderer_project_point(s, x, b);
 }
 
-/* Count a sample in `edge` for each pixel on the line a-b, of its width, that no face hides. */
+/* Count a sample in `edge` for each pixel whose sample lies within half the edge width of the line a-b, and which no
+ * face hides (depth offset towards the eye); nothing where a and b are one pixel position. The line lies inside the
+ * image. */
 static void pdi_renderer_draw_edge(pd_rendering *s, const pdi_renderer_zbuffer *p, const double *a, const double *b)
 {
     double dx = b[0] - a[0], dy = b[1] - a[1], square = dx * dx + dy * dy;
@@ -260,7 +264,8 @@ static void pdi_renderer_add_sample(pd_rendering *s, const pdi_renderer_zbuffer 
     }
 }
 
-/* Render all samples of the pixels and average them into value, brightness, coverage and edge. The sums start at 0. */
+/* Render all samples of the pixels and average them into value (of samples that have one, NaN without), brightness (of
+ * samples on the body, 0 without), coverage and edge, which are numbers of samples. The sums start at 0. */
 static void pdi_renderer_draw_samples(pd_rendering *s, const pdi_surface_nets_mesh *shell, int labels,
                                       pdi_renderer_zbuffer *p, pdi_renderer_sums *sums)
 {

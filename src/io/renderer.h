@@ -31,11 +31,14 @@ PDI_FN pd_status pdi_renderer_build(pd_ctx *ctx, const double *lo, const double 
                                     pd_rendering *shade);
 /* Free the image. A zeroed one is allowed. */
 PDI_FN void pdi_renderer_free(pd_ctx *ctx, pd_rendering *shade);
-/* Zero `shade` and set up the view alone, as above, without memory: vectors, box, scale and size in pixels. */
+/* Zero `shade` and set up the view alone, without memory: unit vectors, box, corner, scale and size in pixels. z is up
+ * in the image; where the direction lies within 1e-6 of the z axis, y. The box with margins is `width` pixels wide, or
+ * less where its height would exceed 0.9 of that. */
 PDI_FN void pdi_renderer_init_view(const double *lo, const double *hi, const double *direction, int width,
                                    pd_rendering *shade);
-/* Render a surface mesh and the edges of the box: set value, brightness, coverage and edge of all pixels. labels 1:
- * each face has its own value; 0: values are interpolated between corners (faces without a value have none). */
+/* Render a surface mesh and the edges of the box: set value, brightness, coverage and edge of all pixels, whatever they
+ * held. labels 1: each face has its own value, and a pixel that of its first sample; 0: values are interpolated between
+ * corners (faces without a value have none). Pixels off the body have NaN, 0 and 0. */
 PDI_FN pd_status pdi_renderer_draw_surface(pd_ctx *ctx, const pdi_surface_nets_mesh *shell, int labels,
                                            pd_rendering *shade);
 /* Project a point x[3] [m]: position[0], [1]: its pixel position, y down; position[2]: its depth [m] from the low
@@ -44,8 +47,8 @@ PDI_FN void pdi_renderer_project_point(const pd_rendering *shade, const double *
 /* Project the ends of edge k of the box along axis d, low end a[3], high end b[3]. Bit 0 of k: at the high side of axis
  * d + 1, bit 1: of axis d + 2 (modulo 3). */
 PDI_FN void pdi_renderer_project_box_edge(const pd_rendering *shade, int d, int k, double *a, double *b);
-/* Brightness of a surface with this outward unit normal (Lambert): PDI_RENDERER_AMBIENT_LIGHT where it faces away from
- * the light, up to 1. */
+/* Brightness 0..1 of a surface with this outward unit normal (Lambert): PDI_RENDERER_AMBIENT_LIGHT where it faces away
+ * from the light, which comes from the upper left of the image, else more by the cosine of the angle to it, up to 1. */
 PDI_FN double pdi_renderer_compute_brightness(const pd_rendering *shade, const double *normal);
 #endif
 

@@ -55,8 +55,8 @@ static pd_status pdi_stl_parse_binary(pd_ctx *ctx, const char *text, uint32_t co
     return PD_OK;
 }
 
-/* Read a triangle as text behind its word facet: normal N N N outer loop vertex X Y Z (three times) endloop
- * endfacet. */
+/* Read a triangle as text behind its word facet: normal N N N outer loop vertex X Y Z (three times) endloop endfacet.
+ * The words of the normal are not looked at. PD_ERR_PARSE: another word, a coordinate that is no finite number. */
 static pd_status pdi_stl_parse_facet(pdi_tokenizer *s, pdi_stl_triangles *c)
 {
     const char *word;
@@ -88,7 +88,8 @@ static int pdi_stl_is_padding(const char *begin, const char *end)
     return begin == end;
 }
 
-/* Read a text file, case ignored: solid NAME .. endsolid NAME, once or more often. PD_ERR_PARSE. */
+/* Read a text file, case ignored: solid NAME .. endsolid NAME, once or more often, then padding or the end; names are
+ * not compared. PD_ERR_PARSE: another word, or the end before endsolid. A solid without triangles is no error here. */
 static pd_status pdi_stl_parse_text(pdi_tokenizer *s, pdi_stl_triangles *c)
 {
     const char *word;
@@ -109,8 +110,9 @@ static pd_status pdi_stl_parse_text(pdi_tokenizer *s, pdi_stl_triangles *c)
     return open ? pdi_tokenizer_fail(s, s->end, "the file ends before endsolid") : PD_OK;
 }
 
-/* Take the triangles of a file, binary when its size holds its number of triangles, else text. PD_ERR_PARSE:
- * neither. */
+/* Take the triangles of a file: binary where its number of triangles, at byte 80, is not 0 and its size is at least
+ * what they need, other bytes behind them ignored; else text where its first word is solid. PD_ERR_PARSE: neither, or a
+ * fault in the text. */
 static pd_status pdi_stl_parse(pd_ctx *ctx, const char *path, const char *text, size_t size, pdi_stl_triangles *c)
 {
     double count = size >= PDI_STL_HEADER_SIZE ? (double)pdi_stl_get_u32(text + PDI_STL_HEADER_SIZE - 4) : -1.0;
