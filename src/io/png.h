@@ -44,8 +44,8 @@ PDI_FN pd_status pdi_png_check_image(pd_ctx *ctx, const pd_image *image);
 PDI_FN pd_status pdi_png_write_header(pd_ctx *ctx, pd_file *file, const pd_image *image);
 /* Write a chunk with its length and CRC; type: four letters; data may be NULL where size is 0. */
 PDI_FN pd_status pdi_png_write_chunk(pd_ctx *ctx, pd_file *file, const char *type, const uint8_t *data, size_t size);
-/* Append an image as a whole PNG file to a buffer, behind what it holds. Errors as of pdi_png_check_image; the buffer
- * may hold a part of the file after others. */
+/* Append an image as a whole PNG file to a buffer, behind what it holds. Errors as of pdi_png_check_image, when nothing
+ * is appended; the buffer may hold a part of the file where memory runs out. */
 PDI_FN pd_status pdi_png_encode(pd_ctx *ctx, const pd_image *image, pdi_bytes *out);
 /* Append the filtered and compressed pixels of an image, which has been checked, to a buffer, as one zlib stream. */
 PDI_FN pd_status pdi_png_compress_pixels(pd_ctx *ctx, const pd_image *image, pdi_bytes *packed);

@@ -63,7 +63,8 @@ static double pdi_streamline_interpolate_face(const pdi_streamline_field *f, int
 }
 
 /* Velocity component d at the corner of four cells, at least one with fluid, cell[k]: of the other column for k & 1, of
- * the other row for k & 2; -1: no fluid. 0 at a face without flow across d. */
+ * the other row for k & 2; -1: no fluid. Mean of the cells with fluid; 0 where the face across d between one of these
+ * and a cell without fluid meets the corner. */
 static double pdi_streamline_interpolate_corner(const pdi_streamline_field *f, const int64_t *cell, int d)
 {
     double sum = 0.0;
@@ -160,8 +161,9 @@ static void pdi_streamline_remove_from_buckets(pdi_streamline_work *s, int64_t m
     }
 }
 
-/* Returns 1 when a point lies within `distance` [pixel], at most the spacing, of the position. own 1: points of the
- * current line, more than half a turn from arc_length [pixel] along it; 0: points of other lines. */
+/* Returns 1 when a stored point lies nearer than `distance` [pixel], at most the spacing, to the position; else 0. own
+ * 1: points of the current line whose arc length differs from arc_length [pixel] by at least that of a half circle of
+ * half the spacing as radius; 0: points of other lines. */
 static int pdi_streamline_is_point_near(const pdi_streamline_work *s, const double *position, double distance, int own,
                                         double arc_length)
 {
@@ -183,7 +185,7 @@ static int pdi_streamline_is_point_near(const pdi_streamline_work *s, const doub
 /* ---- one line ---- */
 
 /* Unit vector direction[2] of the velocity in the picture, times sense (1 downstream, -1 upstream). Returns 1; 0: no
- * fluid, or at rest. */
+ * fluid, outside, or a speed of at most min_speed, and direction is unchanged. */
 static int pdi_streamline_compute_direction(const pdi_streamline_work *s, const double *position, double sense,
                                             double *direction)
 {
@@ -196,8 +198,8 @@ static int pdi_streamline_compute_direction(const pdi_streamline_work *s, const 
     return 1;
 }
 
-/* A step of this length [pixel] of the classical Runge-Kutta method of order 4 along the line. Returns 1; 0: it leaves
- * the fluid, or comes to rest. */
+/* A step of this length [pixel] of the classical Runge-Kutta method of order 4 along the line, with unit velocity.
+ * Returns 1; 0: a stage or the end lies outside the fluid or where it is at rest. */
 static int pdi_streamline_step_rk4(const pdi_streamline_work *s, const double *from, double sense, double step,
                                    double *to)
 {
@@ -226,7 +228,8 @@ static pd_status pdi_streamline_add_point(pdi_streamline_work *s, const double *
     return pdi_streamline_add_to_bucket(s, point, arc_length);
 }
 
-/* Returns 1 when the segment a-b passes the seed within PDI_STREAMLINE_CLOSURE_DISTANCE, so that the line is closed. */
+/* Returns 1 when the segment a-b passes beside the seed (its foot lies on the segment) nearer than
+ * PDI_STREAMLINE_CLOSURE_DISTANCE times the spacing, so that the line is closed; else 0. */
 static int pdi_streamline_is_passing_seed(const pdi_streamline_work *s, const double *seed, const double *a,
                                           const double *b)
 {
@@ -236,7 +239,8 @@ static int pdi_streamline_is_passing_seed(const pdi_streamline_work *s, const do
     return fabs(x * dy - y * dx) < PDI_STREAMLINE_CLOSURE_DISTANCE * s->field->spacing * pdi_canvas_hypot(dx, dy);
 }
 
-/* Returns 1 when a face without flow is near on one side alone; a line there would be drawn on that face. */
+/* Returns 1 when along an axis a cell without fluid, or a closed side, lies at PDI_STREAMLINE_FACE_CLEARANCE times the
+ * spacing on one side alone; a line there would be drawn on that face. In a gap, with one on both sides, 0. */
 static int pdi_streamline_is_beside_face(const pdi_streamline_field *f, const double *position)
 {
     for (int d = 0; d < 2; d++) {
@@ -252,8 +256,8 @@ static int pdi_streamline_is_beside_face(const pdi_streamline_field *f, const do
     return 0;
 }
 
-/* Returns 1 when another line is nearer than `distance` [pixel], or the mirror line nearer than half of that; else
- * 0. */
+/* Returns 1 when another line is nearer than `distance` [pixel], or in a mirrored field the mirror line, so y below
+ * half of that; else 0. The current line does not count. */
 static int pdi_streamline_is_crowded(const pdi_streamline_work *s, const double *position, double distance)
 {
     return pdi_streamline_is_point_near(s, position, distance, 0, 0.0) ||
@@ -261,8 +265,9 @@ static int pdi_streamline_is_crowded(const pdi_streamline_work *s, const double 
 }
 
 /* Trace the line from its seed downstream (sense 1) or upstream (-1) and append its points after the seed. *length
- * [pixel]: its length, *closed 1: a closed loop. A line that comes near itself is traced on for a while, since it may
- * close, and cut back there otherwise. */
+ * [pixel]: its length, *closed 1: it returns to the seed. It ends where steps halved six times still leave the fluid or
+ * come to rest, or nearer than half the spacing to another line. Where it comes that near to itself it is traced on by
+ * pi times the spacing, since it may close, and cut back there otherwise. */
 static pd_status pdi_streamline_trace_half(pdi_streamline_work *s, const double *seed, double sense, double *length,
                                            int *closed)
 {
@@ -313,8 +318,9 @@ static void pdi_streamline_reverse_points(double *points, int64_t count)
         }
 }
 
-/* Trace a line through the seed, where the fluid moves, and no other line and no face on one side alone is near, and
- * add it to the lines if it is long enough or closed; else its points are removed. */
+/* Trace a line through the seed in both directions and add it to the lines. PD_OK, and nothing is added: the fluid is
+ * at rest at the seed, another line is nearer than the spacing, a face without flow is near on one side alone, or the
+ * line is open and shorter than PDI_STREAMLINE_MIN_LENGTH times the spacing. */
 static pd_status pdi_streamline_try_seed(pdi_streamline_work *s, const double *seed)
 {
     pdi_streamlines *l = s->lines;
@@ -344,7 +350,8 @@ static pd_status pdi_streamline_try_seed(pdi_streamline_work *s, const double *s
     return PD_OK;
 }
 
-/* Try seeds at both sides of all lines from index `from` on, and of the lines that this adds. */
+/* Try seeds at the distance of the spacing on both sides of each point, but the last, of all lines from index `from`
+ * on, and of the lines that this adds. */
 static pd_status pdi_streamline_seed_beside_lines(pdi_streamline_work *s, int64_t from)
 {
     pdi_streamlines *l = s->lines;
@@ -359,8 +366,8 @@ static pd_status pdi_streamline_seed_beside_lines(pdi_streamline_work *s, int64_
     return PD_OK;
 }
 
-/* Compute all lines: first through the middle of the cell `fastest` and beside it, then from a grid of seeds in what is
- * not connected with these. */
+/* Compute all lines: first through the middle of the cell `fastest` and beside it, then from a grid of seeds, half the
+ * spacing apart, in what is not connected with these. */
 static pd_status pdi_streamline_trace_all(pdi_streamline_work *s, int64_t fastest)
 {
     const pdi_streamline_field *f = s->field;

@@ -37,14 +37,16 @@ typedef struct pdi_streamlines {
     double *point;                       /* [point_capacity][2] [pixel] points of all lines, in flow direction */
 } pdi_streamlines;
 
-/* Interpolated velocity[2] at position[2] [pixel], scaled to the picture [pixel/s]. Returns 1; 0: no fluid there, or
- * outside, and velocity is unchanged. */
+/* Velocity[2] at position[2] [pixel], bilinear between cell centres, scaled to the picture [pixel/s]. Beyond an open
+ * side the outer cells go on; at a face without flow the normal component is 0. Returns 1; 0: the cell there has no
+ * fluid, or it lies outside the grid, and velocity is unchanged. */
 PDI_FN int pdi_streamline_interpolate_velocity(const pdi_streamline_field *stream, const double *position,
                                                double *velocity);
-/* Largest speed of a cell [m/s], of the components at its centre; 0 without any fluid. */
+/* Largest speed of a cell [m/s], of the components at its centre; cells without fluid (NaN) are skipped. 0 without
+ * any. */
 PDI_FN double pdi_streamline_compute_max_speed(const pdi_streamline_field *stream);
-/* Compute evenly spaced streamlines of a field, spacing > 0, into zeroed `lines`; none where nothing flows. Free the
- * lines also on failure. */
+/* Compute evenly spaced streamlines of a field, spacing > 0, into zeroed `lines`; none, and PD_OK, where nothing flows.
+ * Fluid slower than 1e-4 of the largest speed in the picture is at rest. Free the lines also on failure. */
 PDI_FN pd_status pdi_streamlines_compute(pd_ctx *ctx, const pdi_streamline_field *stream, pdi_streamlines *lines);
 /* Free the lines. A zeroed set is allowed. */
 PDI_FN void pdi_streamlines_free(pd_ctx *ctx, pdi_streamlines *lines);

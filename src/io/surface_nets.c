@@ -99,7 +99,7 @@ static int pdi_surface_nets_vertex_position(const pdi_surface_nets_work *w, cons
 }
 
 /* Add the vertex index[3] between the eight cells of which index - 1 is the lowest, with its bounds, in cells; *number:
- * its number, unchanged without a surface. */
+ * its number. Nothing, and *number is unchanged, where all or none of the cells are in the set. PD_ERR_SIZE. */
 static pd_status pdi_surface_nets_add_vertex(pdi_surface_nets_work *w, const int *index, const double *fraction,
                                              int32_t *number)
 {
@@ -116,7 +116,7 @@ static pd_status pdi_surface_nets_add_vertex(pdi_surface_nets_work *w, const int
 }
 
 /* Add a face of the vertices corner[4], counterclockwise seen from outside, with its value, between the cells in[3] and
- * out[3]. */
+ * out[3]; NaN where desc has no callback for values. */
 static pd_status pdi_surface_nets_add_face(pdi_surface_nets_work *w, const int32_t *corner, const int *in,
                                            const int *out)
 {
@@ -157,7 +157,8 @@ static pd_status pdi_surface_nets_add_vertex_faces(pdi_surface_nets_work *w, con
     return PD_OK;
 }
 
-/* Build vertices and faces layer by layer; layer 0 of the work arrays is the one before. */
+/* Build vertices and faces, in cells, layer by layer along axis 2; layer 0 of the work arrays is the one before.
+ * PD_ERR_SIZE, PD_CANCELLED. */
 static pd_status pdi_surface_nets_march_layers(pdi_surface_nets_work *w)
 {
     pdi_surface_nets_set_fractions(w, 1, -1);
@@ -218,8 +219,8 @@ static void pdi_surface_nets_sum_neighbours(pdi_surface_nets_work *w)
         }
 }
 
-/* Smooth the vertices (Jacobi sweeps), in units of cells, each within its bounds; vertices in a side of the grid stay
- * in it. */
+/* Smooth the vertices in units of cells: each goes half the way to the mean of its neighbours, five Jacobi sweeps,
+ * within its bounds. Vertices in a side of the grid stay in it, those without a neighbour stay. */
 static void pdi_surface_nets_smooth_vertices(pdi_surface_nets_work *w)
 {
     const pdi_surface_nets_mesh *s = w->mesh;
@@ -242,7 +243,8 @@ static void pdi_surface_nets_normalise(double *v)
     for (int d = 0; d < 3 && length > 0.0; d++) v[d] /= length;
 }
 
-/* Outward unit normals of the faces from the cross product of their diagonals, into face_normal[0]. */
+/* Outward unit normals of the faces from the cross product of their diagonals, into face_normal[0]; a zero vector for a
+ * face without area. */
 static void pdi_surface_nets_compute_face_normals(pdi_surface_nets_work *w)
 {
     const pdi_surface_nets_mesh *s = w->mesh;
@@ -271,8 +273,9 @@ static void pdi_surface_nets_list_vertex_faces(pdi_surface_nets_work *w)
     w->first_face[s->vertex_count] = 4 * s->face_count;
 }
 
-/* Add to sum[3] the normals of the faces at a vertex `corner` as one face sees them: weights fall with the angle to its
- * own normal, to 0 at a sharp edge. */
+/* Add to sum[3] the normals of the faces at a vertex `corner` as one face sees them: the weight falls linearly with the
+ * cosine of the angle to its own normal, from 1 to 0 at PDI_SURFACE_NETS_EDGE_COSINE (60 degrees), and stays 0
+ * beyond. */
 static void pdi_surface_nets_add_near_normals(const pdi_surface_nets_work *w, int64_t face, int64_t corner, double *sum)
 {
     const double *own = &w->face_normal[0][3 * face];
@@ -284,8 +287,8 @@ static void pdi_surface_nets_add_near_normals(const pdi_surface_nets_work *w, in
     }
 }
 
-/* Compute and smooth the face normals, but not across sharp edges; then set corner_normal, the normals of each face at
- * its vertices. */
+/* Compute the face normals and smooth them in six sweeps, but not across edges sharper than 60 degrees; then set
+ * corner_normal, the unit normals of each face at its vertices. */
 static void pdi_surface_nets_compute_normals(pdi_surface_nets_work *w)
 {
     pdi_surface_nets_mesh *s = w->mesh;

@@ -35,8 +35,8 @@ typedef struct pdi_surface_nets_mesh {
     float *corner_normal;
 } pdi_surface_nets_mesh;
 
-/* Zero `shell` and build the smoothed mesh with normals and values, in new memory; on failure nothing stays.
- * PD_ERR_SIZE: more vertices than int32 counts. */
+/* Zero `shell` and build the smoothed mesh with normals and values, in new memory; on failure nothing stays. An empty
+ * set has a mesh without vertices. PD_ERR_SIZE: more vertices than int32 counts; PD_CANCELLED. */
 PDI_FN pd_status pdi_surface_nets_build(pd_ctx *ctx, const pdi_surface_nets_desc *desc, pdi_surface_nets_mesh *shell);
 /* Free the mesh. A zeroed one is allowed. */
 PDI_FN void pdi_surface_nets_free(pd_ctx *ctx, pdi_surface_nets_mesh *shell);

@@ -27,7 +27,8 @@ typedef struct pdi_surface_plot_layout {
     double scale_bar_length; /* [pixel] length of the scale bar */
 } pdi_surface_plot_layout;
 
-/* Set length [pixel] and label of the scale bar: the largest of 1, 2 and 5 times a power of ten [m] that fits. */
+/* Set length [pixel] and label of the scale bar: the largest of 1, 2 and 5 times a power of ten [m] that is at most
+ * PDI_SURFACE_PLOT_MAX_SCALE_FRACTION of the width of the view; labelled in nm, µm, mm or m. */
 static void pdi_surface_plot_compute_scale_bar(const pd_rendering *s, pdi_surface_plot_layout *l)
 {
     static const char *const units[] = {"nm", "\xC2\xB5m", "mm", "m"};
@@ -87,7 +88,8 @@ static void pdi_surface_plot_compute_layout(const pdi_surface_plot *r, pdi_surfa
     l->height = l->top + s->height + 14 + PDI_CANVAS_CAPITAL_HEIGHT + 22;
 }
 
-/* Colour of the surface for a value, before shading; that of metal for NaN, and for values <= 0 of a log scale. */
+/* Colour of the surface for a value, before shading. That of metal where values are not used, for NaN, and for values
+ * <= 0 of a log scale; labels have the colour of the legend, labels of 9e15 and more one of the table. */
 static uint32_t pdi_surface_plot_get_unshaded_colour(const pdi_surface_plot *r, const pdi_surface_plot_layout *l,
                                                      double value)
 {
@@ -130,8 +132,8 @@ static void pdi_surface_plot_draw_pixels(const pdi_surface_plot *r, const pdi_su
         }
 }
 
-/* Draw the letter of axis d outside the box, beside an edge of its silhouette: of x and y the lowest edge, of z the
- * leftmost. */
+/* Draw the letter of axis d outside the box, beside an edge along d of its silhouette (of its two faces one is seen)
+ * that is longer than a pixel: of x and y the lowest edge, of z the leftmost. Nothing where there is none. */
 static void pdi_surface_plot_draw_axis_letter(const pd_rendering *s, const pdi_surface_plot_layout *l, int d,
                                               pdi_canvas *canvas)
 {
@@ -179,7 +181,8 @@ static void pdi_surface_plot_draw_texts(const pdi_surface_plot *r, const pdi_sur
     for (int d = 0; d < 3; d++) pdi_surface_plot_draw_axis_letter(r->rendering, l, d, canvas);
 }
 
-/* Draw the picture `what` on a new canvas: an image, or SVG where svg is given. The caller frees the image or svg. */
+/* Draw the picture `what` on a new canvas: an image, or SVG where svg is given. The caller frees the image or svg, also
+ * on failure. PD_ERR_SIZE: too many pixels. The picture itself is not checked. */
 static pd_status pdi_surface_plot_draw_on_canvas(pd_ctx *ctx, const void *what, pdi_svg *svg, pdi_canvas *canvas)
 {
     const pdi_surface_plot *r = (const pdi_surface_plot *)what;

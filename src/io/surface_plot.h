@@ -22,9 +22,9 @@ typedef struct pdi_surface_plot {
     const char *widest_stamp; /* longest stamp of a series, so that all its pictures have one size; NULL: stamp */
 } pdi_surface_plot;
 
-/* Draw into an RGB image (freed by its own function). */
+/* Draw into an RGB image (freed by its own function), zeroed on failure. PD_ERR_SIZE: more than PD_PNG_MAX_PIXELS. */
 PDI_FN pd_status pdi_surface_plot_draw_image(pd_ctx *ctx, const pdi_surface_plot *relief, pd_image *image);
-/* Draw and write as PNG, or as SVG where the path ends in ".svg". */
+/* Draw and write as PNG, or as SVG where the path ends in ".svg". Also PD_ERR_FILE: an older file stays. */
 PDI_FN pd_status pdi_surface_plot_write(pd_ctx *ctx, const char *path, const pdi_surface_plot *relief);
 #endif
 

@@ -117,7 +117,8 @@ PDI_FN void pdi_svg_end_path(pdi_svg *svg, double width, uint32_t colour)
     pdi_svg_add_string(svg, " stroke-linecap=\"round\" stroke-linejoin=\"round\"/>\n");
 }
 
-/* Number of bytes of the UTF-8 character at `text`; 0: invalid, or not allowed in XML. */
+/* Number of bytes of the UTF-8 character at `text`, 1 to 4; 0: invalid (also overlong, a surrogate, cut off), a control
+ * character, or not allowed in XML. */
 static size_t pdi_svg_count_character_bytes(const char *text)
 {
     const unsigned char *p = (const unsigned char *)text;
@@ -158,7 +159,7 @@ PDI_FN void pdi_svg_add_text(pdi_svg *svg, double x, double y, const char *ancho
     pdi_svg_add_string(svg, "</text>\n");
 }
 
-/* Append bytes in base64 (RFC 4648). */
+/* Append bytes in base64 (RFC 4648), padded with '=', without line breaks. */
 static void pdi_svg_add_base64(pdi_svg *svg, const uint8_t *data, size_t size)
 {
     static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";

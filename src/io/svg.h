@@ -29,15 +29,19 @@ PDI_FN void pdi_svg_begin_path(pdi_svg *svg);
 PDI_FN void pdi_svg_add_stroke(pdi_svg *svg, double xa, double ya, double xb, double yb);
 /* End the path and set its line width and colour. */
 PDI_FN void pdi_svg_end_path(pdi_svg *svg, double width, uint32_t colour);
-/* Add a UTF-8 text with (x, y) on its baseline. anchor: "start", "middle" or "end"; upward 1: rotated to read upward;
- * bold 1: in bold. Characters that XML does not allow become question marks. */
+/* Add a UTF-8 text with (x, y) on its baseline; nothing for an empty text. anchor: "start", "middle" or "end"; upward
+ * 1: rotated to read upward; bold 1: in bold. &, < and > are escaped; control characters, also newlines and tabs, and
+ * bytes that are no UTF-8 or not allowed in XML become question marks. */
 PDI_FN void pdi_svg_add_text(pdi_svg *svg, double x, double y, const char *anchor, int upward, int bold,
                              uint32_t colour, const char *text);
-/* Embed an image of 1 or 3 channels, as PNG in base64, with its upper left corner at (left, top). */
+/* Embed an image of 1 or 3 channels, as PNG in base64, with its upper left corner at (left, top). An error of
+ * pdi_png_encode becomes the status. */
 PDI_FN void pdi_svg_add_image(pdi_svg *svg, int left, int top, const pd_image *image);
-/* Clip what follows to the rectangle, until the next call; width 0: no clipping. */
+/* Clip what follows to the rectangle, until the next call, which ends this group; width 0 or less: no clipping. A
+ * rectangle of a width without height hides all. */
 PDI_FN void pdi_svg_set_clip(pdi_svg *svg, int left, int top, int width, int height);
-/* End the drawing and write it to a file; the drawing stays until pdi_svg_free. Returns the first failure. */
+/* End the drawing and write it to a file; call it once. The drawing stays until pdi_svg_free. Returns the first failure
+ * of the drawing, and no file is written then; PD_ERR_FILE. */
 PDI_FN pd_status pdi_svg_write(pdi_svg *svg, const char *path);
 /* Free the drawing. A zeroed one is allowed. */
 PDI_FN void pdi_svg_free(pdi_svg *svg);

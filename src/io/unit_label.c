@@ -23,8 +23,9 @@ PDI_FN const char *pdi_unit_label_get_superscript(char sign)
     return raised[pdi_unit_label_is_digit(sign) ? sign - '0' : 10];
 }
 
-/* Typeset the characters of a unit at text[position]: u to µ, exponents to superscripts. Returns how many characters
- * were read. */
+/* Typeset the characters of a unit at text[position]: u before a letter, and not behind a letter or digit, becomes µ;
+ * digits behind a letter, with a minus sign or none, become superscripts; another character stays. Returns how many
+ * characters were read, at least 1. */
 static size_t pdi_unit_label_format_unit(const char *text, size_t position, char *out, size_t *used)
 {
     char before = position ? text[position - 1] : ' ', here = text[position], after = here ? text[position + 1] : '\0';

@@ -45,7 +45,8 @@ static pd_status pdi_velocity_plot_begin_strokes(pd_ctx *ctx, pdi_canvas *canvas
 /* ---- streamlines ---- */
 
 /* Add one streamline of `count` points point[][2] to the open strokes; y_sign 1: as it is, -1: mirrored at the bottom.
- * One arrow head stands in its middle, others at equal distances from there. */
+ * One arrow head stands near its middle, others at equal distances from there, but none within about half the spacing
+ * of its start or a quarter of it of its end. Fewer than two points: nothing. */
 static void pdi_velocity_plot_draw_streamline(const pdi_velocity_plot *a, pdi_canvas *canvas, const double *point,
                                               int64_t count, int y_sign)
 {
@@ -85,8 +86,8 @@ PDI_FN pd_status pdi_velocity_plot_draw_streamlines(pd_ctx *ctx, const pdi_veloc
 
 /* ---- arrows ---- */
 
-/* Arrow end[2] [pixel], relative to its start, y upward, for the velocity at a position[2] [pixel]. Returns 1; 0:
- * nothing flows there, or the arrow is too short. */
+/* Arrow end[2] [pixel], relative to its start, y upward, for the velocity at a position[2] [pixel]. Returns 1; 0: no
+ * fluid is there, or the arrow is shorter than PDI_VELOCITY_PLOT_MIN_LENGTH. */
 static int pdi_velocity_plot_compute_arrow(const pdi_velocity_plot *a, const double *position, double *end)
 {
     const pdi_streamline_field *f = a->field;

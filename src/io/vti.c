@@ -48,7 +48,9 @@ static int64_t pdi_vti_count_cells(const pd_grid *grid)
     return cells;
 }
 
-/* Check the time, the grid and the fields. PD_ERR_ARGUMENT names the wrong one. */
+/* Check the time, the grid and the fields. PD_ERR_ARGUMENT names the wrong one: time not finite; count negative, or
+ * fields NULL; an axis without cells; a field whose name is empty, there twice, of 256 bytes and more in XML or with a
+ * control character, whose data are NULL or whose type is unknown. */
 static pd_status pdi_vti_check_fields(pd_ctx *ctx, const pd_grid *grid, double time, const pd_vti_field *fields,
                                       int count)
 {
@@ -72,7 +74,7 @@ static pd_status pdi_vti_check_fields(pd_ctx *ctx, const pd_grid *grid, double t
 }
 
 /* Convert one component of a field at a node to the number type of the file, into out; components beyond PD_DIM, or
- * beyond one of a scalar, are 0. */
+ * beyond one of a scalar, are 0. A double beyond the range of Float32 becomes infinite, NaN stays. */
 static void pdi_vti_convert_value(const pd_grid *grid, const pd_vti_field *f, int component, int32_t node, uint8_t *out)
 {
     size_t size = pdi_vti_type_sizes[f->type];
@@ -90,8 +92,8 @@ static void pdi_vti_convert_value(const pd_grid *grid, const pd_vti_field *f, in
     } else memcpy(out, (const uint8_t *)f->data + at * size, size);
 }
 
-/* Write the data of a field: their length in 8 bytes, then one row of the box (axis 0) at a time, the components of a
- * cell together. row: buffer of 24 n[0] bytes. */
+/* Write the data of a field, without ghost nodes: their length in 8 bytes, then one row of the box (axis 0) at a time,
+ * the components of a cell together. row: buffer of 24 n[0] bytes. PD_CANCELLED, PD_ERR_FILE. */
 static pd_status pdi_vti_write_data(pd_ctx *ctx, pd_file *file, const pd_grid *grid, const pd_vti_field *f,
                                     uint8_t *row)
 {
@@ -189,7 +191,8 @@ static pd_status pdi_vti_begin_cell_data(pd_ctx *ctx, pd_file *file, const pd_gr
     return pdi_file_write_text(ctx, file, text);
 }
 
-/* Write the DataArray tag of a field; offset [byte] in the appended data. A unit that does not fit is left out. */
+/* Write the DataArray tag of a field; offset [byte] in the appended data. A unit that does not fit 63 bytes in XML, or
+ * holds a control character, is left out. */
 static pd_status pdi_vti_write_array_tag(pd_ctx *ctx, pd_file *file, const pd_vti_field *f, uint64_t offset)
 {
     char text[PDI_VTI_TEXT_SIZE], name[256], unit[64] = "";
@@ -269,7 +272,7 @@ static const char *pdi_vti_relative_path(const pd_pvd *pvd, const char *file)
     return length && strncmp(pvd->path, file, length) == 0 ? file + length : file;
 }
 
-/* Write the collection file. */
+/* Write the collection file through a temporary one, which is deleted on failure. PD_ERR_FILE. */
 static pd_status pdi_vti_write_collection(pd_ctx *ctx, const pd_pvd *pvd)
 {
     char head[160];

@@ -43,8 +43,10 @@ typedef struct pd_pvd {
 
 #define pd_vti_write PD_NAME(pd_vti_write)
 
-/* Write `count` fields of the box at time [s] to a file. PD_ERR_ARGUMENT: a field without name or data, two of one
- * name, time not finite; PD_ERR_FILE. */
+/* Write `count` fields of the box at time [s] to a file, through a temporary one; ghost nodes are left out.
+ * PD_ERR_ARGUMENT: a field without name or data, of an unknown type, or with a name that is too long or holds a control
+ * character, two of one name, time not finite, an axis without cells; PD_ERR_FILE, PD_CANCELLED: an older file
+ * stays. */
 PD_API pd_status pd_vti_write(pd_ctx *ctx, const char *path, const pd_grid *grid, double time,
                               const pd_vti_field *fields, int count);
 
@@ -52,8 +54,10 @@ PD_API pd_status pd_vti_write(pd_ctx *ctx, const char *path, const pd_grid *grid
 /* Zero the collection and set its path; its file is written with the first entry. PD_ERR_ARGUMENT: no path, or too
  * long. */
 PDI_FN pd_status pdi_pvd_init(pd_ctx *ctx, const char *path, pd_pvd *pvd);
-/* Add a file at time [s] and rewrite the collection; on failure it is unchanged. Times must increase: PD_ERR_ARGUMENT.
- * A file in the folder of the collection is listed by its name alone, so that the folder can be moved. */
+/* Add a file at time [s] and rewrite the collection; on failure it is unchanged. PD_ERR_ARGUMENT: not initialised, a
+ * time that is not finite or not greater than the last one, a name that is too long or holds a control character;
+ * PD_ERR_FILE. A file below the folder of the collection is listed relative to that, so that the folder can be
+ * moved. */
 PDI_FN pd_status pdi_pvd_add_file(pd_ctx *ctx, pd_pvd *pvd, double time, const char *file);
 /* Free the collection. A zeroed one is allowed. */
 PDI_FN void pdi_pvd_free(pd_ctx *ctx, pd_pvd *pvd);

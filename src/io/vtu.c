@@ -105,7 +105,8 @@ static pd_status pdi_vtu_read_tag(pdi_vtu_reader *v, pdi_vtu_xml_tag *tag, int *
     return PD_OK;
 }
 
-/* Value of an attribute of a tag. Returns 1; 0: the tag has none of this name, and *value is unchanged. */
+/* Value of an attribute of a tag, as it stands in the file. Returns 1; 0: the tag has none of this name, and *value is
+ * unchanged. */
 static int pdi_vtu_find_attribute(const pdi_vtu_xml_tag *tag, const char *name, pdi_vtu_text *value)
 {
     const char *at = tag->attributes.begin, *end = at + tag->attributes.size;
@@ -131,7 +132,8 @@ static int pdi_vtu_find_attribute(const pdi_vtu_xml_tag *tag, const char *name, 
     return 0;
 }
 
-/* Read an integer attribute from 0 to high; absent: `fallback`, or an error where that is negative. */
+/* Read an integer attribute from 0 to high; absent: `fallback`, or PD_ERR_PARSE where that is negative. PD_ERR_PARSE:
+ * no integer in that range. */
 static pd_status pdi_vtu_read_integer(const pdi_vtu_reader *v, const pdi_vtu_xml_tag *tag, const char *name,
                                       int64_t high, int64_t fallback, int64_t *value)
 {
@@ -223,7 +225,8 @@ static int pdi_vtu_read_size(const pdi_vtu_reader *v, pdi_vtu_byte_stream *s, ui
 }
 
 /* Inflate the zlib blocks of an array, from their sizes on, into out[size]. *fault: an error text, NULL when all is
- * well; it may be set with PD_OK. */
+ * well; with PD_OK it is set where the data end early or the blocks do not add up to `size`. A damaged block is
+ * PD_ERR_PARSE. */
 static pd_status pdi_vtu_inflate_blocks(const pdi_vtu_reader *v, pdi_vtu_byte_stream *s, uint8_t *out, size_t size,
                                         const char **fault)
 {
@@ -296,7 +299,8 @@ static double pdi_vtu_decode_number(const pdi_vtu_reader *v, const uint8_t *byte
     return value;
 }
 
-/* Set the stream to the start of an array, inline or appended. PD_ERR_PARSE: beyond the appended data. */
+/* Set the stream to the start of an array: appended, at its offset, where its format says so, else inline and base64.
+ * PD_ERR_PARSE: no offset, no appended data, or beyond them. */
 static pd_status pdi_vtu_open_array(const pdi_vtu_reader *v, const pdi_vtu_array *a, pdi_vtu_byte_stream *s)
 {
     pdi_vtu_text format;
@@ -314,8 +318,8 @@ static pd_status pdi_vtu_open_array(const pdi_vtu_reader *v, const pdi_vtu_array
     return PD_OK;
 }
 
-/* Decode a binary array of `count` numbers into value[count]. PD_ERR_PARSE: too few or too many, or one not below
- * 1e100. */
+/* Decode a binary array of `count` numbers, inline or appended, packed or not, into value[count]. PD_ERR_PARSE: too few
+ * or too many bytes, damaged data, or a number whose magnitude is not below 1e100. */
 static pd_status pdi_vtu_decode_binary(const pdi_vtu_reader *v, const pdi_vtu_array *a, int64_t count, double *value)
 {
     pdi_vtu_text text = {"", 0};
@@ -358,7 +362,8 @@ static pd_status pdi_vtu_parse_ascii(const pdi_vtu_reader *v, const pdi_vtu_arra
 }
 
 /* Decode the array `which`, of `count` numbers, into new memory, v->value[which], and set its length. what: its name
- * for messages. PD_ERR_PARSE: missing, of an unknown type or format, or of another number. */
+ * for messages. PD_ERR_PARSE: missing, of an unknown type or format, of another number, or of more numbers than its
+ * bytes can hold, which is found before memory is allocated. */
 static pd_status pdi_vtu_decode_array(pdi_vtu_reader *v, int which, const char *what, int64_t count)
 {
     const pdi_vtu_array *a = &v->array[which];
@@ -424,7 +429,9 @@ static pd_status pdi_vtu_get_region(const pdi_vtu_reader *v, int which, int64_t 
 }
 
 /* Add cell k as a point, and its faces; its nodes, `corners` of them, begin at `first` of the connectivity. *count_used
- * is incremented when it has PD_DIM dimensions; one of fewer is skipped. PD_ERR_PARSE. */
+ * is incremented when it has PD_DIM dimensions; one of fewer is skipped. PD_ERR_PARSE: an unknown type, one of more
+ * dimensions or not straight, a wrong number of corners, a node or tag that does not exist, or a cell that
+ * pd_points_add_cell refuses. */
 static pd_status pdi_vtu_add_cell(pdi_vtu_reader *v, int64_t k, int64_t first, int64_t corners, int64_t *count_used)
 {
     static const int8_t swapped[8] = {0, 1, 3, 2, 4, 5, 7, 6};
@@ -458,8 +465,9 @@ static pd_status pdi_vtu_add_cell(pdi_vtu_reader *v, int64_t k, int64_t first, i
     return pd_boundary_faces_add_cell(v->tokenizer->ctx, &v->faces, form, number, corner, v->cells.points->count - 1);
 }
 
-/* Decode the cells of a piece and add them as points. *count_used is incremented by the number of those of PD_DIM
- * dimensions. */
+/* Decode the cells of a piece and add them as points; the orientation that they must share begins anew. *count_used is
+ * incremented by the number of those of PD_DIM dimensions. PD_ERR_PARSE: a missing array, offsets that decrease or are
+ * not whole, or a cell that is refused. */
 static pd_status pdi_vtu_add_cells(pdi_vtu_reader *v, int64_t *count_used)
 {
     double last = 0.0;
@@ -483,8 +491,9 @@ static pd_status pdi_vtu_add_cells(pdi_vtu_reader *v, int64_t *count_used)
     return PD_OK;
 }
 
-/* Add the points of a piece themselves, with their volumes and tags. PD_ERR_PARSE: a volume is not positive, or a
- * coordinate beyond PD_DIM differs. */
+/* Add the points of a piece themselves, with their volumes and tags. PD_ERR_PARSE: no volumes, one that is not
+ * positive, a coordinate beyond PD_DIM that differs from that of the first point by more than 1e-9 of the extent, or a
+ * tag that is no whole number of 32 bits. */
 static pd_status pdi_vtu_add_points(pdi_vtu_reader *v)
 {
     double scale = 1.0;
@@ -514,8 +523,10 @@ static pd_status pdi_vtu_add_points(pdi_vtu_reader *v)
     return PD_OK;
 }
 
-/* Decode the points of a piece whose arrays have been located, update the extent of the mesh, and add its cells of
- * PD_DIM dimensions, or else its points. begin: start of the piece, for messages. PD_ERR_PARSE: it has neither. */
+/* Decode the points of a piece whose arrays have been located, update the extent of the mesh (largest distance from the
+ * first point along an axis), and add its cells of PD_DIM dimensions, or, where it has none, its points. A piece
+ * without points and cells is skipped. begin: its start, for messages. PD_ERR_PARSE: neither such cells nor volumes, or
+ * a fault in an array. */
 static pd_status pdi_vtu_add_piece(pdi_vtu_reader *v, const char *begin)
 {
     int64_t counts = 0, components;
@@ -550,8 +561,8 @@ static void pdi_vtu_free_arrays(pdi_vtu_reader *v)
     v->region_rank[0] = v->region_rank[1] = 99;
 }
 
-/* Which of the known arrays a DataArray tag is, by its section and name; -1: none, or a tag array when one of higher
- * priority has been found. Sets the priority of the tags of cells or points. */
+/* Which of the known arrays a DataArray tag is, by its section and name; in Points any name counts. -1: none, or a tag
+ * array when one of higher priority has been found. Sets the priority of the tags of cells or points. */
 static int pdi_vtu_find_array(pdi_vtu_reader *v, const pdi_vtu_xml_tag *tag)
 {
     static const char *const tags[] = {"tag", "region", "material", "gmsh:physical"};
@@ -574,7 +585,8 @@ static int pdi_vtu_find_array(pdi_vtu_reader *v, const pdi_vtu_xml_tag *tag)
     return -1;
 }
 
-/* Note tag and text of a DataArray that is needed; the text begins at the position of the tokenizer. */
+/* Note tag and text of a DataArray that is needed, in place of one of the same kind; others are ignored. The text
+ * begins at the position of the tokenizer and ends before the next '<'. */
 static void pdi_vtu_set_array(pdi_vtu_reader *v, const pdi_vtu_xml_tag *tag)
 {
     int which = pdi_vtu_find_array(v, tag);
@@ -589,8 +601,8 @@ static void pdi_vtu_set_array(pdi_vtu_reader *v, const pdi_vtu_xml_tag *tag)
 
 /* ---- the file ---- */
 
-/* Take byte order, size of headers and compression from the VTKFile tag. PD_ERR_PARSE: no unstructured grid, or another
- * compressor than zlib. */
+/* Take byte order (default: that of the machine), size of headers (8 bytes for UInt64, else 4) and compression from the
+ * VTKFile tag. PD_ERR_PARSE: no unstructured grid, or another compressor than zlib. */
 static pd_status pdi_vtu_read_header(pdi_vtu_reader *v, const pdi_vtu_xml_tag *tag)
 {
     const uint16_t probe = 1;
@@ -609,8 +621,9 @@ static pd_status pdi_vtu_read_header(pdi_vtu_reader *v, const pdi_vtu_xml_tag *t
     return PD_OK;
 }
 
-/* Locate the appended data, which begin behind an underscore, and the end of the XML before them; the position is at
- * the start of the text afterwards. PD_ERR_PARSE. */
+/* Locate the appended data, which begin behind an underscore, and the end of the XML before them; without such data the
+ * XML ends with the file. The position is at the start of the text afterwards, where there are some, else unchanged.
+ * PD_ERR_PARSE: the tag does not end, or no underscore follows it. */
 static pd_status pdi_vtu_find_appended(pdi_vtu_reader *v)
 {
     pdi_vtu_xml_tag tag;
@@ -642,8 +655,9 @@ static int pdi_vtu_find_section(pdi_vtu_text name)
                                                 : 0;
 }
 
-/* Handle an opening tag: header, numbers of a piece, array or section. *headed 1: VTKFile has been read; *piece: start
- * of the current piece, NULL outside. PD_ERR_PARSE. */
+/* Handle an opening tag: header, numbers of a piece, array or section; others are ignored, arrays outside a piece, too.
+ * *headed 1: VTKFile has been read; *piece: start of the current piece, NULL outside. PD_ERR_PARSE: another tag before
+ * VTKFile, a wrong header, a piece without its numbers. */
 static pd_status pdi_vtu_begin_tag(pdi_vtu_reader *v, const pdi_vtu_xml_tag *tag, int *headed, const char **piece)
 {
     if (pdi_vtu_is_text(tag->name, "VTKFile")) {
@@ -662,7 +676,7 @@ static pd_status pdi_vtu_begin_tag(pdi_vtu_reader *v, const pdi_vtu_xml_tag *tag
 }
 
 /* Read the file tag by tag up to the end of the grid; a piece is converted, and its arrays freed, at its closing tag.
- * PD_ERR_PARSE. */
+ * PD_ERR_PARSE: no VTKFile, no </UnstructuredGrid>, or a fault in a tag or piece. */
 static pd_status pdi_vtu_read_file(pdi_vtu_reader *v)
 {
     int more = 1, headed = 0, ended = 0;

@@ -13,7 +13,9 @@
 
 #ifdef PDI_APP_INTERNAL
 /* Add the cells or points of all pieces of the grid, and set the boundary faces of `points`; lengths times scale are in
- * metres. On failure some points may have been added. PD_ERR_PARSE with path:line. */
+ * metres. On failure some points may have been added. PD_ERR_PARSE with path:line: no unstructured grid, damaged or
+ * missing arrays, cells of more than PD_DIM dimensions or not straight, folded or inverted cells, a volume that is not
+ * positive. */
 PDI_FN pd_status pdi_vtu_read(pdi_tokenizer *scan, double scale, pd_points *points);
 #endif
 

@@ -385,8 +385,9 @@ static void pdi_zlib_write_stored(pdi_zlib_writer *s, size_t length)
     s->used += length;
 }
 
-/* End the current block, write it as the shortest of the three kinds, and begin an empty one at `end`, the input
- * position behind it. last 1: final block. */
+/* End the current block and write it as the shortest of the three kinds, then begin an empty one at `end`, the input
+ * position behind it. Stored: only below 65536 bytes, and where that is shorter than both codes; fixed codes: also
+ * where the dynamic ones are as short. last 1: final block. Resets frequencies and symbols. */
 static void pdi_zlib_write_block(pdi_zlib_writer *s, size_t end, int last)
 {
     pdi_zlib_codes dynamic, fixed;
@@ -452,8 +453,9 @@ static uint32_t pdi_zlib_count_equal(const uint8_t *here, const uint8_t *there, 
     return length;
 }
 
-/* Longest match of at least 3 bytes for the position just inserted; the nearest among equal ones, and none of 3 bytes
- * farther than 4096. Returns its length, and *distance; 0: none. */
+/* Longest match of at least 3 bytes for the position just inserted, among the PDI_ZLIB_MAX_CHAIN latest positions of
+ * its hash chain within the window; the nearest among equal ones, and none of 3 bytes farther than 4096. Returns its
+ * length, and *distance; 0: none. */
 static uint32_t pdi_zlib_find_match(const pdi_zlib_writer *s, size_t position, uint32_t *distance)
 {
     uint32_t best = 2, max_length = PDI_ZLIB_MAX_MATCH;
@@ -491,7 +493,8 @@ static void pdi_zlib_add_symbol(pdi_zlib_writer *s, uint32_t length, uint32_t di
     if (s->symbol_count == PDI_ZLIB_BLOCK_SYMBOLS) pdi_zlib_write_block(s, end, 0);
 }
 
-/* Compress a chunk: LZ77 with one step of lazy matching. The last block stays open. */
+/* Compress a chunk: LZ77 with one step of lazy matching. A match is taken where none at the next position is longer
+ * (from PDI_ZLIB_GOOD_MATCH on without looking), else a literal. The last block stays open. */
 static void pdi_zlib_compress(pdi_zlib_writer *s)
 {
     size_t at = s->start;
@@ -634,7 +637,7 @@ static uint32_t pdi_zlib_read_bits(pdi_zlib_reader *s, int count)
 }
 
 /* Build a decoder from the code lengths[n]. Returns 1 for a complete code; single 1: also for no code, or a single code
- * of one bit. Else 0. */
+ * of one bit. Else 0: more codes than the lengths allow, or fewer. */
 static int pdi_zlib_build_decoder(pdi_zlib_decoder *codes, const uint8_t *lengths, int n, int single)
 {
     int offset[16], left = 1, used = 0;
@@ -777,8 +780,9 @@ static int pdi_zlib_read_dynamic(pdi_zlib_reader *s)
     return pdi_zlib_read_coded(s, &literals, &distances);
 }
 
-/* Read all blocks of a stream into the output and verify size and checksum; s->error tells what is wrong, NULL:
- * nothing. */
+/* Read all blocks of a stream into the output, verify that they fill it, and its Adler-32. s->error tells what is
+ * wrong, NULL: nothing. Wrong are also another header than of deflate with a window up to 32 KiB, a preset dictionary,
+ * and a block of type 3. */
 static void pdi_zlib_inflate_stream(pdi_zlib_reader *s)
 {
     uint32_t head = pdi_zlib_read_bits(s, 8) << 8;

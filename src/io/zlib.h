@@ -15,22 +15,25 @@ typedef struct pdi_bytes {
     size_t size, capacity;
 } pdi_bytes;
 
-/* Make room for `more` bytes behind the size, which stays. */
+/* Make room for `more` bytes behind the size, which stays, as does the content. The capacity grows to at least 1.5
+ * times the size; nothing where there is room. */
 PDI_FN pd_status pdi_bytes_reserve(pd_ctx *ctx, pdi_bytes *bytes, size_t more);
 /* Append bytes. */
 PDI_FN pd_status pdi_bytes_add(pd_ctx *ctx, pdi_bytes *bytes, const void *data, size_t size);
 /* Free the buffer and set it to empty. A zeroed one is allowed. */
 PDI_FN void pdi_bytes_free(pd_ctx *ctx, pdi_bytes *bytes);
 
-/* Compress data[0..size) and append the zlib stream to out. PD_ERR_SIZE above 1 GiB. */
+/* Compress data[0..size) and append the zlib stream to out; size 0 is allowed. The stream does not depend on the number
+ * of threads. PD_ERR_SIZE above 1 GiB, and nothing is appended; where memory runs out, out may hold a part. */
 PDI_FN pd_status pdi_zlib_deflate(pd_ctx *ctx, const uint8_t *data, size_t size, pdi_bytes *out);
-/* Decompress a zlib stream data[size] that must give exactly out[out_size], and verify its checksum. PD_ERR_PARSE:
- * damaged, or of another length. name: of the file, for the message. */
+/* Decompress a zlib stream data[size] that must give exactly out[out_size], and verify its checksum; bytes behind the
+ * stream are ignored. PD_ERR_PARSE: damaged, cut off, with a preset dictionary, or of another length; out may hold a
+ * part then. name: of the file, for the message. */
 PDI_FN pd_status pdi_zlib_inflate(pd_ctx *ctx, const char *name, const uint8_t *data, size_t size, uint8_t *out,
                                   size_t out_size);
 /* Update a CRC-32 (ISO 3309) with more data; start with 0. */
 PDI_FN uint32_t pdi_zlib_crc32(uint32_t crc, const uint8_t *data, size_t size);
-/* Adler-32 checksum (RFC 1950). */
+/* Adler-32 checksum (RFC 1950) of data[size]; 1 for none. */
 PDI_FN uint32_t pdi_zlib_adler32(const uint8_t *data, size_t size);
 #endif
 
