@@ -18,8 +18,10 @@ static int pdi_integral_diagnostics_is_inside(const pd_grid *grid, int32_t node,
 /* ---- plane ---- */
 
 /* Sets area, mean_concentration, mixed_concentration and pressure of *r from the faces between two fluid cells of a
- * plane; the value on a face is the mean of both cells. Means are NaN without such faces. flow, transport: may be NULL.
- */
+ * plane. The value on a face is the mean of both cells; means are weighted by the area of the face, which on rings
+ * follows the circumference. All means are NaN without such faces, the mixed one also where the fluxes add up to 0.
+ * Without flow pressure is 0 and mixed_concentration NaN; without transport the concentrations of the cells count as
+ * 0. */
 static void pdi_integral_diagnostics_plane_means(const pd_bonds *bonds, const pd_flow *flow,
                                                  const pd_transport *transport, int axis, int index,
                                                  pd_diagnostics_plane_result *r)
@@ -59,7 +61,8 @@ void pd_diagnostics_plane(pd_ctx *ctx, const pd_bonds *bonds, pd_flow *flow, pd_
 
 /* ---- exchange ---- */
 
-/* 1: the surface that bond k of a node hits is metal that dissolves, or a wall with a prescribed concentration. */
+/* 1: the surface that bond k of a node hits is metal (only with `dissolve`), or a wall at which the transport
+ * prescribes a concentration of at least 0 (desc.held; NaN: none). */
 static int pdi_integral_diagnostics_is_source(const pd_bond_paths *paths, const pd_transport *t,
                                               const pd_dissolve *dissolve, int32_t node, int k)
 {
@@ -73,7 +76,8 @@ static int pdi_integral_diagnostics_is_source(const pd_bond_paths *paths, const 
     return t->desc.held(t->desc.user, x) >= 0.0;
 }
 
-/* 1: an open node lies inside the initial smooth shape of the metal, so that it has dissolved. */
+/* 1: the position of a node, which is open now, lies inside the initial smooth shape of the metal or within the
+ * tolerance of its surface, so that the node has dissolved. */
 static int pdi_integral_diagnostics_is_dissolved(const pd_grid *grid, int32_t node)
 {
     double x[PD_DIM];
@@ -81,7 +85,9 @@ static int pdi_integral_diagnostics_is_dissolved(const pd_grid *grid, int32_t no
     return pdi_grid_signed_distance(grid, grid->solid, x) <= pd_shape_surface_tolerance(grid->h, x);
 }
 
-/* 1: all surfaces in the family of a node are sides of the box or smooth shapes that have not receded. */
+/* 1: all surfaces in the family of a node are sides of the box or smooth shapes that have not receded. 0: an end of a
+ * bond is closed and lies behind neither, or, with `dissolve` and smooth metal, the node or an open end lies where the
+ * metal was at the start. */
 static int pdi_integral_diagnostics_is_smooth(const pd_bond_paths *paths, const pd_dissolve *dissolve, int32_t node)
 {
     const pd_grid *grid = paths->grid;
@@ -99,7 +105,7 @@ static int pdi_integral_diagnostics_is_smooth(const pd_bond_paths *paths, const 
     return 1;
 }
 
-/* 1: all nodes in the family are fluid or open. */
+/* 1: all ends of the bonds of a node are open, so that its family meets no surface. */
 static int pdi_integral_diagnostics_is_interior(const pd_bond_paths *paths, int32_t node)
 {
     for (int k = 0; k < paths->stencil->count; k++)
@@ -107,8 +113,10 @@ static int pdi_integral_diagnostics_is_interior(const pd_bond_paths *paths, int3
     return 1;
 }
 
-/* Area [m^(d-1)] of dissolving or prescribed surfaces at a node: of its closed faces where they are smooth, otherwise
- * by the area weights c(n) V of its bonds that end behind them. */
+/* Area [m^(d-1)] of dissolving or prescribed surfaces at a fluid node, on rings of the whole ring; 0 in the interior.
+ * Where all surfaces are smooth and have not receded: of its closed faces, met by bonds of one step along an axis.
+ * Otherwise: the area weights times cell volume of its closed bonds with a positive weight. Surfaces that are no source
+ * are left out. */
 static double pdi_integral_diagnostics_node_area(const pd_bond_paths *paths, const pd_transport *t,
                                                  const pd_dissolve *dissolve, int32_t node)
 {

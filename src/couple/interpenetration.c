@@ -14,7 +14,7 @@ static int pdi_interpenetration_is_solid(const pd_interpenetration *s, int32_t i
     return i >= 0 && s->stiffness_factor[i] > 0.0;
 }
 
-/* 1: no unbroken bond connects points i and j. */
+/* 1: no unbroken bond connects points i and j: they are no neighbours, or their bond is broken. */
 static int pdi_interpenetration_is_unbonded(const pd_interpenetration *s, int32_t i, int32_t j)
 {
     for (pd_bond_iterator f = pd_body_bonds_begin(s->body, i); pd_body_bonds_next(&f);)
@@ -54,8 +54,9 @@ static double pdi_interpenetration_initial_gap(const pd_interpenetration *s, con
     return gap * pdi_vec_norm(xi);
 }
 
-/* Records an overlap `depth` [m] of two points. In one component it raises crack_overlap, unless a point has lost all
- * bonds; of two components it raises component_overlap, with first and other. */
+/* Records an overlap `depth` [m] of two points. In one component it raises crack_overlap, unless one of the points has
+ * lost all bonds; of two components it raises component_overlap and then sets first and other, whatever bonds they
+ * have. */
 static void pdi_interpenetration_record(pd_interpenetration *s, int32_t i, int32_t j, double depth)
 {
     if (pdi_interpenetration_get_component(s, i) == pdi_interpenetration_get_component(s, j)) {
@@ -68,9 +69,9 @@ static void pdi_interpenetration_record(pd_interpenetration *s, int32_t i, int32
     }
 }
 
-/* Adjacent points whose distance is shortened by more than the fraction max_shortening. Pass 0: of bonded ones, returns
- * the largest fraction, at least max_shortening. Pass 1: records the overlaps of those without a bond, less the initial
- * gap, where that is still more. u [count][PD_DIM] [m]. */
+/* Adjacent points, neither dissolved, whose distance is shortened by more than the fraction max_shortening. Pass 0: of
+ * bonded ones, returns the largest fraction, at least max_shortening. Pass 1: records the overlaps of those without a
+ * bond, less the initial gap, where that is still more, and returns max_shortening. u [count][PD_DIM] [m]. */
 static double pdi_interpenetration_check_neighbours(pd_interpenetration *s, const double *u, int pass,
                                                     double max_shortening)
 {
@@ -109,8 +110,8 @@ static int32_t pdi_interpenetration_hash_cell(const pd_interpenetration *s, cons
     return (int32_t)(key & (uint64_t)(s->bins - 1));
 }
 
-/* Records the overlap [m], spacing less distance, of two points without a bond that were not adjacent, if they are
- * nearer than 1 - max_shortening spacings at displacements u. */
+/* Records the overlap [m], spacing less distance, of two points without an unbroken bond that were at least 1.1
+ * spacings apart, if they are nearer than 1 - max_shortening spacings at displacements u. Does nothing otherwise. */
 static void pdi_interpenetration_check_pair(pd_interpenetration *s, const double *u, int32_t i, int32_t j,
                                             double max_shortening)
 {

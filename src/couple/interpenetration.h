@@ -30,13 +30,17 @@ typedef struct pd_interpenetration {
 } pd_interpenetration;
 
 #ifdef PDI_INTERNAL
-/* Counts the components that unbroken bonds connect now, into components, and allocates `component` where there are
- * several. grid to count are set before, the other members are 0. */
+/* Counts the components that unbroken bonds connect now, into `components`, and allocates `component` where there are
+ * two or more. Images connect points but have no entry. grid to count are set before, the other members are 0. After an
+ * error pdi_interpenetration_free is to be called. */
 PDI_FN pd_status pdi_interpenetration_build(pd_ctx *ctx, pd_interpenetration *overlap);
-/* Allocates the hash table (bins, bin, next) by which points that were not adjacent are checked. */
+/* Allocates the hash table (bin, next) by which points that were not adjacent are checked: bins is the first power of
+ * two from 1024 on that is at least count, at most 2^29. After an error pdi_interpenetration_free is to be called. */
 PDI_FN pd_status pdi_interpenetration_prepare(pd_ctx *ctx, pd_interpenetration *overlap);
-/* Computes crack_overlap and component_overlap at displacements u [count][PD_DIM] [m], with the points first and other
- * of the latter, and raises max_crack_overlap. Without the hash table adjacent points alone are checked. */
+/* Computes crack_overlap and component_overlap [m] at displacements u [count][PD_DIM] [m], with the points first and
+ * other of the latter, which stay where it is 0, and raises max_crack_overlap. What is shorter by no larger a fraction
+ * than the worst intact bond of adjacent points, or 1e-6, is no overlap. Points that were not adjacent are checked only
+ * with the hash table, and only where both lack bonds of a complete family. Dissolved points are skipped. */
 PDI_FN void pdi_interpenetration_compute(pd_interpenetration *overlap, const double *u);
 PDI_FN void pdi_interpenetration_free(pd_ctx *ctx, pd_interpenetration *overlap);
 #endif

@@ -39,7 +39,8 @@ static int pdi_point_cells_fold_cell(const pd_point_cells *s, int *at)
 }
 
 /* Cell number k of the extended box: sets its index at [PD_DIM], negative below the box, and *flip: bit mask of the
- * reflected axes, -1: the cell lies in the box. Returns the metal node that it is or mirrors; -1: none. */
+ * axes along which it is reflected an odd number of times, -1: the cell lies in the box. Returns the solid node that it
+ * is or mirrors; -1: none. */
 static int32_t pdi_point_cells_find_image(const pd_point_cells *s, int64_t k, int *at, int *flip)
 {
     int folded[PD_DIM];
@@ -155,8 +156,8 @@ static int pdi_point_cells_is_connected(const pd_point_cells *s, int32_t i, cons
     return pdi_node_visibility_has_staircase(from, step, pdi_point_cells_is_metal, s);
 }
 
-/* Least parameter t > after where the line x + t xi [m] crosses a side of the box or of its mirror images, along axes
- * with a plane of symmetry; at most 1. */
+/* Least parameter t > after, at most 1, where the line x + t xi [m] crosses a side of the box or of its mirror images.
+ * Only axes with a plane of symmetry, on either side, count; 1: there is no such crossing. */
 static double pdi_point_cells_next_side(const pd_point_cells *s, const double *x, const double *xi, double after)
 {
     double best = 1.0;
@@ -204,8 +205,9 @@ static int pdi_point_cells_joined_by_cells(void *user, int32_t i, int32_t j, con
     return pdi_point_cells_is_connected(s, i, step);
 }
 
-/* A pd_bond_inside_fn: 1: the line from point i by xi [m] stays within the smooth surface. It is not traced where the
- * depths of both ends below the surface add up to its length. user: the pd_point_cells. */
+/* A pd_bond_inside_fn: 1: the line from point i by xi [m] stays within the smooth surface. Where the depths of both
+ * ends below the surface, those of ends outside counted as 0, add up to at least its length, it does so and is not
+ * traced. user: the pd_point_cells. */
 static int pdi_point_cells_joined_by_surface(void *user, int32_t i, int32_t j, const double *xi)
 {
     const pd_point_cells *s = (const pd_point_cells *)user;
@@ -236,7 +238,9 @@ PDI_FN void pdi_point_cells_set_joined(pd_ctx *ctx, pd_point_cells *s, pd_body_d
 
 /* ---- metal that goes ---- */
 
-/* 1: a cell at offset off[] from the start of a line of step[] cells may belong to one of its staircase paths. */
+/* 1: a cell at offset off[] from the start of a line of step[] cells may belong to one of its staircase paths: it lies
+ * in the box that the line spans, and each component of the cross product of off and step is at most 4 times the
+ * largest |step|. A quick test before staircases are searched. */
 static int pdi_point_cells_may_cross(const int *off, const int *step)
 {
     int length = 0;
@@ -252,7 +256,8 @@ static int pdi_point_cells_may_cross(const int *off, const int *step)
     return 1;
 }
 
-/* 1: the line of step[] cells passes the cell at offset off[], and not only an edge of it. */
+/* 1: the line from 0 to step[] cells passes through the cell at offset off[], over more than 1e-9 of its length; an
+ * edge or corner alone does not count. */
 static int pdi_point_cells_is_crossed(const int *off, const int *step)
 {
     double from = 0.0, to = 1.0;
@@ -267,9 +272,9 @@ static int pdi_point_cells_is_crossed(const int *off, const int *step)
     return to > from + 1e-9;
 }
 
-/* Breaks the bonds of point i to points of higher number that led through the dissolved point `gone` alone; each bond
- * is met at one end. A bond that no staircase connected before, as in a thin part with smooth faces, breaks where its
- * line passes the cell. */
+/* Breaks the intact bonds of point i to neighbours of higher number that led through the dissolved point `gone` alone;
+ * so each bond is met at one end. A staircase of metal joins the ends with `gone` and none without it. A bond that no
+ * staircase joined before, as in a thin part with smooth faces, breaks where its line passes the cell. */
 static void pdi_point_cells_break_through(const pd_point_cells *s, pd_body *body, int32_t gone, int32_t i)
 {
     double stiff = s->stiffness_factor[gone];

@@ -29,20 +29,23 @@ typedef struct pd_point_cells {
 /* Describes the arrays, for allocation and freeing: cells of mirror images, links from a point to its images, point of
  * each cell of the extended box. sites: a pd_point_cells with its counts. */
 PDI_FN void pdi_point_cells_list(pdi_array_visitor *owner, void *sites);
-/* Sizes the extended box (extended_cells, lower_cells) by grid, horizon and planes of symmetry, and adds the number of
- * mirror images to sites->images, which is 0 before. Nothing is allocated. */
+/* Sizes the extended box (extended_cells, lower_cells) by grid, horizon and planes of symmetry, and adds to
+ * sites->images, which is 0 before, the number of its cells outside of the box that mirror a solid node; none without
+ * planes. grid, horizon_ratio and mirrors are set before. Nothing is allocated. */
 PDI_FN void pdi_point_cells_count_images(pd_point_cells *sites);
 /* Fills in the mirror images, numbered behind the points: cell, image_source, image_reflection, a stiffness factor of
- * 1, the links next_image and the map cell_point. Does nothing without images. */
+ * 1, the links next_image and the map cell_point (-1: no metal). node and point are set before. Does nothing without
+ * images. */
 PDI_FN void pdi_point_cells_add_images(pd_point_cells *sites);
 /* Initial position x [PD_DIM] [m] of a point or image; an image lies behind the sides of the box. */
 PDI_FN void pdi_point_cells_position(const pd_point_cells *sites, int32_t i, double *x);
-/* Sets the callback desc->joined, which decides which bonds lie within the initial metal, by smooth surfaces or by
- * cells; its user is sites. Leaves desc as it is for convex metal. With smooth surfaces it also fills sites->depth. */
+/* Sets the callback desc->joined, which decides which bonds lie within the initial metal, and its user, sites. Smooth
+ * metal: the bond stays below the surface; sites->depth is filled in then, positive inside, for images, too. Other
+ * metal: a staircase of metal cells joins the points. Leaves desc as it is for convex metal, where all bonds do. */
 PDI_FN void pdi_point_cells_set_joined(pd_ctx *ctx, pd_point_cells *sites, pd_body_desc *desc);
 /* Nodes turned [count] have become fluid: breaks all bonds of their points and images, and those of other points that
- * led through them alone, and sets their stiffness factors to 0. Returns 1: one of the nodes was a point of the body.
- */
+ * led through them alone, and sets their stiffness factors to 0. Nodes that were no point are skipped. Returns 1: at
+ * least one of the nodes was a point of the body; 0: none. */
 PDI_FN int pdi_point_cells_dissolve_nodes(const pd_point_cells *sites, pd_body *body, const int32_t *turned,
                                           int32_t count);
 #endif

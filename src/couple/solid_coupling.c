@@ -56,9 +56,9 @@ PDI_FN int pdi_solid_coupling_can_interpenetrate(const pd_solid_coupling *s)
            !pd_body_is_intact(&s->body) || pdi_solid_coupling_has_failure(&s->desc) || s->desc.fracture > 0.0;
 }
 
-/* Builds material points at the solid nodes, their mirror images, and the body with its bonds. Sets node, point,
- * stiffness factors 1, members of sites, and marks all components of images as prescribed. s->density is work, and 0
- * afterwards. */
+/* Builds material points at the solid nodes within the box, their mirror images, and the body with its bonds. Sets
+ * node, point (-1: no metal), stiffness factors 1, members of sites, and marks all components of images as prescribed.
+ * s->density is work, and 0 afterwards. The arrays of s are allocated before. After an error the caller frees. */
 static pd_status pdi_solid_coupling_build_body(pd_ctx *ctx, pd_solid_coupling *s)
 {
     const pd_grid *grid = s->grid;
@@ -108,8 +108,9 @@ static pd_status pdi_solid_coupling_build_body(pd_ctx *ctx, pd_solid_coupling *s
     return status;
 }
 
-/* Counts the solid nodes and their images, into s->count and s->sites, and checks the lattice. PD_ERR_ARGUMENT: unequal
- * spacings, rings. PD_ERR_GEOMETRY: no metal. PD_ERR_SIZE: too many points. */
+/* Adds the number of solid nodes within the box to s->count, and sets up s->sites with the number of their images.
+ * Checks the lattice: PD_ERR_ARGUMENT: spacings that differ by more than 1e-9 of the first, or an axisymmetric lattice.
+ * PD_ERR_GEOMETRY: no metal. PD_ERR_SIZE: 2e9 points and images, or more. */
 static pd_status pdi_solid_coupling_count_points(pd_ctx *ctx, pd_solid_coupling *s)
 {
     const pd_grid *grid = s->grid;
@@ -137,7 +138,9 @@ static pd_status pdi_solid_coupling_count_points(pd_ctx *ctx, pd_solid_coupling 
                    (double)s->count, (double)s->sites.images);
 }
 
-/* Breaks the bonds that cross a pre-crack, segment by segment of a polyline. PD_ERR_GEOMETRY: it crosses none. */
+/* Breaks the bonds that cross a pre-crack; in 2D with three corners or more, those of each straight piece.
+ * PD_ERR_GEOMETRY: all of it crosses no unbroken bond. An error of pd_body_apply_precracks is passed on with the name
+ * of the crack. */
 static pd_status pdi_solid_coupling_apply_precrack(pd_ctx *ctx, pd_solid_coupling *s,
                                                    const pd_solid_coupling_precrack *cut)
 {
@@ -157,7 +160,8 @@ static pd_status pdi_solid_coupling_apply_precrack(pd_ctx *ctx, pd_solid_couplin
     return pd_fail(ctx, PD_ERR_GEOMETRY, "solid", "the crack '%.60s' crosses no bond of the metal", cut->name);
 }
 
-/* Sets up the interpenetration check with the initial components; those of convex metal are not searched. */
+/* Lets s->overlap point to grid, body and points, and finds the initial components. Convex metal is not searched: its
+ * number of components stays 0. The hash table is not prepared here. */
 static pd_status pdi_solid_coupling_init_interpenetration(pd_ctx *ctx, pd_solid_coupling *s)
 {
     s->overlap.grid = s->grid;
@@ -252,7 +256,8 @@ PDI_FN pd_material_interface pdi_solid_coupling_material_interface(pd_solid_coup
     return pd_correspondence_material(&s->elastic);
 }
 
-/* Builds the chosen material. */
+/* Builds the chosen material on s->body. All but springs get s->stiffness_factor, and detach points whose bonds do not
+ * span all directions: these lose their bonds, and it is no error. Correspondence also changes s->desc.elastic so. */
 static pd_status pdi_solid_coupling_build_material(pd_ctx *ctx, pd_solid_coupling *s)
 {
     pd_microelastic_desc springs = pdi_solid_coupling_microelastic_desc(s);
@@ -270,9 +275,9 @@ static pd_status pdi_solid_coupling_build_material(pd_ctx *ctx, pd_solid_couplin
     return pd_correspondence_build(ctx, &s->body, &s->desc.elastic, &s->elastic);
 }
 
-/* Replaces the fracture energy of a criterion by the critical bond energy of a growing crack, in 2D and 3D: sets
- * critical, and fracture to 0. In 1D, where a chain breaks at once, and without a fracture energy the criterion stays.
- */
+/* Replaces the fracture energy [J/m2] of a criterion by the critical bond energy of a growing crack, in 2D and 3D: sets
+ * critical, and fracture to 0. In 1D, where a chain breaks at once, and without a fracture energy above 0 the criterion
+ * stays. */
 static pd_status pdi_solid_coupling_calibrate_fracture(pd_ctx *ctx, const pd_solid_coupling *s,
                                                        pd_bond_failure_desc *criterion)
 {
@@ -288,7 +293,9 @@ static pd_status pdi_solid_coupling_calibrate_fracture(pd_ctx *ctx, const pd_sol
     return PD_OK;
 }
 
-/* Builds the quasi-static solver. */
+/* Builds the quasi-static solver with the supports, loads and failure criterion of the structure. The criterion is that
+ * of desc.bond_failure, its fracture energy calibrated to a critical bond energy; of springs, the critical value of the
+ * material. */
 static pd_status pdi_solid_coupling_build_static(pd_ctx *ctx, pd_solid_coupling *s)
 {
     pd_quasi_static_desc rest;
@@ -304,7 +311,7 @@ static pd_status pdi_solid_coupling_build_static(pd_ctx *ctx, pd_solid_coupling 
     return pd_quasi_static_build(ctx, &s->solid, &rest, &s->static_solver);
 }
 
-/* Builds the Verlet integrator. */
+/* Builds the Verlet integrator with the density of the structure; it borrows s->load and s->prescribed. */
 static pd_status pdi_solid_coupling_build_dynamic(pd_ctx *ctx, pd_solid_coupling *s)
 {
     pd_verlet_desc motion;
@@ -315,7 +322,10 @@ static pd_status pdi_solid_coupling_build_dynamic(pd_ctx *ctx, pd_solid_coupling
     return pd_verlet_build(ctx, &s->solid, &motion, &s->dynamic_solver);
 }
 
-/* PD_ERR_ARGUMENT: values or combinations of material, failure, plasticity and dynamics that do not exist. */
+/* PD_ERR_ARGUMENT: an unknown material; a density or fracture energy that is negative or NaN; springs with a failure
+ * criterion, a yield stress or a rate factor; other metal with desc->fracture, or with failure or a yield stress in
+ * dynamics; bond_failure.fracture of a material other than correspondence; a yield stress of one that is neither
+ * correspondence nor Hencky. */
 static pd_status pdi_solid_coupling_check(pd_ctx *ctx, const pd_solid_coupling_desc *desc)
 {
     int springs = desc->material == PD_SOLID_COUPLING_BOND_BASED, flows = desc->elastic.yield > 0.0;
@@ -346,7 +356,8 @@ static pd_status pdi_solid_coupling_check(pd_ctx *ctx, const pd_solid_coupling_d
     return PD_OK;
 }
 
-/* PD_ERR_ARGUMENT: planes of symmetry with cracks or breaking bonds, which are not reflected. */
+/* PD_ERR_ARGUMENT: metal with mirror images, which has pre-cracks, a failure criterion of bonds, or a fracture energy
+ * of springs: these are not reflected. PD_OK without images. */
 static pd_status pdi_solid_coupling_check_images(pd_ctx *ctx, const pd_solid_coupling *s,
                                                  const pd_solid_coupling_desc *desc)
 {
@@ -357,7 +368,9 @@ static pd_status pdi_solid_coupling_check_images(pd_ctx *ctx, const pd_solid_cou
                    "symmetry (flow = mirror): expected all of the body, or a side that holds it there (ux = 0)");
 }
 
-/* Inner part of the build; after an error the caller frees. */
+/* Inner part of the build: resets s, then builds body, cracks, material, interpenetration check and solver, in this
+ * order. desc is copied without its cuts. Rate factors become base_rate_factor, or 1. PD_ERR_GEOMETRY: after cracks and
+ * material no point has an unbroken bond. After an error the caller frees. */
 static pd_status pdi_solid_coupling_build_inner(pd_ctx *ctx, const pd_grid *grid, const pd_solid_coupling_desc *desc,
                                                 pd_solid_coupling *s)
 {
@@ -440,8 +453,8 @@ static void pdi_solid_coupling_compute_stress(pd_ctx *ctx, pd_solid_coupling *s)
     }
 }
 
-/* PD_ERR_STATE: strains of a small-strain material are too large: pressure or von Mises stress over Young's modulus, or
- * the plastic strain, by the stress that was computed last. */
+/* Only for correspondence and ordinary metal. PD_ERR_STATE: at a point the larger of von Mises stress and |pressure| is
+ * at least 0.2 of Young's modulus, or the plastic strain at least 1, by the stress that was computed last. */
 static pd_status pdi_solid_coupling_check_small_strains(pd_ctx *ctx, const pd_solid_coupling *s)
 {
     double young = s->desc.elastic.young, x[PD_DIM];
@@ -460,8 +473,9 @@ static pd_status pdi_solid_coupling_check_small_strains(pd_ctx *ctx, const pd_so
     return PD_OK;
 }
 
-/* Updates s->overlap where its hash table is there. PD_ERR_STATE: components that were apart at the start
- * interpenetrate, as contact is not computed. t [s] is for the message. */
+/* Updates s->overlap where its hash table is there; without it does nothing. PD_ERR_STATE: components that were apart
+ * at the start overlap (component_overlap > 0), as contact is not computed. Overlaps within one component are kept and
+ * are no error. t [s] is for the message. */
 static pd_status pdi_solid_coupling_check_interpenetration(pd_ctx *ctx, pd_solid_coupling *s, double t)
 {
     pd_interpenetration *o = &s->overlap;
@@ -477,9 +491,9 @@ static pd_status pdi_solid_coupling_check_interpenetration(pd_ctx *ctx, pd_solid
                    pdi_grid_format_position(s->grid, s->node[o->other], place[1]), o->component_overlap);
 }
 
-/* Sets s->rate_factor at all solid nodes by stress and plastic strain, times base_rate_factor, and makes the
- * dissolution forget the rates that it has found. Does nothing without desc.rate_factor. PD_ERR_STATE: a factor is
- * negative or not finite. */
+/* Sets s->rate_factor at all nodes that are still solid by stress and plastic strain, times base_rate_factor, and makes
+ * the dissolution forget the rates that it has found. Does nothing without desc.rate_factor. PD_ERR_STATE: a factor is
+ * negative, NaN, or at least 1e100; factors before it are set then. */
 static pd_status pdi_solid_coupling_update_rate_factors(pd_ctx *ctx, pd_solid_coupling *s)
 {
     pd_local_stress_state at;
@@ -515,8 +529,8 @@ static pd_status pdi_solid_coupling_check_no_dissolution(pd_ctx *ctx, const pd_s
                    pd_solid_coupling_is_dynamic(s) ? "in motion" : "of bond-based metal");
 }
 
-/* Sets stiffness factors of points and their images to the remaining fraction of the metal of their nodes; marks the
- * equilibrium as stale where one has changed. s->dissolve is not NULL. */
+/* Sets stiffness factors of points and their images to the content of their node over that of whole metal, where the
+ * node is still solid; marks the equilibrium as stale where one has changed at all. s->dissolve is not NULL. */
 static void pdi_solid_coupling_update_stiffness(pd_solid_coupling *s)
 {
     const pd_dissolve *d = s->dissolve;
@@ -531,8 +545,9 @@ static void pdi_solid_coupling_update_stiffness(pd_solid_coupling *s)
     }
 }
 
-/* Statics: stiffness factors by the remaining metal, equilibrium at time t [s], then stress, checks and rate factors
- * where the equilibrium is new. Returns the status of the solver, or an error. */
+/* Statics: updates the stiffness factors by the remaining metal and solves for equilibrium at time t [s]. Where that
+ * made a new solution, also computes the stress, checks small strains and interpenetration, and updates rate factors.
+ * Returns the status of the solver, or an error of these. */
 static pd_status pdi_solid_coupling_solve_at(pd_ctx *ctx, pd_solid_coupling *s, double t)
 {
     if (s->dissolve) pdi_solid_coupling_update_stiffness(s);
@@ -547,8 +562,8 @@ static pd_status pdi_solid_coupling_solve_at(pd_ctx *ctx, pd_solid_coupling *s, 
     return status;
 }
 
-/* Process callback, statics: without dissolution the body follows to any time asked for; with it, it stays that of the
- * last step. */
+/* Process callback, statics: without dissolution solves at any time t [s] asked for. With dissolution it solves only
+ * the first time; then the body stays that of the end of the last step. PD_ERR_ARGUMENT: springs are to dissolve. */
 static pd_status pdi_solid_coupling_process_solve_at(pd_ctx *ctx, void *self, double t)
 {
     pd_solid_coupling *s = (pd_solid_coupling *)self;
@@ -562,8 +577,8 @@ static pd_status pdi_solid_coupling_process_finish(pd_ctx *ctx, void *self, doub
     return pdi_solid_coupling_solve_at(ctx, (pd_solid_coupling *)self, t);
 }
 
-/* Process callback, statics: nodes turned [count] have become fluid and lose their bonds; the equilibrium is stale
- * then. */
+/* Process callback, statics: nodes turned [count] have become fluid; their points lose their bonds. The equilibrium is
+ * stale then, unless none of the nodes was a point of the body. */
 static pd_status pdi_solid_coupling_process_changed(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count)
 {
     pd_solid_coupling *s = (pd_solid_coupling *)self;
@@ -572,7 +587,8 @@ static pd_status pdi_solid_coupling_process_changed(pd_ctx *ctx, void *self, con
     return PD_OK;
 }
 
-/* Process callback, statics: checkpoint. After reading, stress and rate factors are computed anew. */
+/* Process callback, statics: checkpoint. After reading, stress and rate factors are computed anew if there was a
+ * solution. */
 static pd_status pdi_solid_coupling_process_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_solid_coupling *s = (pd_solid_coupling *)self;
@@ -596,8 +612,8 @@ static pd_status pdi_solid_coupling_set_loads(pd_ctx *ctx, pd_solid_coupling *s,
     return s->desc.load(ctx, s->desc.user, t, s->target, s->load);
 }
 
-/* Process callback, dynamics: initial loads; moves the prescribed displacements to those of time t [s], and computes
- * the stress. */
+/* Process callback, dynamics: sets the loads of time t [s], moves prescribed displacements at once to those of that
+ * time, sets the clock of the integrator, and computes the stress. PD_ERR_ARGUMENT: the body is to dissolve. */
 static pd_status pdi_solid_coupling_dynamic_start(pd_ctx *ctx, void *self, double t)
 {
     pd_solid_coupling *s = (pd_solid_coupling *)self;
@@ -623,8 +639,8 @@ static void pdi_solid_coupling_prescribe_velocities(pd_solid_coupling *s, double
     s->dynamic_solver.work += pdi_compensated_sum_total(&work);
 }
 
-/* Process callback, dynamics: one step. Loads that depend on time are those of its middle, prescribed displacements
- * reach those of its end; other loads stay those of the start. */
+/* Process callback, dynamics: one step. With desc.loads_in_time, loads are those of its middle, and prescribed
+ * displacements move uniformly to those of its end; without it loads and prescribed velocities stay as they are. */
 static pd_status pdi_solid_coupling_dynamic_attempt(pd_ctx *ctx, void *self, pd_step *step)
 {
     pd_solid_coupling *s = (pd_solid_coupling *)self;
@@ -644,7 +660,8 @@ static pd_status pdi_solid_coupling_dynamic_limit(pd_ctx *ctx, void *self, pd_st
     return motion.limit(ctx, motion.self, step);
 }
 
-/* Process callback, dynamics: accepts the step; checks interpenetration after every 16th one. */
+/* Process callback, dynamics: accepts the step. Checks interpenetration when the number of steps is a multiple of 16
+ * and the hash table is there. PD_ERR_STATE: as of that check. */
 static pd_status pdi_solid_coupling_dynamic_accept(pd_ctx *ctx, void *self, pd_step *step)
 {
     pd_solid_coupling *s = (pd_solid_coupling *)self;

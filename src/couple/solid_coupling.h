@@ -106,15 +106,16 @@ typedef struct pd_solid_coupling {
 #define pd_solid_coupling_process PD_NAME(pd_solid_coupling_process)
 #define pd_solid_coupling_free PD_NAME(pd_solid_coupling_free)
 
-/* The grid is borrowed. PD_ERR_ARGUMENT: unequal spacings, rings, a number out of range; metal other than springs that
- * is plastic or breaks in dynamics; plasticity of a material that is neither correspondence nor Hencky; cracks or
- * breaking bonds with planes of symmetry. PD_ERR_GEOMETRY: no metal; a node whose bonds do not span all directions; a
- * pre-crack that crosses no bond. */
+/* The grid is borrowed. PD_ERR_ARGUMENT: unequal spacings, rings, a negative number; springs with plasticity, a rate
+ * factor or bond_failure; other metal with `fracture`, or that is plastic or breaks in dynamics; bond_failure.fracture
+ * without correspondence; plasticity with neither correspondence nor Hencky; cracks or breaking bonds with planes of
+ * symmetry. PD_ERR_GEOMETRY: no metal; no point with bonds (those whose bonds do not span all directions lose them); a
+ * pre-crack that crosses none. PD_ERR_SIZE: 2e9 points. After an error nothing is left. */
 PD_API pd_status pd_solid_coupling_build(pd_ctx *ctx, const pd_grid *grid, const pd_solid_coupling_desc *desc,
                                          pd_solid_coupling *structure);
 /* The process table, statics or dynamics, to be added before that of the dissolution (NULL: the metal does not
- * dissolve), which is built with structure->rate_factor. Keeps `dissolve` in the structure. Bond-based bodies and those
- * in dynamics do not dissolve: PD_ERR_ARGUMENT at the start. */
+ * dissolve), which is built with structure->rate_factor. Keeps `dissolve` in the structure, and points to it.
+ * PD_ERR_ARGUMENT by the start of the process: a bond-based body or one in dynamics is to dissolve. */
 PD_API pd_physics pd_solid_coupling_process(pd_solid_coupling *structure, pd_dissolve *dissolve);
 PD_API void pd_solid_coupling_free(pd_ctx *ctx, pd_solid_coupling *structure);
 /* 1: dynamics; 0: statics. */
@@ -132,10 +133,11 @@ PDI_FN void pdi_solid_coupling_list(pdi_array_visitor *owner, void *structure);
 PDI_FN void pdi_solid_coupling_attach_material(pd_solid_coupling *structure);
 /* The pd_material_interface table of the chosen material, without mirror images; it points into the structure. */
 PDI_FN pd_material_interface pdi_solid_coupling_material_interface(pd_solid_coupling *structure);
-/* Damage [-] of a point: share of the bonds of its family that are broken, by failure, cracks or dissolution; 0: it has
- * none. */
+/* Damage [-] of a point, 0 .. 1: share of the bonds of its family as built that are broken, by failure, cracks or
+ * dissolution; 0: its family has no bonds. */
 PDI_FN double pdi_solid_coupling_damage(const pd_solid_coupling *structure, int32_t point);
-/* 1: surfaces may interpenetrate: there are several components, gaps, cracks, or bonds that break. */
+/* 1: surfaces may interpenetrate: there are several components, points with bond lists of their own, as beside gaps,
+ * broken bonds now, a failure criterion of bonds, or a fracture energy of springs. 0: no check is needed. */
 PDI_FN int pdi_solid_coupling_can_interpenetrate(const pd_solid_coupling *structure);
 /* 1: the metal has a yield stress. */
 static inline int pdi_solid_coupling_is_plastic(const pd_solid_coupling *s) { return s->desc.elastic.yield > 0.0; }

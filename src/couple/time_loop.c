@@ -53,8 +53,8 @@ pd_status pd_time_loop_add_process(pd_ctx *ctx, pd_time_loop *c, pd_physics proc
 
 /* ---- ledger ---- */
 
-/* Sets the present amounts of all ledgers to the sums over the processes; before the first step the initial amounts,
- * too. Imbalances stay as they are. */
+/* Sets the present amounts of all ledgers to the sums over the processes. Before the first step (steps 0) it also sets
+ * the initial amounts: start is solid plus dissolved, without carried_residual. Imbalances stay as they are. */
 static void pdi_time_loop_sum_amounts(pd_ctx *ctx, pd_time_loop *c)
 {
     pd_amounts sum[PD_TIME_LOOP_MAX_ELEMENTS];
@@ -79,8 +79,8 @@ static void pdi_time_loop_sum_amounts(pd_ctx *ctx, pd_time_loop *c)
     }
 }
 
-/* Sets c->own_imbalance to the largest relative imbalance of processes that keep balances of their own. PD_ERR_BALANCE:
- * it is above desc.ledger_tolerance. */
+/* Sets c->own_imbalance to the largest relative imbalance of processes that keep balances of their own; 0: none does.
+ * PD_ERR_BALANCE: it is above desc.ledger_tolerance; the first such process is named, those behind it are not asked. */
 static pd_status pdi_time_loop_check_own_balances(pd_ctx *ctx, pd_time_loop *c)
 {
     c->own_imbalance = 0.0;
@@ -96,8 +96,10 @@ static pd_status pdi_time_loop_check_own_balances(pd_ctx *ctx, pd_time_loop *c)
     return PD_OK;
 }
 
-/* Updates the ledgers, their imbalances and c->own_imbalance. PD_ERR_BALANCE: amounts are not conserved within the
- * tolerance, in a ledger or in a balance of a process itself. */
+/* Updates the ledgers, their imbalances and c->own_imbalance. PD_ERR_BALANCE: |imbalance| of a ledger is above
+ * ledger_tolerance times the largest of initial solid (without it, start), |in| and |out|, plus a rounding that grows
+ * with the steps; or a balance of a process itself is off. relative_imbalance is 0 where the imbalance is below
+ * DBL_MIN. Ledgers behind the first bad one are not checked. */
 static pd_status pdi_time_loop_check_balance(pd_ctx *ctx, pd_time_loop *c)
 {
     pdi_time_loop_sum_amounts(ctx, c);
@@ -149,8 +151,9 @@ static pd_status pdi_time_loop_keep_status(pd_time_loop *c, pd_status status)
     return status < 0 ? status : PD_OK;
 }
 
-/* Solves all quasi-steady processes at time t [s]: the callback pd_step.solve_at; user: the pd_time_loop. Returns PD_OK
- * or an error: a process that misses its tolerance sets c->has_missed. After an error c->current names the process. */
+/* Solves all processes with a solve_at, in their order, at time t [s]: the callback pd_step.solve_at; user: the
+ * pd_time_loop. Returns PD_OK or the first error: a process that misses its tolerance only sets c->has_missed.
+ * c->current is restored; after an error it names the process. */
 static pd_status pdi_time_loop_solve_quasi_steady(pd_ctx *ctx, void *user, double t)
 {
     pd_time_loop *c = (pd_time_loop *)user;
@@ -164,7 +167,8 @@ static pd_status pdi_time_loop_solve_quasi_steady(pd_ctx *ctx, void *user, doubl
     return PD_OK;
 }
 
-/* Counts a step, or the start, in which a process missed its tolerance. Returns PD_NOT_CONVERGED then, else PD_OK. */
+/* Adds 1 to c->unsolved if a process missed its tolerance since the last call, in a step or the start, and clears
+ * c->has_missed. Returns PD_NOT_CONVERGED then, else PD_OK. */
 static pd_status pdi_time_loop_count_missed(pd_time_loop *c)
 {
     pd_status status = c->has_missed ? PD_NOT_CONVERGED : PD_OK;
@@ -196,7 +200,8 @@ static void pdi_time_loop_clear_new_fluid(pd_time_loop *c, int n)
 }
 
 /* Nodes turned [count] have become fluid: updates bond data, sets the bits of c->new_fluid of all processes that step
- * in time, and calls nodes_converted of all processes. */
+ * in time, and calls nodes_converted of all processes, in their order. Does nothing for count 0; bonds and new_fluid
+ * may be NULL and are left out then. */
 static pd_status pdi_time_loop_update_geometry(pd_ctx *ctx, pd_time_loop *c, const int32_t *turned, int32_t count)
 {
     if (!count) return PD_OK;
@@ -211,8 +216,9 @@ static pd_status pdi_time_loop_update_geometry(pd_ctx *ctx, pd_time_loop *c, con
     return PD_OK;
 }
 
-/* Step of the run where the first process takes several steps of its own in it: sets s->dt and lowers s->latest_end to
- * the longest step that suits all processes. PD_ERR_STATE: it is below rounding. */
+/* Step of the run where the first process takes several steps of its own in it: asks all processes with max_run_step.
+ * If they allow less than the time left, divides that into equal steps of at most this length, sets s->dt and lowers
+ * s->latest_end; else the step takes all the time left. PD_ERR_STATE: the step is below rounding of the time. */
 static pd_status pdi_time_loop_choose_step(pd_ctx *ctx, const pd_time_loop *c, pd_step *s)
 {
     double left = s->latest_end - s->time;
@@ -233,8 +239,9 @@ static pd_status pdi_time_loop_choose_step(pd_ctx *ctx, const pd_time_loop *c, p
 }
 
 /* Advances a process from s->time to s->latest_end, or until those behind it have to follow (s->ends_substeps), or by
- * one step (once 1); s->end: the time reached. Updates geometry after each step and calls `finish`. A step that misses
- * its tolerance sets c->has_missed. */
+ * one step (once 1); s->end: the time reached. After each step clears its bits of new fluid and updates the geometry;
+ * at the end calls `finish`. A step that misses its tolerance sets c->has_missed. PD_ERR_STATE: steps are too short to
+ * reach the end, as of pdi_physics_check_progress. */
 static pd_status pdi_time_loop_advance_process(pd_ctx *ctx, pd_time_loop *c, const pd_physics *p, int once, pd_step *s)
 {
     pdi_physics_progress pace = {s->time, 0};
@@ -274,8 +281,9 @@ static pd_status pdi_time_loop_advance_followers(pd_ctx *ctx, pd_time_loop *c, i
 }
 
 /* One step of all processes in their order, from c->time, which stays. *end, *dt [s]: end and length of the step; on
- * entry the limit and the time left to it. If no process steps in time, the step is at most max_step, and quasi-steady
- * processes are solved at its end. */
+ * entry the limit and the time left to it. The first process that steps in time decides the end; *dt is its own step,
+ * or the whole length if it takes several. If no process steps in time, the time left is divided into equal steps of at
+ * most max_step (0: one step), and quasi-steady processes are solved at the end. */
 static pd_status pdi_time_loop_advance_all(pd_ctx *ctx, pd_time_loop *c, double *end, double *dt)
 {
     pd_step s;
@@ -371,7 +379,8 @@ double pd_time_loop_imbalance(const pd_time_loop *c)
 
 /* ---- state ---- */
 
-/* Writes lattice and processes into a checkpoint, or checks that the checkpoint has the same ones. */
+/* Writes cells, spacings, low ends, ghost layers, initial number of solid nodes, and names and number of processes into
+ * a checkpoint. On reading, checks that it has the same ones: PD_ERR_ARGUMENT: they differ. */
 static pd_status pdi_time_loop_check_compatible(pd_ctx *ctx, const pd_time_loop *c, pd_archive *archive)
 {
     const pd_grid *grid = c->grid;
@@ -390,8 +399,9 @@ static pd_status pdi_time_loop_check_compatible(pd_ctx *ctx, const pd_time_loop 
     return PD_OK;
 }
 
-/* Converts the metal nodes that `kind` [total] says are fluid, then updates bonds and all processes. turned [solid
- * nodes at the start]: work. PD_ERR_GEOMETRY: kinds differ otherwise. */
+/* Turns the solid nodes within the box that `kind` [total] says are fluid into fluid, then updates bonds and all
+ * processes. turned [solid nodes at the start]: work. PD_ERR_GEOMETRY: kinds still differ somewhere; the grid is
+ * changed then. */
 static pd_status pdi_time_loop_restore_fluid(pd_ctx *ctx, pd_time_loop *c, const uint8_t *kind, int32_t *turned)
 {
     int32_t count = 0;
@@ -408,8 +418,8 @@ static pd_status pdi_time_loop_restore_fluid(pd_ctx *ctx, pd_time_loop *c, const
     return pdi_time_loop_update_geometry(ctx, c, turned, count);
 }
 
-/* Writes the node kinds of the grid, or restores them and updates bonds and processes by the nodes that have turned
- * fluid. */
+/* Writes the kinds of all nodes of the grid. On reading, restores them and updates bonds and processes by the nodes
+ * that have turned fluid. PD_ERR_GEOMETRY: as of pdi_time_loop_restore_fluid. Work is freed in any case. */
 static pd_status pdi_time_loop_store_kinds(pd_ctx *ctx, pd_time_loop *c, pd_archive *archive)
 {
     uint8_t *kind = NULL;

@@ -74,30 +74,39 @@ typedef int (*pd_observer_fn)(void *user, const pd_time_loop *couple);
 #define pd_time_loop_imbalance PD_NAME(pd_time_loop_imbalance)
 #define pd_time_loop_store PD_NAME(pd_time_loop_store)
 
-/* Grid and bonds are borrowed; nothing is allocated, so there is no free. PD_ERR_ARGUMENT: a number is out of range. */
+/* Resets `couple` and sets the description, 0 replaced by defaults; time is 0, and there are no processes. Grid and
+ * bonds are borrowed; nothing is allocated, so there is no free. PD_ERR_ARGUMENT: fraction or rtol outside of 0 .. 1,
+ * max_step or ledger_tolerance negative, or NaN. */
 PD_API pd_status pd_time_loop_build(pd_ctx *ctx, const pd_time_loop_desc *desc, pd_grid *grid, pd_bonds *bonds,
                                     pd_time_loop *couple);
-/* Append a process; its elements join the ledgers by name. PD_ERR_SIZE: there are too many processes or elements, and
- * nothing is appended. */
+/* Append a process; its elements join the ledgers by name, new names get a ledger of their own. PD_ERR_SIZE: there are
+ * more than 8 processes or 8 elements, and nothing is appended. */
 PD_API pd_status pd_time_loop_add_process(pd_ctx *ctx, pd_time_loop *couple, pd_physics process);
-/* Starts all processes at couple->time and sets the initial amounts of the ledgers. A process that misses its tolerance
- * counts in `unsolved`. Errors: as of a step. */
+/* Starts all processes at couple->time in their order, those without a `start` left out, and sets the initial amounts
+ * of the ledgers; sets `started`. A process that misses its tolerance counts in `unsolved`, and PD_OK is returned.
+ * Errors: those of the processes; PD_ERR_BALANCE. After an error of a process couple->current names it. */
 PD_API pd_status pd_time_loop_start(pd_ctx *ctx, pd_time_loop *couple);
-/* One step that does not pass t_limit [s]; updates time, dt, steps and ledgers. PD_ERR_BALANCE: amounts are not
- * conserved. PD_NOT_CONVERGED: the step is done, but a process missed its tolerance; what transport and species miss is
- * owed to the next step. */
+/* One step that does not pass t_limit [s]; updates time, dt, steps and ledgers. PD_ERR_ARGUMENT: t_limit is not after
+ * time. PD_ERR_BALANCE: amounts are not conserved. After an error within the step, time and steps stay, but processes
+ * may have moved. PD_NOT_CONVERGED: the step is done, but a process missed its tolerance, which counts in `unsolved`;
+ * what transport and species miss is owed to the next step. */
 PD_API pd_status pd_time_loop_step(pd_ctx *ctx, pd_time_loop *couple, double t_limit);
-/* Start unless that is done, then steps up to t_end [s]; observer may be NULL. Steps end exactly on multiples of
- * `every` [s] (0: only on t_end). PD_NOT_CONVERGED: done, with such steps; `unsolved` counts them. */
+/* Start unless that is done, then steps up to t_end [s], none where time is t_end already; observer may be NULL. Steps
+ * end exactly on multiples of `every` [s] (0: only on t_end). An observer that returns non-zero stops the run without
+ * an error. PD_NOT_CONVERGED: done, with such steps; `unsolved` counts them. PD_ERR_ARGUMENT: t_end before time,
+ * `every` negative. PD_ERR_STATE: steps are so short that the end is more than 1e10 of them away. */
 PD_API pd_status pd_time_loop_run(pd_ctx *ctx, pd_time_loop *couple, double t_end, double every,
                                   pd_observer_fn observer, void *user);
-/* Share [-] of the initial volume of the solid that is gone, all elements taken together; 0: there was none. */
+/* Share [-] of the initial volume of the solid that is gone, all elements taken together, as of the last ledgers; 0:
+ * there was none. */
 PD_API double pd_time_loop_volume_loss(const pd_time_loop *couple);
-/* Worst relative imbalance [-] of all ledgers, and of processes with balances of their own. */
+/* Largest relative imbalance [-], not negative, of all ledgers and of processes with balances of their own, as of the
+ * last check. */
 PD_API double pd_time_loop_imbalance(const pd_time_loop *couple);
 /* Writes a checkpoint of all processes, or restores it into processes that were built alike and have made no step; the
  * run then continues with the same bits. Results of the last step (fluxes of transport and metal) are available after
- * the next one. Errors: those of the archive; PD_ERR_GEOMETRY: other metal nodes; afterwards only free is allowed. */
+ * the next one. Errors: those of the archive; PD_ERR_ARGUMENT: another lattice or other processes; PD_ERR_GEOMETRY:
+ * other kinds of nodes than by dissolution. After an error on reading only free is allowed. */
 PD_API pd_status pd_time_loop_store(pd_ctx *ctx, pd_time_loop *couple, pd_archive *archive);
 
 #endif
