@@ -78,8 +78,9 @@ static pd_status pdi_dissolution_laws_set_time(pd_ctx *ctx, void *user, double t
     return pdi_dissolution_laws_update_electrode_factors(ctx, a);
 }
 
-/* Fill in a->law[m] and return the descriptor of metal m of the surface solver, `kind` of the setup: its law,
- * stoichiometry and the solutes it depends on. A metal without a law in the species gets none. */
+/* Fill in a->law[m] and return the descriptor of metal m of the surface solver, `kind` of the setup: its law, the
+ * species that it releases (NULL without a surface reaction) and the solutes it depends on. A metal without a law in
+ * the species gets no law, and law[m] is set all the same. Surface states are kept only where the law reads one. */
 static pd_etch_metal pdi_dissolution_laws_set_metal_desc(pd_dissolution_laws *a, int m, int kind,
                                                          const pd_reactive *reactive, const pd_surface_states *surfaces)
 {
@@ -206,8 +207,8 @@ static double pdi_dissolution_laws_compute_supply(const pd_dissolve *d, const pd
 }
 
 /* [mol s/m5] Concentration rise across a diffusion film per unit of speed of metal m and of film length: dissolvable
- * content over diffusivity, with the mean rate factor of the metals there. 0 for bond-based corrosion, and without a
- * diffusivity. */
+ * content over diffusivity, times the mean rate factor of the metals there; of several metals with a law, the share of
+ * metal m. 0 for bond-based corrosion, and without a diffusivity. The weight at the node is above 0. */
 static double pdi_dissolution_laws_compute_film_factor(const pd_dissolution_laws *a, int m, const pdi_beside *beside)
 {
     const pd_dissolve *d = a->dissolve;
@@ -237,8 +238,8 @@ static void pdi_dissolution_laws_set_film_length(pd_dissolution_laws *a, int32_t
     a->surface_solver.rise[p] = all > 0.0 ? rise * (beside->flux * d->kind[0].supply / all) : 0.0;
 }
 
-/* Check that the speed of metal m at a node is a number below 1e100 m/s. PD_ERR_STATE: the message names time, place
- * and pH. */
+/* Check that the speed of metal m at a node is below 1e100 m/s; negative ones pass. PD_ERR_STATE: it is not, or NaN;
+ * the message names time, place and pH. */
 static pd_status pdi_dissolution_laws_check_speed(pd_ctx *ctx, const pd_dissolution_laws *a, int m, int32_t node)
 {
     char place[PDI_GRID_POSITION_LENGTH];
@@ -251,8 +252,9 @@ static pd_status pdi_dissolution_laws_check_speed(pd_ctx *ctx, const pd_dissolut
                    pd_reactive_ph(a->surface_solver.reactive, node));
 }
 
-/* Is the fluid of a node saturated (salt layer)? 1: the bond-based metal model then decides on the flux, and the
- * species get it a step later. */
+/* Is the fluid of a node saturated (salt layer)? 1: bond-based corrosion, and c is at least the saturation
+ * concentration less 1e-6 of it; the metal model then decides on the flux, and the species get it a step later. 0 for
+ * other metal. */
 static int pdi_dissolution_laws_is_saturated(const pd_dissolve *d, int32_t node)
 {
     return pdi_metal_bonds(d) &&
@@ -280,9 +282,10 @@ static int pdi_dissolution_laws_find_previous_speed(const pd_dissolution_laws *a
     return all > 0.0;
 }
 
-/* Set and check the dissolution speed of metal m at a node beside it. A node with a site keeps that of its site. Else
- * the film equation is solved with the present concentrations or, after a step of the species, the speeds of
- * neighbouring nodes are averaged. */
+/* Set and check the dissolution speed of metal m at a fluid node beside it; without a weight of that metal does
+ * nothing. A node with a site keeps that of its site. Else, where the species are ahead of the dissolution in time and
+ * the node is not saturated, it is the mean of neighbouring nodes; where that fails, the film equation with present
+ * concentrations. PD_ERR_STATE: the speed is not a number below 1e100 m/s. */
 static pd_status pdi_dissolution_laws_update_speed(pd_ctx *ctx, pd_dissolution_laws *a, int m, const pdi_beside *beside)
 {
     const pd_dissolve *d = a->dissolve;
@@ -316,8 +319,10 @@ static double pdi_dissolution_laws_compute_ionic_charge(const pd_dissolution_law
     return sum;
 }
 
-/* Raise the speed of metal m at a node just converted to fluid to what its law gives with the concentrations of a
- * neighbour: the node has next to no ions to carry a current, and the speed bounds the time step. */
+/* Raise the speed of metal m at a node just converted to fluid to the largest that its law gives with the
+ * concentrations of an adjacent fluid node that has more than 10 times its ionic charge: the node has next to no ions
+ * to carry a current, and the speed bounds the time step. Does nothing without a weight of the metal or such a
+ * neighbour. */
 static void pdi_dissolution_laws_limit_new_fluid(pd_dissolution_laws *a, int m, const pdi_beside *beside)
 {
     const pd_grid *grid = a->dissolve->grid;
@@ -336,8 +341,9 @@ static void pdi_dissolution_laws_limit_new_fluid(pd_dissolution_laws *a, int m, 
     }
 }
 
-/* Update the weights of existing sites within a step of the run, as the coverage of metal by minerals has changed.
- * Without electrodes also their film resistances, and the weight is 0 where no metal is left beside a site. */
+/* Update the weights of existing sites within a step of the run, as the coverage of metal by minerals has changed. With
+ * electrodes: of sites with a law whose node still has metal beside it. Without them: also the film resistances, and
+ * the weight is 0 where no metal is left beside a site. */
 static void pdi_dissolution_laws_update_weights(pd_dissolution_laws *a)
 {
     const pd_dissolve *d = a->dissolve;
@@ -419,8 +425,9 @@ static pd_status pdi_dissolution_laws_add_electrode_sites(pd_ctx *ctx, pd_dissol
 }
 
 /* Rebuild the surface sites and a->grain, and solve rate laws, polarisation curves and circuit potentials for the
- * present concentrations, into the surface solver. Then updates the dissolution speeds of all nodes. PD_ERR_STATE: no
- * solution, or several potentials of a circuit, for which it looks after 0, 1, 2, 4, ... steps. */
+ * present concentrations, into the surface solver. Then updates the dissolution speeds of all nodes. Saturated nodes
+ * get no site without electrodes. PD_ERR_STATE: no solution, a law that is no number, or several potentials of a
+ * circuit, for which it looks after 0, 1, 2, 4, ... steps where a law decreases with E. */
 static pd_status pdi_dissolution_laws_solve_surface(pd_ctx *ctx, pd_dissolution_laws *a)
 {
     const pd_dissolve *d = a->dissolve;
@@ -491,9 +498,10 @@ static int32_t pdi_dissolution_laws_find_only_component(const pd_etch *s, int m)
     return only;
 }
 
-/* Assign each site, in `piece`, to the metal component that dissolves there and may be consumed within a step: the one
- * that gives most of the weight, or the only one; -1: none. Edges and neighbouring metals make weights differ by a few
- * percent; sums agree. */
+/* Assign each site, in `piece`, to the small metal component that dissolves there and may be consumed within a step;
+ * -1: none. It is the one that gives more than half of the weight of the site; if there is no other metal, the only
+ * component of a metal takes all of its sites. Edges and neighbouring metals make weights differ by a few percent; sums
+ * agree. */
 static void pdi_dissolution_laws_find_components(pd_dissolution_laws *a)
 {
     pd_etch *s = &a->surface_solver;

@@ -50,8 +50,9 @@ static void pdi_inlet_compute_expression(const pd_setup_side *side, const double
     for (int d = 0; d < PD_DIM; d++) u[d] = pdi_setup_eval_expr(&side->velocity[d], x, t);
 }
 
-/* Count the fluid (open) and solid nodes of the layer inside a side, and average its profile expression at time t [s]
- * over the area of the fluid ones, into *layer; without an expression the averages are 0. */
+/* Count the fluid (open) and solid nodes of the layer inside a side, and average its profile expression at time t [s],
+ * taken on the side, over the area of the fluid ones, into all of *layer; without an expression or fluid the averages
+ * are 0. lo and hi are set in 2D only. */
 static void pdi_inlet_compute_layer(const pd_setup *setup, const pd_grid *grid, double t, int side,
                                     pdi_inlet_layer *layer)
 {
@@ -81,8 +82,9 @@ static void pdi_inlet_compute_layer(const pd_setup *setup, const pd_grid *grid, 
     layer->mean_magnitude = size / weight;
 }
 
-/* 2D: coordinate [m] of the wall surface between the open node at index s and the closed one at s + step (1 or -1),
- * along the side: exact, by bisection, or halfway; the end of the box where that node lies outside. */
+/* 2D: coordinate [m] along the side of the surface between the open node at index s and the closed one at s + step (1
+ * or -1). The end of the box where that node lies outside; halfway where it is no wall, as beside solid; else the
+ * surface of the wall shape: its entry on the line if smooth, by 60 bisections if not. */
 static double pdi_inlet_find_wall_edge(const pd_grid *grid, int side, int s, int step)
 {
     int axis = side / 2, along = PD_DIM > 1 ? 1 - axis : 0, i[PD_DIM];
@@ -125,7 +127,8 @@ static double pdi_inlet_find_tube_radius(const pd_grid *grid, int index, int axi
     return radius;
 }
 
-/* 1: the open nodes of a side are exactly those within the circle (centre, radius [m]). */
+/* 1: a node in front of a side is fluid if and only if its distance from the axis through centre is below radius [m]:
+ * the opening is that circle. */
 static int pdi_inlet_is_circular(const pd_grid *grid, int side, const double *centre, double radius)
 {
     int i[PD_DIM], axis = side / 2;
@@ -170,8 +173,9 @@ static void pdi_inlet_measure_annulus(const pd_grid *grid, int side, double lo, 
         } while (pdi_inlet_set_next_node(grid, axis, i));
 }
 
-/* Open fraction of the cell face around x [m] on a side with normal `axis`, by samples where a wall may cut it. fluid:
- * 1: its node is fluid, which decides elsewhere. */
+/* Open fraction [-] of the cell face around x [m] on a side with normal `axis`. Where the wall shape is within half a
+ * diagonal of the face: by 32 samples along each axis, those on the surface counted as one half, on rings weighted by
+ * the radius. Elsewhere, and without wall shapes, `fluid`: 1: its node is fluid. */
 static double pdi_inlet_compute_open_fraction(const pd_grid *grid, int axis, const double *x, int fluid)
 {
     double at[PD_DIM], reach = 0.0, open = 0.0, all = 0.0;
@@ -199,7 +203,8 @@ static double pdi_inlet_compute_open_fraction(const pd_grid *grid, int axis, con
     return open / all;
 }
 
-/* Area [m^(d-1)] of the open part of a side, with cut cell faces sampled. */
+/* Area [m^(d-1)] of the open part of a side, with cut cell faces sampled: over fluid and wall nodes, so that solid
+ * closes its faces. */
 static double pdi_inlet_integrate_open_area(const pd_grid *grid, int side)
 {
     int i[PD_DIM], axis = side / 2;
@@ -216,8 +221,9 @@ static double pdi_inlet_integrate_open_area(const pd_grid *grid, int side)
     return sum;
 }
 
-/* Planar 2D: an opening that ends on a mirror side is half of a channel; width and centre become those of the whole.
- * One that ends on a periodic side needs a solved profile. PD_ERR_GEOMETRY: no walls, so that no profile develops. */
+/* Planar 2D, for parabolas: an opening that ends on a mirror side (or any side that is neither wall nor periodic) is
+ * half of a channel; width and centre become those of the whole. One that ends on a periodic side needs a solved
+ * profile. One with walls at both ends stays. PD_ERR_GEOMETRY: both ends are no walls, so that no profile develops. */
 static pd_status pdi_inlet_apply_symmetry(pd_ctx *ctx, const pd_grid *grid, int side, const pdi_inlet_layer *layer,
                                           pd_inlet *inlet)
 {
@@ -240,7 +246,9 @@ static pd_status pdi_inlet_apply_symmetry(pd_ctx *ctx, const pd_grid *grid, int 
 }
 
 /* Measure the open part of a side: its *area [m^(d-1)], and in inlet its width, centre, inner radius and needs_profile
- * (1: a parabola has no closed form there). PD_ERR_GEOMETRY: closed, or no parabola possible. */
+ * (1: a parabola has no closed form there: several openings in 2D, no circle in 3D). In 3D without a circle width is
+ * the diameter of a circle of that area. PD_ERR_GEOMETRY: no open node; for a parabola: solid in the layer, 1D, or no
+ * wall. */
 static pd_status pdi_inlet_measure_opening(pd_ctx *ctx, const pd_grid *grid, int side, const pdi_inlet_layer *layer,
                                            pd_inlet *inlet, double *area)
 {
@@ -338,7 +346,10 @@ static int pdi_inlet_is_inside_box(const pd_grid *grid, int side, const pd_inlet
     return 1;
 }
 
-/* Inner part of the build: measures all inlet sides; error_side is the side at hand. */
+/* Inner part of the build: resets *inlet and measures all inlet sides with a profile; error_side is the side at hand. A
+ * flow rate in planar 2D is that through a tube of the width of the opening. PD_ERR_GEOMETRY: as of
+ * pdi_inlet_measure_opening, or an expression with a mean whose inward mean is at most 1e-12 of the mean of its
+ * size. */
 static pd_status pdi_inlet_build_inner(pd_ctx *ctx, const pd_setup *setup, const pd_grid *grid, pd_inlet *inlet)
 {
     memset(inlet, 0, sizeof *inlet);

@@ -143,8 +143,9 @@ static pdi_mechanical_bc_reference_points pdi_mechanical_bc_find_reference_point
     return l;
 }
 
-/* Check that condition k has at least one lattice line with a free layer behind the held ones for each component that a
- * side prescribes; a body in motion needs none. PD_ERR_GEOMETRY: there is none. */
+/* Check that condition k has at least one point beside its side with a free layer behind the held ones on its lattice
+ * line, for each component that the side prescribes. Shapes and bodies in dynamics need none. PD_ERR_GEOMETRY: there is
+ * none. */
 static pd_status pdi_mechanical_bc_check_free_layer(pd_ctx *ctx, const pd_mechanical_bc *g, int k)
 {
     const pd_setup_mechanical_bc *grip = &g->setup->metal_body.mechanical_bc[k];
@@ -178,8 +179,10 @@ static int pdi_mechanical_bc_count_loaded_layers(const pd_mechanical_bc *g)
     return 2 * (int)ceil(g->structure->desc.horizon_ratio + 1.0);
 }
 
-/* The run of metal that point i belongs to, from the side inward (layers = 0: the point carries no traction of that
- * side). Layers are counted up to twice the loaded ones. */
+/* The connected run of metal with stiffness that point i belongs to, from the side inward. layers is 0, and the point
+ * carries no traction of that side, if it lies deeper than twice the loaded layers, has dissolved, was not connected to
+ * the side at the start, or if metal is left between it and the side behind a gap. Layers are counted up to twice the
+ * loaded ones. */
 static pdi_mechanical_bc_metal_run pdi_mechanical_bc_find_metal_run(const pd_mechanical_bc *g, int32_t i, int side)
 {
     pdi_mechanical_bc_metal_run run = {0, 0, 0, 0, 0};
@@ -263,8 +266,9 @@ static void pdi_mechanical_bc_integrate_load_weights(const pd_mechanical_bc *g, 
     }
 }
 
-/* Refuse metal too thin between a held and a loaded side for the ordinary (linear peridynamic solid) material, whose c
- * is only fitted in 2D and 3D: it needs a free horizon and one more layer. PD_ERR_GEOMETRY. */
+/* Refuse metal too thin between a held and a loaded side for the ordinary (linear peridynamic solid) material in 2D and
+ * 3D. PD_ERR_GEOMETRY: the run spans the box, the opposite side holds a loaded component (under a pressure alone: the
+ * normal one), and there are fewer than 3/2 of the held layers and one more. PD_OK for all else. */
 static pd_status pdi_mechanical_bc_check_thickness(pd_ctx *ctx, const pd_mechanical_bc *g, int k,
                                                    const pdi_mechanical_bc_metal_run *run)
 {
@@ -281,7 +285,8 @@ static pd_status pdi_mechanical_bc_check_thickness(pd_ctx *ctx, const pd_mechani
 }
 
 /* Set opposite_held[k], the components that the opposite side holds, and weighted_area[k], the area that load weights
- * sum to at the start (the full area in thick metal). PD_ERR_GEOMETRY: metal too thin for the material. */
+ * sum to at the start: the full area, or, where a run of metal is thin, that sum where it differs by more than 1e-9.
+ * Without a traction or pressure only the full area is set. PD_ERR_GEOMETRY: metal too thin for the material. */
 static pd_status pdi_mechanical_bc_set_initial_load_area(pd_ctx *ctx, pd_mechanical_bc *g, int k)
 {
     const pd_setup_mechanics *b = &g->setup->metal_body;
@@ -312,8 +317,9 @@ typedef struct pdi_mechanical_bc_load_scaling {
     double total[PD_DIM];     /* [-] sum of all weights times volumes, over the area */
 } pdi_mechanical_bc_load_scaling;
 
-/* Scale load weights of condition k so that the total force is that on the initial area. PD_ERR_STATE: too little metal
- * is left; t [s] is for the message. */
+/* Scale load weights of condition k so that the total force is that on the initial area, into all of *shares.
+ * PD_ERR_STATE: too little metal is left: for a component, at most 1 % of the initial weights, or, where these were at
+ * most 1 % of the area, no point that takes the remainder. t [s] is for the message. */
 static pd_status pdi_mechanical_bc_compute_load_scaling(pd_ctx *ctx, const pd_mechanical_bc *g, int k, double t,
                                                         pdi_mechanical_bc_load_scaling *shares)
 {
@@ -388,8 +394,8 @@ PDI_FN pd_status pdi_mechanical_bc_build(pd_ctx *ctx, const pd_setup *setup, pd_
     return pdi_array_registry_build(ctx, pdi_mechanical_bc_list, g);
 }
 
-/* Check that a prescribed displacement, traction or force is finite (grip NULL: a body force); x [m] and t [s] are for
- * the message. PD_ERR_STATE. */
+/* Check that a prescribed displacement, traction or force is below 1e100 in size (grip NULL: a body force); x [m] and t
+ * [s] are for the message. PD_ERR_STATE: it is not, or NaN. */
 static pd_status pdi_mechanical_bc_check_finite(pd_ctx *ctx, const pd_setup_mechanical_bc *grip, double value,
                                                 const double *x, double t)
 {
@@ -455,7 +461,7 @@ static pd_status pdi_mechanical_bc_set_corner_displacement(pd_ctx *ctx, const pd
 }
 
 /* Set the components of u [points][PD_DIM] [m] of point i that condition k prescribes, at its face or place; the others
- * stay. */
+ * stay. Displacements below 1e-100 m become 0. PD_ERR_STATE: one is not finite. */
 static pd_status pdi_mechanical_bc_set_displacement(pd_ctx *ctx, const pd_mechanical_bc *g, int k, int32_t i, double t,
                                                     double *u)
 {
@@ -471,8 +477,8 @@ static pd_status pdi_mechanical_bc_set_displacement(pd_ctx *ctx, const pd_mechan
     return PD_OK;
 }
 
-/* Make room for one more interpolation row: as metal dissolves, a point may get more reference points than at the
- * start. */
+/* Make room for one more interpolation row: doubles the array where it is full, and does nothing otherwise. As metal
+ * dissolves, a point may get more reference points than at the start. After an error the rows are as before. */
 static pd_status pdi_mechanical_bc_grow_interpolation(pd_ctx *ctx, pd_mechanical_bc *g)
 {
     pd_constraint_row *row = NULL;
@@ -506,8 +512,9 @@ static pd_status pdi_mechanical_bc_add_interpolation(pd_ctx *ctx, pd_mechanical_
     return PD_OK;
 }
 
-/* Component d of point i in the held layers of condition k: blend at edges and corners, else linear interpolation
- * between the face and the first free layer. Does nothing for shapes and bodies in motion. */
+/* Component d of point i in the held layers of condition k. Two or more sides that hold it: their blend. Else adds rows
+ * of linear interpolation between the face and the first free layer, as the mean over all nearest reference points;
+ * without any the prescribed value stays. Does nothing for shapes and bodies in dynamics. */
 static pd_status pdi_mechanical_bc_interpolate_held(pd_ctx *ctx, pd_mechanical_bc *g, int k, int32_t i, int d, double t,
                                                     double *u)
 {
@@ -564,7 +571,8 @@ static pd_status pdi_mechanical_bc_compute_traction(pd_ctx *ctx, const pd_mechan
     return PD_OK;
 }
 
-/* Does the traction of condition k depend on the place along the side? 1 or 0. */
+/* Does the traction or pressure of condition k depend on the place along the side? 1 or 0; the coordinate along the
+ * normal and time do not count. */
 static int pdi_mechanical_bc_is_nonuniform(const pd_mechanical_bc *g, int k)
 {
     const pd_setup_mechanical_bc *grip = &g->setup->metal_body.mechanical_bc[k];
@@ -604,8 +612,9 @@ static void pdi_mechanical_bc_add_resultant(pdi_mechanical_bc_resultants *w, int
     for (int p = 0; p <= PD_DIM; p++) w->moment_deficit[d][p] += force * basis[p];
 }
 
-/* [m^(d-1)] Area of metal that is left on the side of condition k. Also sets the centre of its faces (with mirror
- * images) and the length scale in w, which is zero before. */
+/* [m^(d-1)] Area of the faces of points beside the side of condition k that have not dissolved; a partly dissolved one
+ * counts as whole. Also sets the centre of these faces (with mirror images: on the planes of symmetry) and the length
+ * scale, the largest side of the box, in w, which is zero before. */
 static double pdi_mechanical_bc_compute_loaded_area(const pd_mechanical_bc *g, int k, pdi_mechanical_bc_resultants *w)
 {
     const pd_solid_coupling *s = g->structure;
@@ -690,8 +699,8 @@ static int pdi_mechanical_bc_is_symmetric(const pd_mechanical_bc *g, int d, int 
 }
 
 /* Solve the small linear system for the corrections of component d, w->correction[d], by Gauss elimination; the deficit
- * of that component is work. Basis functions along which the loaded points hardly extend, or that break a symmetry, are
- * left out, with the correction 0. */
+ * of that component is overwritten. Basis functions along which the loaded points extend by less than about 0.1 cells,
+ * or that break a symmetry, are left out, with the correction 0. */
 static void pdi_mechanical_bc_solve_correction(const pd_mechanical_bc *g, int d, pdi_mechanical_bc_resultants *w)
 {
     double a[1 + PD_DIM][1 + PD_DIM], *rest = w->moment_deficit[d], *more = w->correction[d];

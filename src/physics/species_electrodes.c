@@ -21,9 +21,9 @@
 #define PDI_SPECIES_ELECTRODES_ROOT_FINE_STEP 0.005
 #define PDI_SPECIES_ELECTRODES_ROOT_COARSE_STEP 0.1
 
-/* Current density [A/m2] of an electrode from metal to fluid at the potential drop [V]: its polarisation curve times
- * the bare fraction `share`, through a film resistance, or an expression in drop, pH and species. A pd_etch_curve_fn.
- */
+/* Current density [A/m2] of an electrode from metal to fluid at the potential drop [V]: the bare fraction `share` times
+ * its polarisation curve, through a film resistance if that is above 0, or times its expression in drop, pH and
+ * species. 0: the electrode has no curve. A pd_etch_curve_fn. */
 static double pdi_species_electrodes_compute_curve(void *user, int electrode, double share, const double *c, double ph,
                                                    double drop, double t)
 {
@@ -78,8 +78,9 @@ static double pdi_species_electrodes_get_sample_state(const pd_setup_surface_sta
     return state->low + 0.5 * n * (state->high - state->low);
 }
 
-/* Find the range of potentials in which a rate law or polarisation curve decreases, into p, by samples of
- * concentrations, pH, states and places. Negative dissolution rates count as 0. */
+/* Extend the range of potentials in which a rate law or polarisation curve decreases, in p, by samples of
+ * concentrations, pH, states and places from -4 V to 4 V. Only laws that read E and curves by an expression are
+ * sampled; negative dissolution rates count as 0. Without a decrease has_decreasing_range stays as it is. */
 static void pdi_species_electrodes_find_decreasing_range(pd_species_electrodes *p)
 {
     const pd_setup *u = p->setup;
@@ -143,7 +144,8 @@ PDI_FN pd_status pdi_species_electrodes_build(pd_ctx *ctx, const pd_setup *setup
     return PD_OK;
 }
 
-/* Error message for a circuit with `found` potentials, root [4] [V] the first of them. Returns PD_ERR_STATE. */
+/* Error message for a circuit with `found` potentials, root [4] [V] the first of them; names its first electrode.
+ * Returns PD_ERR_STATE. */
 static pd_status pdi_species_electrodes_reject_multiple_roots(pd_ctx *ctx, const pd_species_electrodes *p, int circuit,
                                                               int found, const double *root)
 {
@@ -227,8 +229,9 @@ PDI_FN int pdi_species_electrodes_find_nearest_electrode(const pd_species_electr
     return found;
 }
 
-/* [A] (per m in planar 2D) Current of site k: dissolution by the rate law and the polarisation curve. *size: sum of
- * absolute values; *anodic: anodic part. */
+/* [A] (per m in planar 2D) Current of site k, positive out of the metal: dissolution by the rate law and the
+ * polarisation curve. *size: sum of the absolute values of both; *anodic: sum of what is positive of both. The site has
+ * an electrode. */
 static double pdi_species_electrodes_compute_site_current(const pd_etch *s, int32_t k, double *size, double *anodic)
 {
     const pd_reactive *r = s->reactive;
@@ -258,7 +261,8 @@ PDI_FN int pdi_species_electrodes_has_unwetted(const pd_species_electrodes *p)
 }
 
 /* Extend the range *met of potentials at which the tabulated curve of an electrode was evaluated, by those at its sites
- * now. */
+ * now. Sites without area or bare fraction, or without a solution at the surface, are left out; an electrode without a
+ * table leaves *met. */
 static void pdi_species_electrodes_extend_surface_range(const pd_species_electrodes *p, int electrode,
                                                         pd_cell_range *met)
 {
@@ -282,7 +286,8 @@ PDI_FN void pdi_species_electrodes_update_surface_range(pd_species_electrodes *p
         pdi_species_electrodes_extend_surface_range(p, e, &p->cell->met[e]);
 }
 
-/* [V] Potential of a circuit; NaN: it is not prescribed, and none of its metal is wetted or it carries no current. */
+/* [V] Potential of a circuit. NaN: it is not prescribed, and either fluid touches none of its metal or it carries no
+ * current. */
 static double pdi_species_electrodes_get_potential(const pd_species_electrodes *p, int circuit)
 {
     const pd_etch *s = p->etch;
