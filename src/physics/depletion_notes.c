@@ -14,7 +14,8 @@ static uint8_t pdi_depletion_notes_find_shape(const pd_setup *setup, const doubl
     return PDI_DEPLETION_NOTES_NO_SHAPE;
 }
 
-/* Count the solid nodes of each shape, into left. */
+/* Count the solid nodes that are left of each shape, into all of left [solid_shapes]; nodes of no shape do not
+ * count. */
 static void pdi_depletion_notes_count_nodes(const pd_depletion_notes *d, int32_t *left)
 {
     const pd_grid *grid = &d->model->grid;
@@ -24,7 +25,8 @@ static void pdi_depletion_notes_count_nodes(const pd_depletion_notes *d, int32_t
             left[d->shape_of_node[i]]++;
 }
 
-/* 1: fluid touches the electrode, and its circuit carries no current, as no curve or law can close it. */
+/* 1: fluid touches the electrode, and its circuit carries no current, as no curve or law can close it. 0: all others,
+ * those without fluid beside them, too. */
 static int pdi_depletion_notes_is_electrode_idle(const pd_model *m, int electrode)
 {
     pd_cell_electrode now;
@@ -61,8 +63,8 @@ static const char *pdi_depletion_notes_format_time(double time, char *text)
     return text;
 }
 
-/* Update nodes_left, and print a note for each shape whose metal has dissolved since the last update. print: NULL: no
- * notes. */
+/* Update nodes_left, and print a note for each shape that had solid nodes at the last update and has none now. print:
+ * NULL: no notes. */
 static void pdi_depletion_notes_print_consumed_shapes(pd_depletion_notes *d, pd_print_fn print, void *user)
 {
     const pd_setup *u = d->model->setup;

@@ -19,10 +19,11 @@ typedef struct pd_depletion_notes {
 #define pd_depletion_notes_free PD_NAME(pd_depletion_notes_free)
 #define pd_depletion_notes_update PD_NAME(pd_depletion_notes_update)
 
-/* Record to which shape each solid node belongs, and count them. Does nothing where no metal dissolves. */
+/* Record to which shape each solid node of the box belongs (the last that holds it; 255: none), and count them; resets
+ * the object. Where no metal dissolves, model stays NULL and nothing is allocated. */
 PD_API pd_status pd_depletion_notes_build(pd_ctx *ctx, pd_model *model, pd_depletion_notes *depletion);
-/* Update after a step: print a note for each shape that has dissolved since, and each electrode that stopped to carry
- * current. print: NULL: update silently. */
+/* Update after a step: print a note for each shape that has dissolved since the last update, and each electrode that
+ * has stopped carrying current. print: NULL: update silently. Does nothing where no metal dissolves. */
 PD_API void pd_depletion_notes_update(pd_depletion_notes *depletion, pd_print_fn print, void *user);
 PD_API void pd_depletion_notes_free(pd_ctx *ctx, pd_depletion_notes *depletion);
 

@@ -17,8 +17,9 @@ typedef struct pdi_developed_flow {
     pd_steady steady;
 } pdi_developed_flow;
 
-/* Build the lattice of the duct, d->grid and d->bonds: a slice of the box at a side, periodic along the flow, with
- * inlets and outlets of other sides as mirrors. After an error the caller frees. PD_ERR_GEOMETRY: no wall. */
+/* Build the lattice of the duct, d->grid and d->bonds: a slice of the box at a side, two reaches of the stencil deep
+ * and periodic along the flow, with inlets and outlets of other sides as mirrors; walls that have no node in it are
+ * left out. After an error the caller frees. PD_ERR_GEOMETRY: no node of the duct has a wall in its family. */
 static pd_status pdi_developed_flow_build_duct(pd_ctx *ctx, const pd_inlet *inlet, const pd_flow *flow, int side,
                                                pdi_developed_flow *d)
 {
@@ -59,7 +60,8 @@ static pd_status pdi_developed_flow_build_duct(pd_ctx *ctx, const pd_inlet *inle
 }
 
 /* Build and solve the steady duct flow, d->flow and d->steady, driven by a body force along `axis` that gives about the
- * small Reynolds number. PD_ERR_DIVERGED: the residual stays above PDI_DEVELOPED_FLOW_MAX_RESIDUAL. */
+ * small Reynolds number. A residual below 1e-7 counts as solved, also where the solver misses its tolerance of 1e-11.
+ * PD_ERR_DIVERGED: it stays above. After an error the caller frees. */
 static pd_status pdi_developed_flow_solve(pd_ctx *ctx, const pd_flow *flow, int axis, pdi_developed_flow *d)
 {
     pd_flow_desc fd;

@@ -8,8 +8,9 @@
 
 #ifdef PDI_INTERNAL
 /* Solve for the profiles of inlets without a closed form, with the viscous operator of `flow`; they are allocated as
- * inlet->profile. Then updates the ghosts of `flow`. inlet->error_side is the last side tried. PD_ERR_GEOMETRY: an
- * opening without a wall, where no profile develops. PD_ERR_DIVERGED: no profile is found. */
+ * inlet->profile, which pdi_inlet_free frees. Those that are there stay. If there is a new one, updates the ghosts of
+ * `flow`. inlet->error_side is the last side tried. PD_ERR_GEOMETRY: an opening without a wall, where no profile
+ * develops. PD_ERR_DIVERGED: no profile is found. */
 PDI_FN pd_status pdi_developed_flow_compute_profiles(pd_ctx *ctx, pd_inlet *inlet, pd_flow *flow);
 #endif
 

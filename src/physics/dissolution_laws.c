@@ -499,9 +499,9 @@ static int32_t pdi_dissolution_laws_find_only_component(const pd_etch *s, int m)
 }
 
 /* Assign each site, in `piece`, to the small metal component that dissolves there and may be consumed within a step;
- * -1: none. It is the one that gives more than half of the weight of the site; if there is no other metal, the only
- * component of a metal takes all of its sites. Edges and neighbouring metals make weights differ by a few percent; sums
- * agree. */
+ * -1: none. It is the one that gives more than half of the weight of the site; if all metal is in such components, one
+ * that is alone among the sites of a metal takes all of them. Edges and neighbouring metals make weights differ by a
+ * few percent; sums agree. */
 static void pdi_dissolution_laws_find_components(pd_dissolution_laws *a)
 {
     pd_etch *s = &a->surface_solver;

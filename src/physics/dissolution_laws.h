@@ -70,9 +70,9 @@ PDI_FN double pdi_dissolution_laws_get_speed(void *user, const pd_rate_at *at);
  * callback of pd_dissolve; user is a pd_dissolution_laws. */
 PDI_FN pd_status pdi_dissolution_laws_update_speeds(pd_ctx *ctx, void *user, double t);
 /* Update the exposed surface and its sites for a step of the species from time t [s] on; sets the times of surface
- * solver and dissolution to t. At the begin of a step of the run also keeps its start, and, without bond-based
- * corrosion, finds the metal components. Without dissolving metal laws are solved only then. The `find` callback of
- * pd_course; user is a pd_dissolution_laws. */
+ * solver and dissolution to t. At the start of a step of the run also keeps its time, and, where the species get
+ * released metal of other than bond-based corrosion, finds the metal components. Without dissolving metal laws are
+ * solved only then. The `find` callback of pd_course; user is a pd_dissolution_laws. */
 PDI_FN pd_status pdi_dissolution_laws_update_interface(pd_ctx *ctx, void *user, double t);
 #endif
 

@@ -6,9 +6,9 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Set the variables vars [PD_EXPR_VARS] of a rate-law expression at a node: C, t, place, grain, the fields of
- * registered physics, and current density and potential of the electrode beside it where the law reads them; the others
- * are 0. */
+/* Set all variables vars [PD_EXPR_VARS] of a rate-law expression at a node: C, t, place, grain, the fields of
+ * registered physics where the law reads one, and current density and potential of the electrode beside it where there
+ * is a potential solver and the law reads them; the others are 0. */
 static void pdi_dissolution_physics_set_law_variables(const pd_model_law *law, const pd_rate_at *at, double *vars)
 {
     memset(vars, 0, PD_EXPR_VARS * sizeof *vars);
@@ -31,8 +31,8 @@ static double pdi_dissolution_physics_compute_rate(void *user, const pd_rate_at 
     return law->metal->rate_scale * pd_expr_eval(&law->metal->rate, vars);
 }
 
-/* Bounds *least, *most [m/s] of the speed over the times from .. to [s], by interval arithmetic. A pd_rate_bounds_fn;
- * user: a pd_model_law. */
+/* Bounds *least, *most [m/s] of the speed, with rate_scale, over the times from .. to [s] with all other inputs held,
+ * by interval arithmetic. A pd_rate_bounds_fn; user: a pd_model_law. */
 static void pdi_dissolution_physics_compute_rate_bounds(void *user, const pd_rate_at *at, double from, double to,
                                                         double *least, double *most)
 {
@@ -105,8 +105,9 @@ static int pdi_dissolution_physics_is_faradaic(const pd_setup *setup, const pd_d
     return sees && setup->has_potential && !setup->has_migration && !desc->factor && desc->drive == PD_DRIVE_CONSTANT;
 }
 
-/* Bring currents that depend on time to time t [s] for the rate laws; with Faraday's law, match lost metal and charge.
- * The `found` callback of pd_dissolve; user: pd_model. */
+/* Bring currents that depend on time to time t [s] for the rate laws, unless they are solved in steps of the species;
+ * with Faraday's law, match lost metal and charge. Does nothing before the potential solver is built. The `found`
+ * callback of pd_dissolve; user: pd_model. */
 static pd_status pdi_dissolution_physics_update_currents(pd_ctx *ctx, void *user, double t)
 {
     pd_model *m = (pd_model *)user;
@@ -117,8 +118,9 @@ static pd_status pdi_dissolution_physics_update_currents(pd_ctx *ctx, void *user
     return PD_OK;
 }
 
-/* Builds the dissolving metal: options, laws, grains, electrodes. Allocates m->coverage_factor where minerals cover
- * metal, and m->passive under a passive film. */
+/* Builds the dissolving metal: options, laws, grains, electrodes. A law in the species is replaced by the speed that
+ * the surface solver finds. Allocates m->coverage_factor where minerals with a shielding thickness cover metal, and
+ * m->passive under a passive film. Errors: those of pd_dissolve_build. */
 static pd_status pdi_dissolution_physics_build(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
@@ -210,7 +212,8 @@ static void pdi_dissolution_physics_estimate(const pd_setup *setup, pdi_memory_p
 }
 
 /* Describe the dissolution rate of metal m in text [size], as "surface rate 1 um/h at C = 0 (8.766 mm/year, 3.8 A/m2
- * with z = 2), Cs = 71508 mol/m3". */
+ * with z = 2), Cs = 71508 mol/m3". Laws in species, potential or fields of programs get no number. With several metals
+ * the name comes first. */
 static void pdi_dissolution_physics_format_rate(const pd_setup *setup, int m, char *text, size_t size)
 {
     const pd_setup_metal *metal = &setup->metal[m];
@@ -297,7 +300,8 @@ static void pdi_dissolution_physics_add_statistics(const pd_model *m, pd_model_s
     e->mass_defect = r->defect;
 }
 
-/* Speed [m/s] of the fastest metal beside a fluid node, NaN at other nodes; or the damage [-] of any node. */
+/* Speed [m/s] of the fastest metal beside a fluid node, NaN at nodes that are not fluid; or, for PD_FIELD_DAMAGE, the
+ * damage [-] of any node. */
 static double pdi_dissolution_physics_sample(const pd_model *m, pd_field field, int32_t i)
 {
     if (field == PD_FIELD_DAMAGE) return pdi_dissolve_damage(&m->dissolve, i);

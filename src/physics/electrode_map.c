@@ -4,7 +4,8 @@
 #include <math.h>
 #include <string.h>
 
-/* Electrode of a solid node, the last one whose shape or material fits; -1: none. user: a pd_electrode_map. */
+/* Electrode of a solid node: the last one whose shape holds it, or, of one without a shape, whose material is that of
+ * the node; -1: none. user: a pd_electrode_map. */
 static int pdi_electrode_map_find_electrode(void *user, int32_t node)
 {
     const pd_electrode_map *m = (const pd_electrode_map *)user;
@@ -40,8 +41,8 @@ PDI_FN int pdi_electrode_map_is_time_dependent(const pd_setup *setup)
     return timed;
 }
 
-/* Conductivity field [total] [S/m] of the electrolyte, kappa = F^2/(R T) sum z^2 D c (theory: eq. 6b.7). user: a
- * pd_electrode_map. */
+/* Conductivity field [total] [S/m] of the electrolyte at fluid nodes, kappa = F^2/(R T) sum z^2 D c (theory: eq. 6b.7);
+ * negative concentrations count as 0. Other nodes get 0. user: a pd_electrode_map. */
 static void pdi_electrode_map_compute_conductivity(void *user, double *field)
 {
     const pd_electrode_map *m = (const pd_electrode_map *)user;
@@ -120,8 +121,9 @@ static void pdi_electrode_map_merge_circuits(int *wire, int count, int a, int b)
         if (wire[k] == high) wire[k] = low;
 }
 
-/* Check that all solid nodes belong to electrodes, and merge circuits of those that touch, in wire [electrodes].
- * PD_ERR_GEOMETRY: metal without an electrode, or an electrode without metal, whose line becomes m->error_line. */
+/* Check that all solid nodes belong to electrodes and all electrodes have nodes, and merge in wire [electrodes] the
+ * circuits of electrodes with adjacent nodes, also across periodic sides. PD_ERR_GEOMETRY: metal without an electrode,
+ * or an electrode without metal, whose line becomes m->error_line. */
 static pd_status pdi_electrode_map_find_electrodes(pd_ctx *ctx, pd_electrode_map *m, int *wire)
 {
     const pd_setup_potential *p = &m->setup->potential;
@@ -153,8 +155,9 @@ static pd_status pdi_electrode_map_find_electrodes(pd_ctx *ctx, pd_electrode_map
     return PD_OK;
 }
 
-/* Number the circuits, and set the prescribed electrode of each with its kind and its value at time 0. PD_ERR_ARGUMENT:
- * two prescribed values in one circuit. */
+/* Number the circuits by wire [electrodes], and set the prescribed electrode of each (-1: none) with its kind and its
+ * value at time 0. PD_ERR_ARGUMENT: two electrodes of a circuit have a prescribed potential or current; m->error_line
+ * is that of the second. */
 static pd_status pdi_electrode_map_build_circuits(pd_ctx *ctx, pd_electrode_map *m, const int *wire)
 {
     const pd_setup_potential *p = &m->setup->potential;
@@ -180,7 +183,8 @@ static pd_status pdi_electrode_map_build_circuits(pd_ctx *ctx, pd_electrode_map 
     return PD_OK;
 }
 
-/* Fill in the descriptor of the potential solver and build it. */
+/* Fill in the descriptor of the potential solver and build it. An electrode that is primary, has no curve, or an
+ * expression in species gets no polarisation terms here. The conductivity is that of the setup, or from the species. */
 static pd_status pdi_electrode_map_build_cell(pd_ctx *ctx, pd_electrode_map *m, const pd_bonds *bonds,
                                               const pd_stencil *across, const pd_dissolve *dissolve, pd_cell *cell)
 {

@@ -36,20 +36,24 @@ PDI_FN pd_status pdi_electrode_map_build(pd_ctx *ctx, const pd_setup *setup, con
                                          pd_electrode_map *electrodes, pd_cell *cell);
 /* Do prescribed potentials, currents or curve factors of electrodes depend on time? 1 or 0. */
 PDI_FN int pdi_electrode_map_is_time_dependent(const pd_setup *setup);
-/* Prescribed potential [V] or current [A] of a circuit at time t [s]; 0: it has none. user: a pd_electrode_map. */
+/* Prescribed potential [V] or current [A] of a circuit at time t [s], by the expression at the origin; 0: it has none.
+ * user: a pd_electrode_map. */
 PDI_FN double pdi_electrode_map_get_circuit_value(void *user, int circuit, double t);
-/* Add the species that electrode reactions produce, by Faraday's law from the last current densities, to source
- * [solutes][total] [mol/m3/s]. The `feed` callback of pd_course; user: a pd_electrode_map with species and cell. */
+/* Add what electrode reactions release (negative: consume), by Faraday's law from the last current densities of
+ * contacts, to source [solutes][total] [mol/m3/s]. Electrodes without a reaction give nothing. The `feed` callback of
+ * pd_course; user: a pd_electrode_map with species and cell. */
 PDI_FN void pdi_electrode_map_add_faradaic_source(void *user, double *source);
-/* Error message for a node where an electrode reaction consumes more of a solute than is there; it names the electrode.
- * The `drained` callback of pd_course. Returns PD_ERR_STATE. */
+/* Error message for a node where electrode reactions consume more of a solute than is there; it names the electrode
+ * that takes most. The `drained` callback of pd_course. Returns PD_ERR_STATE. */
 PDI_FN pd_status pdi_electrode_map_report_depleted_species(pd_ctx *ctx, void *user, int32_t node, int solute, double t);
 /* 1: rate laws of metal depend on currents or potentials of the potential solver. 0 with migrating ions. */
 PDI_FN int pdi_electrode_map_is_read_by_laws(const pd_setup *setup);
-/* 1: currents are solved before each species step, since they depend on what it changes: conductivity, surface states
- * or, with values in time, mineral coverage. 0 with migrating ions. */
+/* 1: currents are solved before each species step, since they depend on what it changes: the conductivity is that of
+ * the species, there are surface states, or minerals cover metal while electrodes have values in time. 0 with migrating
+ * ions, and without potential or chemistry. */
 PDI_FN int pdi_electrode_map_is_solved_per_species_step(const pd_setup *setup);
-/* 1: the species solve currents in each of their own steps; else they use those of the metal's step. */
+/* 1: the species solve currents in each of their own steps: they change them, or currents depend on time and no rate
+ * law of the metal reads them. 0: they use those of the metal's step. */
 PDI_FN int pdi_electrode_map_is_solved_by_species(const pd_setup *setup);
 #endif
 

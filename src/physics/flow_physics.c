@@ -6,8 +6,9 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Sets the initial velocity, and builds the time integrator of an unsteady flow; a prescribed flow has none, and keeps
- * its velocity. PD_ERR_STATE: a velocity is not finite. */
+/* Sets the initial velocity at fluid nodes (prescribed flow: also at inlet nodes), and builds the time integrator of an
+ * implicit or explicit flow; a prescribed flow has none, and keeps its velocity. PD_ERR_STATE: a component is NaN or at
+ * least 1e100 in size. */
 static pd_status pdi_flow_physics_build_unsteady(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
@@ -37,7 +38,9 @@ static pd_status pdi_flow_physics_build_unsteady(pd_ctx *ctx, pd_model *m)
     return pd_weakly_compressible_build(ctx, &m->flow, &explicit_, &m->unsteady);
 }
 
-/* Builds the flow, its steady or implicit solver, the developed profiles of inlets, and what an unsteady flow needs. */
+/* Builds the flow, its steady solver (steady and implicit flow), the developed profiles of inlets, and what a flow in
+ * time needs. Order auto stands for steady flow without a given order. Speed and length for reports are those of the
+ * setup, else of the first inlet. error_line becomes that of the inlet measured last. */
 static pd_status pdi_flow_physics_build(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
@@ -104,7 +107,8 @@ static double pdi_flow_physics_estimate_solver(const pd_setup *setup, pdi_memory
     return bytes + pdi_memory_plan_add_scratch(plan, room);
 }
 
-/* Order of the flow discretisation for estimates: that of the setup, else 4 where the run may use it, else 2. */
+/* Order of the flow discretisation for estimates: that of the setup; else 4 for steady planar flow with m <= 1, no
+ * shapes, and sides that order 4 can treat; else 2. */
 static int pdi_flow_physics_estimate_order(const pd_setup *setup, const pd_grid *grid)
 {
     if (setup->flow_order) return setup->flow_order;
@@ -188,7 +192,8 @@ static void pdi_flow_physics_free(pd_ctx *ctx, pd_model *m)
 
 static const double *pdi_flow_physics_velocity(const pd_model *m) { return m->flow.u; }
 
-/* Sets evaluations, solves and residuals of the flow in the statistics of the run. */
+/* Sets solves, evaluations, Krylov iterations and residuals of the flow in the statistics of the run. A flow in time
+ * counts a solve for each step of the run; Krylov iterations and residuals are those of steady flow, else 0. */
 static void pdi_flow_physics_add_statistics(const pd_model *m, pd_model_statistics *e)
 {
     int moves = m->setup->flow_time == PD_FLOW_IMPLICIT || m->setup->flow_time == PD_FLOW_EXPLICIT;

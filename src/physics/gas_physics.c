@@ -14,7 +14,8 @@ static void pdi_gas_physics_get_initial_state(void *user, const double *x, doubl
     for (int d = 0; d < PD_DIM; d++) v[d] = pdi_setup_eval_expr(&u->initial_velocity[d], x, 0.0);
 }
 
-/* Builds the gas from the state at the start and the sides, and checks that state by asking for its stable step. */
+/* Builds the gas from the state at the start and the sides, and checks that state by asking for its stable step.
+ * Errors: PD_ERR_ARGUMENT of pd_gas_build; PD_ERR_STATE: that state is not admissible. */
 static pd_status pdi_gas_physics_build(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
@@ -65,7 +66,8 @@ static void pdi_gas_physics_free(pd_ctx *ctx, pd_model *m) { pd_gas_free(ctx, &m
 /* [PD_DIM][total] [m/s] Velocity of the gas. */
 static const double *pdi_gas_physics_velocity(const pd_model *m) { return m->gas.primitive + m->grid.total; }
 
-/* Array [total] of a gas field: density, pressure, total energy per volume, or else that component of the velocity. */
+/* Array [total] of a gas field: density [kg/m3], pressure [Pa], total energy per volume [J/m3], or for any other field
+ * that component of the velocity [m/s]. */
 static const double *pdi_gas_physics_get_values(const pd_model *m, pd_field field, int component)
 {
     int64_t last = (int64_t)(PD_GAS_FIELDS - 1) * m->grid.total;

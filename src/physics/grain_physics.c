@@ -17,7 +17,8 @@ static pd_status pdi_grain_physics_build_boundary_factor(pd_ctx *ctx, pd_model *
     return PD_OK;
 }
 
-/* Grows and measures the grains of all solids, and sets the rate factor of their boundaries. */
+/* Grows and measures the grains of all solids, and sets the rate factor of their boundaries where metal dissolves by
+ * another rate there. The boundary fractions are work and freed. */
 static pd_status pdi_grain_physics_build(pd_ctx *ctx, pd_model *m)
 {
     float *fraction = NULL;

@@ -40,8 +40,9 @@ static void pdi_input_step_limit_list(pdi_array_visitor *owner, void *object)
     PDI_ARRAY(owner, vary, value, vary->capacity, "");
 }
 
-/* Append an expression, if it depends on time, at sample places of the box, or of one side (side < 0: the box). It is
- * borrowed. Without an array the entries are only counted. */
+/* Append an expression, if it depends on time, at sample places of the box, or of one side (side < 0: the box): 3 along
+ * each axis that it depends on, else the middle; along the normal on the side. It is borrowed. Without an array the
+ * entries are only counted. Does nothing if it does not depend on time. */
 static void pdi_input_step_limit_add_expression(const pd_setup *setup, const pd_expr *expr, int side,
                                                 pd_input_step_limit *vary)
 {
@@ -97,8 +98,9 @@ static void pdi_input_step_limit_add_mechanical_bc(const pd_setup *u, pd_input_s
         pdi_input_step_limit_add_expression(u, &u->metal_body.force[d], -1, vary);
 }
 
-/* Potential change [V] over which the current of a tabulated polarisation curve grows e-fold where its curvature is
- * largest; near a zero of the current, from slope over curvature. HUGE_VAL: the curve is straight. */
+/* Least potential change [V] over which the current of a tabulated polarisation curve grows e-fold, over its points:
+ * the larger of sqrt(current/curvature) and slope/curvature, by differences over 6.4 mV at least. HUGE_VAL: the curve
+ * is straight to rounding. */
 static double pdi_input_step_limit_compute_table_curvature(const pd_electrode_term *term)
 {
     const double *u = term->potential, *i = term->current;
@@ -115,8 +117,8 @@ static double pdi_input_step_limit_compute_table_curvature(const pd_electrode_te
     return fold;
 }
 
-/* Least potential change [V] by which the current of an electrode grows e-fold, of any kind of curve; HUGE_VAL: it is
- * linear. */
+/* Least potential change [V] by which the current of an electrode grows e-fold: of Butler-Volmer terms the smaller of
+ * both slopes, of a table by its curvature. HUGE_VAL: it is linear, or the electrode is primary. */
 static double pdi_input_step_limit_compute_efolding_voltage(const pd_setup_electrode *e)
 {
     const pd_electrode_term *term = &e->term;
@@ -193,8 +195,8 @@ typedef struct pdi_input_step_limit_seen_range {
     double low, high, tolerance; /* the last: tolerance by which values may lie outside of them */
 } pdi_input_step_limit_seen_range;
 
-/* Range of a value between t and end [s], with the tolerance; most: least size [unit of the value] that counts for it.
- */
+/* Smallest and largest value at the ends t and end [s], with the tolerance: 5 % of the largest size there, of at least
+ * `most` [unit of the value]. */
 static pdi_input_step_limit_seen_range pdi_input_step_limit_compute_seen_range(const pd_input_value *value, double t,
                                                                                double end, double most)
 {
@@ -214,8 +216,8 @@ static double pdi_input_step_limit_compute_start_tolerance(double t, double end)
     return t + PDI_INPUT_STEP_LIMIT_START_FRACTION * (end - t) + 8.0 * DBL_EPSILON * fabs(t);
 }
 
-/* 1: the value has no jump between from and to [s]: in no quarter of the interval do its bounds (interval arithmetic)
- * hold nearly all of its change, `width`. */
+/* 1: the value has no jump between from and to [s]: in no quarter of the interval is the width of its bounds (interval
+ * arithmetic) above 0.75 of `width`, that of the interval. */
 static int pdi_input_step_limit_is_continuous(const pd_input_value *value, double from, double to, double width)
 {
     double quarter = 0.25 * (to - from);
@@ -226,9 +228,10 @@ static int pdi_input_step_limit_is_continuous(const pd_input_value *value, doubl
     return 1;
 }
 
-/* First time [s] in t .. end at which the value leaves the range between both ends or jumps, found by bisection with
- * interval bounds; `end`: nowhere. Where too many parts are needed: how far they reach, or the middle. A jump at the
- * start of the step is ignored. most: largest size of the value to come. */
+/* First time [s] in t .. end at which the value leaves the range between both ends by more than 5 % or jumps, found by
+ * bisection with interval bounds; `end`: nowhere, or a value at an end is not finite. Where 2000 parts are not enough:
+ * how far they reach, or the middle. A jump at the start of the step is ignored. most: largest size of the value to
+ * come. */
 static double pdi_input_step_limit_find_unseen_change(const pd_input_value *value, double most, double t, double end)
 {
     double stack[PDI_INPUT_STEP_LIMIT_MAX_HALVINGS + 2], from = t,
@@ -271,9 +274,9 @@ static double pdi_input_step_limit_get_value(const pd_input_value *value, double
     return pdi_input_step_limit_compute_bounds(value, t, t).low;
 }
 
-/* Halve the step t .. end for a value that is taken at its midpoint, until Simpson's rule gives the same mean within
- * the tolerance, and potential changes are so small that the exponential current has its mean there, too. Returns the
- * end [s]; other values leave it. */
+/* Halve the step t .. end, at most 40 times, for a value that is taken at its midpoint, until Simpson's rule gives that
+ * value within rtol of its size (of a potential: of its e-folding voltage), and potential changes are at most sqrt(24
+ * rtol) e-folding voltages. Returns the end [s]; other values leave it. */
 static double pdi_input_step_limit_limit_midpoint_error(const pd_input_step_limit *vary, const pd_input_value *value,
                                                         double most, double t, double end)
 {

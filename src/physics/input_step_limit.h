@@ -28,11 +28,13 @@ typedef struct pd_input_step_limit {
 } pd_input_step_limit;
 
 #ifdef PDI_INTERNAL
-/* List the time-dependent expressions of a setup, which is borrowed: boundary values of sides and walls, inflow, body
- * forces, potentials and currents, prescribed displacements and loads. */
+/* List the time-dependent expressions of a setup, which is borrowed, at sample places: boundary values of sides and
+ * walls, inflow, body forces, potentials and currents, prescribed displacements and loads. count 0: there are none, and
+ * nothing is allocated. After an error vary is 0. */
 PDI_FN pd_status pdi_input_step_limit_build(pd_ctx *ctx, const pd_setup *setup, pd_input_step_limit *vary);
-/* Latest end [s] of a step from t that is to end at `end` [s], at most `end`. The next_event callback of
- * pd_time_loop; user: a pd_input_step_limit. */
+/* Latest end [s] of a step from t that is to end at `end` [s], at most `end` and above t: the first change that its
+ * ends do not show, and the midpoint error, of all values, in repeated passes. Where no end above t is found, that of
+ * the pass before. The next_event callback of pd_time_loop; user: a pd_input_step_limit. */
 PDI_FN double pdi_input_step_limit_compute(void *user, double t, double end);
 PDI_FN void pdi_input_step_limit_free(pd_ctx *ctx, pd_input_step_limit *vary);
 #endif

@@ -119,7 +119,8 @@ PDI_FN void pdi_lattice_notes_compute_volumes(const pd_model *m, int k, double *
     *error = halvings ? fabs(*shape - pdi_compensated_sum_total(&sum[2])) / *shape : PDI_LATTICE_NOTES_VOLUME_TOLERANCE;
 }
 
-/* Print a note where the cells of metal k have another volume than its shape. */
+/* Print a note where the volume of the cells of metal k differs from that of its shape by more than 1e-3 of it and the
+ * error of the latter; nothing where the shape has no volume. */
 static void pdi_lattice_notes_print_volume_error(const pd_model *m, int k, pd_print_fn print, void *user)
 {
     const char *unit = PD_DIM == 3 || m->grid.circumference ? "m3" : PD_DIM == 2 ? "m2" : "m";
@@ -150,7 +151,7 @@ static int64_t pdi_lattice_notes_count_surface_nodes(const pd_model *m, int inde
     return count;
 }
 
-/* Print a note on `count` nodes that lie on a surface. */
+/* Print a note on `count` nodes that lie on a surface of `what`; nothing for 0. */
 static void pdi_lattice_notes_print_surface_nodes(const char *what, int64_t count, pd_print_fn print, void *user)
 {
     char text[256];
@@ -162,8 +163,8 @@ static void pdi_lattice_notes_print_surface_nodes(const char *what, int64_t coun
     print(user, PD_PRINT_NOTE, text);
 }
 
-/* Axisymmetric: print a note where dissolution of a ring is off by h/(2 r), since it uses the initial face of the ring.
- */
+/* Axisymmetric: print a note where dissolution of a ring is off by more than 1 %, h/(2 r) at the smallest radius r of a
+ * radial face between metal and fluid, since it uses the initial face of the ring. */
 static void pdi_lattice_notes_print_ring_error(const pd_model *m, pd_print_fn print, void *user)
 {
     const pd_grid *grid = &m->grid;
@@ -189,7 +190,8 @@ static void pdi_lattice_notes_print_ring_error(const pd_model *m, pd_print_fn pr
     print(user, PD_PRINT_NOTE, text);
 }
 
-/* Print a note on cracks of bond-based springs: in equilibrium they propagate at more than the toughness. */
+/* Print a note on cracks of springs in statics, in 2D and 3D and with a toughness: they propagate at more than the
+ * toughness. Nothing otherwise. */
 static void pdi_lattice_notes_print_toughness_error(const pd_model *m, pd_print_fn print, void *user)
 {
     const pd_setup_mechanics *b = &m->setup->metal_body;

@@ -267,8 +267,8 @@ static void pdi_mechanical_bc_integrate_load_weights(const pd_mechanical_bc *g, 
 }
 
 /* Refuse metal too thin between a held and a loaded side for the ordinary (linear peridynamic solid) material in 2D and
- * 3D. PD_ERR_GEOMETRY: the run spans the box, the opposite side holds a loaded component (under a pressure alone: the
- * normal one), and there are fewer than 3/2 of the held layers and one more. PD_OK for all else. */
+ * 3D. PD_ERR_GEOMETRY: the run spans the box, the opposite side holds a component (under a pressure alone: the normal
+ * one), and the run has fewer layers than 3/2 of the held ones and one more. PD_OK for all else. */
 static pd_status pdi_mechanical_bc_check_thickness(pd_ctx *ctx, const pd_mechanical_bc *g, int k,
                                                    const pdi_mechanical_bc_metal_run *run)
 {

@@ -38,17 +38,19 @@ typedef struct pdi_memory_plan {
 
 /* Bonds of a complete family with horizon m cells: offsets with 0 < |n| < m + 1/2. */
 PDI_FN double pdi_memory_plan_count_bonds(double m);
-/* Set the sizes of grid, stencils and bonds in the plan; its other members become 0. b holds the numbers of nodes. */
+/* Set the sizes of grid, stencils, bonds and flow in the plan; its other members become 0. b holds the numbers of
+ * nodes. Above 1e8 nodes the grid gets fewer layers, and node_scale is the ratio of nodes, by which all sizes are
+ * multiplied. */
 PDI_FN void pdi_memory_plan_init(const pd_setup *setup, const pd_memory_estimate *b, pdi_memory_plan *plan);
-/* [byte] Memory of the arrays that `list` describes for a planned object. */
+/* [byte] Memory of the arrays that `list` describes for a planned object, times node_scale. */
 PDI_FN double pdi_memory_plan_count_array_bytes(const pdi_memory_plan *plan, pdi_array_list_fn list, void *object);
 /* [byte] Memory of the coarser levels of a multigrid, a geometric series over the finest one. */
 PDI_FN double pdi_memory_plan_count_level_bytes(const pdi_memory_plan *plan, const pd_multigrid *mg);
-/* Add to b->runtime_bytes the memory `levels` [byte] of multigrid levels beyond what another solver, which is not used
- * at the same time, already has; plan->level_bytes is the largest so far. */
+/* Add to b->runtime_bytes what the memory `levels` [byte] of multigrid levels exceeds plan->level_bytes, which becomes
+ * the larger of both: solvers that are not used at the same time share them. */
 PDI_FN void pdi_memory_plan_add_shared_levels(pdi_memory_plan *plan, double levels, pd_memory_estimate *b);
-/* [byte] Growth of the shared scratch memory for a solver that needs `room` bytes of the planned grid;
- * plan->scratch_bytes is the largest so far. */
+/* [byte] Growth of the shared scratch memory for a solver that needs `room` bytes of the planned grid, 0 if there is
+ * enough; plan->scratch_bytes becomes the largest so far. */
 PDI_FN double pdi_memory_plan_add_scratch(pdi_memory_plan *plan, size_t room);
 /* [byte] Memory of a Krylov solver. */
 PDI_FN double pdi_memory_plan_count_krylov_bytes(pdi_memory_plan *plan, const pd_krylov_desc *desc);

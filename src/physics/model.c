@@ -37,8 +37,8 @@ pd_status pd_model_build_grid(pd_ctx *ctx, const pd_setup *setup, int *line, pd_
     return pd_grid_build(ctx, stencil, &box, grid);
 }
 
-/* Allocate m->metal [total] and set the index of the metal of each solid node; later shapes override. Other nodes get
- * 0. */
+/* Allocate m->metal [total] and set the index of the metal of each solid node: the last of the metals from the second
+ * on whose shape holds it, else 0. Other nodes get 0. */
 static pd_status pdi_model_mark_metals(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
@@ -53,8 +53,8 @@ static pd_status pdi_model_mark_metals(pd_ctx *ctx, pd_model *m)
     return PD_OK;
 }
 
-/* Build grid, metal of nodes, bonds, bonds across surfaces and inlets; error_line becomes that of the side measured
- * last. */
+/* Build grid, bonds, bonds across surfaces (only if something needs surfaces), metal of nodes (only with several
+ * metals) and inlets; error_line becomes that of the side measured last. */
 static pd_status pdi_model_build_lattice(pd_ctx *ctx, pd_model *m)
 {
     PD_TRY(pd_model_build_grid(ctx, m->setup, &m->error_line, &m->stencil, &m->grid));
@@ -114,7 +114,8 @@ static pd_status pdi_model_add_processes(pd_ctx *ctx, pd_model *m)
     return PD_OK;
 }
 
-/* 1: bonds have to be updated after metal has dissolved: something reads them. */
+/* 1: bonds have to be updated after metal has dissolved: there are probes or monitors, or a physics of the model reads
+ * them. */
 static int pdi_model_needs_bond_updates(const pd_model *m)
 {
     const pd_setup *u = m->setup;

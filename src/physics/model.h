@@ -8,14 +8,15 @@
 #define pd_model_free PD_NAME(pd_model_free)
 #define pd_model_get_statistics PD_NAME(pd_model_get_statistics)
 
-/* Build all solvers of a setup, which is borrowed for the life of the model. The errors of the builders; PD_ERR_STATE:
- * an initial field is negative or not finite. On failure nothing is left but error_line. */
+/* Build all solvers of a setup, which is borrowed for the life of the model; resets *model, which must not be moved
+ * afterwards. The errors of the builders; PD_ERR_STATE: an initial field is negative or not finite. On failure nothing
+ * is left but error_line. */
 PD_API pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *model);
 PD_API void pd_model_free(pd_ctx *ctx, pd_model *model);
-/* Collect the solver statistics of a model. */
+/* Collect the solver statistics of a model, into all of *effort; 0 where there is no such solver. */
 PD_API void pd_model_get_statistics(const pd_model *model, pd_model_statistics *effort);
-/* Build stencil and grid of a setup only; after an error the caller frees the stencil, too. *line: line of the scene
- * that an error is about; unchanged when unknown. */
+/* Build stencil and grid of a setup only; after an error the caller frees the stencil, too. *line: becomes the line of
+ * the scene's shapes, if it has any, before the grid is built, as an error is about these; else it stays. */
 PD_API pd_status pd_model_build_grid(pd_ctx *ctx, const pd_setup *setup, int *line, pd_stencil *stencil,
                                      pd_grid *grid);
 

@@ -97,7 +97,8 @@ typedef struct pd_model_statistics {
 #define pd_model_velocity PD_NAME(pd_model_velocity)
 
 /* 1: the value of a dissolved field at node i is undefined: the node was just converted to fluid, and no solver has
- * stepped since. */
+ * stepped since. Dissolved are species, pH, saturation index and diffusion potential, and C unless of bond-based
+ * corrosion. 0 for all other fields. */
 PD_API int pd_model_is_undefined(const pd_model *m, pd_field field, int32_t i);
 /* [PD_DIM][total] [m/s] velocity of flow or gas; NULL: nothing moves. */
 PD_API const double *pd_model_velocity(const pd_model *model);

@@ -4,7 +4,9 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Builds the electrodes and the potential of the fluid. */
+/* Builds the electrodes and the potential of the fluid, with the conductivity of the setup, or, if that is 0, of the
+ * species. error_line becomes that of the electrode at fault, or of the section. Errors: those of
+ * pdi_electrode_map_build. */
 static pd_status pdi_potential_physics_build(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
@@ -91,7 +93,8 @@ static pd_status pdi_potential_physics_add_processes(pd_ctx *ctx, pd_model *m)
 static void pdi_potential_physics_free(pd_ctx *ctx, pd_model *m) { pd_cell_free(ctx, &m->cell); }
 
 /* Value at a fluid node: potential [V], norm of the current density [A/m2] in the fluid, or current density [A/m2] from
- * metal to fluid beside metal. Elsewhere NaN, the second 0. With ions that migrate, of the species. */
+ * metal to fluid, mean over the metal beside it. At other nodes NaN, the norm 0. With ions that migrate potential and
+ * current from metal are those of the species. */
 static double pdi_potential_physics_sample(const pd_model *m, pd_field field, int32_t i)
 {
     const pd_species_electrodes *species = &m->dissolution_laws.species_electrodes;

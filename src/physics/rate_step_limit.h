@@ -18,11 +18,14 @@ typedef struct pd_rate_step_limit {
 } pd_rate_step_limit;
 
 #ifdef PDI_INTERNAL
-/* Set which laws of the setup limit the step, as they depend on time. attack, surfaces: NULL where there are none. */
+/* Set which laws of the setup limit the step; resets `timed`. attack is kept if a law in the species depends on time,
+ * surfaces if a rate of a state or a factor of a curve does; else they become NULL. attack, surfaces: NULL where there
+ * are none. */
 PDI_FN void pdi_rate_step_limit_build(const pd_setup *setup, const pd_dissolution_laws *attack,
                                       const pd_surface_states *surfaces, pd_rate_step_limit *timed);
-/* Latest end [s] of a step of the species from t that is to end at `end` [s]. tried: 1: after an attempt, with the
- * state of its end. The `time_limit` callback of pd_physics; user: a pd_rate_step_limit. */
+/* Latest end [s], at most `end`, of a step of the species from t that is to end at `end` [s]. tried: 1: after an
+ * attempt, with the state of its end, in one pass over all laws, as another attempt follows; 0: in passes until none
+ * shortens the step. The `time_limit` callback of pd_physics; user: a pd_rate_step_limit. */
 PDI_FN double pdi_rate_step_limit_compute(void *user, double t, double end, int tried);
 #endif
 

@@ -2,8 +2,9 @@
 #include "physics/reaction_force.h"
 #include <string.h>
 
-/* Sum of the nodal loads of the traction of condition k: force [PD_DIM] [N]. load [points][PD_DIM] [N/m3]: work, zero
- * before. */
+/* Sum over all points of the nodal loads times volumes of the traction and pressure of condition k: force [PD_DIM] [N].
+ * load [points][PD_DIM] [N/m3]: work, zero before. PD_ERR_STATE: as of pdi_mechanical_bc_add_traction; force stays
+ * then. */
 static pd_status pdi_reaction_force_compute_applied_load(pd_ctx *ctx, const pd_mechanical_bc *g, int k, double t,
                                                          double *load, double *force)
 {
@@ -32,8 +33,9 @@ static double pdi_reaction_force_get_residual(const pd_mechanical_bc *g, int32_t
     return pdi_solid_coupling_forces(g->structure)[n] + pdi_solid_coupling_loads(g->structure)[n];
 }
 
-/* Fit the stresses on `count` sides (holders) to the residual of component d at the points that all of them hold, in
- * the plane of their normals through point i, into fit->stress [Pa], in the order of holders. */
+/* Fit by least squares the stresses on `count` sides (holders) to the residual of component d at the points that all of
+ * them hold, in the plane of their normals through point i, into fit->stress [Pa], in the order of holders. Points
+ * without metal at the start or not prescribed are left out; a stress without a positive pivot is 0. */
 static void pdi_reaction_force_fit_corner_stress(const pd_mechanical_bc *g, const int *holders, int count, int32_t i,
                                                  int d, pdi_reaction_force_corner_fit *fit)
 {
@@ -70,9 +72,9 @@ static void pdi_reaction_force_fit_corner_stress(const pd_mechanical_bc *g, cons
     }
 }
 
-/* [N/m3] Reaction density of condition k on component d of point i. At edges and corners each side takes its fitted
- * stress times c_a, and all sides the same part of the remainder. A shape that also holds the point takes all if it is
- * named last. */
+/* [N/m3] Reaction density of condition k, which holds it, on component d of point i. With one side: minus the residual.
+ * At edges and corners each side takes its fitted stress times c_a, and all sides the same part of the remainder. Of
+ * conditions with a shape, or a side and a shape, the last named takes all, others 0. */
 static double pdi_reaction_force_compute_point_force(const pd_mechanical_bc *g, int k, int32_t i, int d)
 {
     const pd_setup_mechanics *b = &g->setup->metal_body;

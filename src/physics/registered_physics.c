@@ -6,14 +6,15 @@
 
 static int pdi_registered_physics_is_present(const pd_setup *setup) { return setup->registered_count > 0; }
 
-/* A `value` callback of pd_physics_view. */
+/* Value of a key at x [m] and t [s]; NaN: it is not given. A `value` callback of pd_physics_view. */
 static double pdi_registered_physics_get_value(const pd_physics_view *view, int key, const double *x, double t)
 {
     const pd_setup_registered *own = (const pd_setup_registered *)view->scene;
     return own->given >> key & 1u ? pdi_setup_eval_expr(&own->value[key], x, t) : (double)NAN;
 }
 
-/* A `prescribed` callback of pd_physics_view. */
+/* 1: the side prescribes the first field, *value at x [m] and t [s]; 0: it does not, and *value stays. A `prescribed`
+ * callback of pd_physics_view. */
 static int pdi_registered_physics_get_prescribed(const pd_physics_view *view, int side, const double *x, double t,
                                                  double *value)
 {
@@ -72,7 +73,8 @@ static int pdi_registered_physics_has_field(const pd_setup *setup, pd_field fiel
     return pd_fields_find_registered(setup, field, &index) >= 0;
 }
 
-/* Value at a node; 0 where the field has none. */
+/* Value at a node; 0 where the field has none: by its place, in fluid, in solid, in both, or at all nodes with the last
+ * of pd_field_place. */
 static double pdi_registered_physics_sample(const pd_model *m, pd_field field, int32_t i)
 {
     int index, own = pd_fields_find_registered(m->setup, field, &index);

@@ -18,8 +18,8 @@
 /* [cells] within this distance a place lies on a smooth surface, else on a cell face */
 #define PDI_SAMPLE_SURFACE_TOLERANCE 1e-3
 
-/* Mass density [kg/m3] of a node: of what moves, or of metal that is left in the whole cell; 0 where there is neither.
- */
+/* Mass density [kg/m3] of a node: of a solid node, that of its metal times the fraction that is left in the cell; of
+ * others, that of flow or gas; 0 where there is neither. */
 static double pdi_sample_get_node_density(const pd_model *m, int32_t i)
 {
     const pdi_physics_sampler *moving = m->sampler[PD_FIELD_DENSITY];
@@ -47,8 +47,9 @@ void pd_sample_prepare(pd_ctx *ctx, pd_model *m, pd_fields fields)
     }
 }
 
-/* Nodes of the cells that x [m] touches, into node [PDI_SAMPLE_MAX_CELLS]; returns their number, at least 1: places
- * outside count to the nearest cell of the box. */
+/* Nodes of the cells that x [m] touches, within 1e-6 cells of a face on both sides, into node [PDI_SAMPLE_MAX_CELLS];
+ * returns their number, 1 to 2^PD_DIM. Places outside count to the nearest cell of the box. The last is the upper
+ * one. */
 static int pdi_sample_find_cells(const pd_grid *grid, const double *x, int32_t *node)
 {
     int i[PD_DIM][2], choices[PD_DIM], at[PD_DIM], count = 1;
@@ -71,8 +72,9 @@ static int pdi_sample_find_cells(const pd_grid *grid, const double *x, int32_t *
     return count;
 }
 
-/* Multilinear interpolation at x [m] between the fluid nodes around, with weights that add up to 1; NaN: there are
- * none. f [total], or NULL: node values of the field. Used without bonds, for a gas, potentials and pH. */
+/* Multilinear interpolation at x [m] between the fluid nodes around that have a value, with weights that are divided by
+ * their sum; NaN: there are none. f [total], or NULL: node values of the field. Used without bonds, for a gas,
+ * potentials and pH. */
 static double pdi_sample_interpolate_linear(const pd_model *m, pd_field field, const double *f, const double *x)
 {
     const pd_grid *grid = &m->grid;
@@ -124,7 +126,8 @@ static double pdi_sample_compute_medium_distance(const pd_model *m, const double
     return fabs(level) > PDI_SAMPLE_FACE_TOLERANCE * pdi_vec_min(m->grid.h) ? level : 0.0;
 }
 
-/* 1: the surface normal at a place is known: of one cell face, or of a smooth surface; at cell edges it is not. */
+/* 1: the surface normal at a place is known: it is along an axis, as of one cell face, or the place lies within 1e-3
+ * cells of the surface of the closed node; 0: as at cell edges. */
 static int pdi_sample_is_normal_known(const pd_model *m, const double *place, const double *normal, int32_t closed)
 {
     for (int d = 0; d < PD_DIM; d++)
@@ -133,8 +136,10 @@ static int pdi_sample_is_normal_known(const pd_model *m, const double *place, co
            PDI_SAMPLE_SURFACE_TOLERANCE * pdi_vec_min(m->grid.h);
 }
 
-/* Add boundary conditions of a surface at `place` to the fit: wall velocity, prescribed concentration, or zero normal
- * gradient. Dissolving metal gives none for concentrations. closed: node behind the surface. */
+/* Add boundary conditions of a surface at `place` to the fit. Velocity: that of the wall, 0 at rest. Concentrations:
+ * the prescribed value where there is one (C alone), else a zero normal gradient where the normal is known; metal of a
+ * scene with dissolution gives none, and places on the other side of the medium's surface are skipped. closed: node
+ * behind the surface. */
 static void pdi_sample_add_surface_condition(pdi_sample_point_query *job, const double *place, const double *normal,
                                              int32_t closed)
 {
@@ -157,8 +162,9 @@ static void pdi_sample_add_surface_condition(pdi_sample_point_query *job, const 
         pdi_quadratic_fit_add_derivative(&job->fit, place, normal, 0.0);
 }
 
-/* Add the value at the other end of open bond k of node `base`. An inlet ghost has the inflow concentration at any
- * depth: its value is put on the side, as the operators see it. */
+/* Add the value at the other end of open bond k of node `base`; nothing where that node was just converted to fluid, or
+ * lies on the other side of the medium's surface. An inlet ghost has the inflow concentration at any depth: its value
+ * is put on the side, as the operators see it. */
 static void pdi_sample_add_neighbour_value(pdi_sample_point_query *job, int32_t base, int k)
 {
     const pd_model *m = job->m;
@@ -180,7 +186,9 @@ static void pdi_sample_add_neighbour_value(pdi_sample_point_query *job, int32_t 
     pdi_quadratic_fit_add_value(&job->fit, place, job->values[far]);
 }
 
-/* Add the values of node `base`, of its neighbours by open bonds, and of surfaces that its other bonds cross. */
+/* Add the values of node `base`, of its neighbours by open bonds, and conditions of surfaces that its other bonds
+ * cross. Bonds longer than PDI_QUADRATIC_FIT_MAX_SQUARE [cell^2] and values beyond the medium's surface are left
+ * out. */
 static void pdi_sample_add_get_nodes(pdi_sample_point_query *job, int32_t base)
 {
     const pd_bonds *bonds = &job->m->bonds;
@@ -214,8 +222,9 @@ static void pdi_sample_add_nearest_surface(pdi_sample_point_query *job, int32_t 
     if (found) pdi_sample_add_surface_condition(job, place, normal, closed);
 }
 
-/* Value at x [m] of the quadratic fit around fluid node `base`, as of job->values; pressure: along its gradient, of a
- * liquid over density. Sets the point, the side of the medium and the fit of the job. */
+/* Value at x [m], or on the surface that x lies behind, of the quadratic fit around fluid node `base`, as of
+ * job->values. Pressure: kinematic of a liquid, with its wall-normal slope. Sets the point, the side of the medium (C
+ * alone; on its surface that of base) and the fit of the job. */
 static double pdi_sample_fit_quadratic(pdi_sample_point_query *job, int32_t base, const double *x)
 {
     memcpy(job->x, x, sizeof job->x);
@@ -236,8 +245,9 @@ static double pdi_sample_fit_quadratic(pdi_sample_point_query *job, int32_t base
     return pdi_quadratic_fit_solve(&job->fit);
 }
 
-/* Fluid nodes that values at x [m] are computed from: of the cells that x touches, or, in a closed cell on or before a
- * smooth surface, the nearest ones. Returns their number. */
+/* Fluid nodes that values at x [m] are computed from: of the cells that x touches, or, if all these are closed and x
+ * lies on or before a smooth surface within 1e-6 cells, the nearest fluid ones among the neighbours, several if equally
+ * near. Returns their number; 0: none, as deep in solid, or without bonds. */
 static int pdi_sample_find_fluid_nodes(const pd_model *m, const double *x, int32_t *node)
 {
     int cells = pdi_sample_find_cells(&m->grid, x, node), fluid = 0, i[PD_DIM], at[PD_DIM];
@@ -278,7 +288,7 @@ static int pdi_sample_is_surface_field(const pd_model *m, pd_field field)
            pd_fields_state_index(m->setup, field) >= 0;
 }
 
-/* Mean of a surface field over those of the cells that have a value; NaN: none has. */
+/* Arithmetic mean of a surface field over those of the given cells whose value is not NaN; NaN: none has one. */
 static double pdi_sample_average_cells(const pd_model *m, pd_field field, int cells, const int32_t *node)
 {
     double sum = 0.0;

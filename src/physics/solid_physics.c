@@ -6,8 +6,8 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Failure criterion of bonds of all materials but springs: principal stress, else energy, else stretch, the first that
- * is set; zero: none. */
+/* Failure criterion of bonds of all materials: principal stress [Pa], else, unless springs, energy of a crack [J/m2],
+ * else stretch, the first that is set; zero: none. Springs take their energy elsewhere. */
 static pd_bond_failure_desc pdi_solid_physics_set_fracture_desc(const pd_setup_mechanics *b)
 {
     pd_bond_failure_desc breaks;
@@ -23,8 +23,10 @@ static pd_bond_failure_desc pdi_solid_physics_set_fracture_desc(const pd_setup_m
     return breaks;
 }
 
-/* Cells across for 5 % error in bending, measured: plastic moments of bars are 4 % off with 12, 16, 24 cells for m = 1,
- * 2, 3; elastic curvatures at nu = 0.3 5 % off with 6, 12, 17, with the ordinary material 5, 8, 11. */
+/* Cells across for 5 % error in bending, m the horizon in cells: 5 m + 6 of metal with a yield stress, 2 m + 2 of
+ * springs, 4 m of ordinary, 6 m of other metal, rounded up. Measured: plastic moments of bars are 4 % off with 12, 16,
+ * 24 cells for m = 1, 2, 3; elastic curvatures at nu = 0.3 5 % off with 6, 12, 17, with the ordinary material 5, 8,
+ * 11. */
 static int pdi_solid_physics_get_min_cells_across(const pd_setup_mechanics *b)
 {
     if (b->yield > 0.0) return (int)ceil(5.0 * b->m + 6.0);
@@ -32,8 +34,9 @@ static int pdi_solid_physics_get_min_cells_across(const pd_setup_mechanics *b)
     return (int)ceil((b->material == PD_SOLID_COUPLING_ORDINARY_STATE ? 4.0 : 6.0) * b->m);
 }
 
-/* Builds the body of the metal with material, cracks, supports and loads. Also sets the number of unknowns, and
- * min_cells_across and thin_fraction of the model. */
+/* Builds the body of the metal with material, cracks, supports and loads. A mirror side without a mechanical condition
+ * becomes a plane of symmetry. Also sets the number of unknowns, and, in 2D and 3D, min_cells_across and thin_fraction
+ * of the model. Errors: those of pd_solid_coupling_build and pdi_mechanical_bc_build. */
 static pd_status pdi_solid_physics_build(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup_mechanics *b = &m->setup->metal_body;
@@ -104,7 +107,8 @@ static double pdi_solid_physics_estimate_equilibrium(const pd_setup *setup, pdi_
            (solid.moduli ? plan->node_scale * pdi_coarse_fe_precond_estimate_bytes(s->count, m + 0.5) : 0.0);
 }
 
-/* [byte] Memory of bond weights; share: fraction of points with weights of their own (truncated families). */
+/* [byte] Memory of bond weights; share: fraction of points with weights of their own (truncated families). A body
+ * without a lattice table has weights for all bonds, whatever the share. */
 static double pdi_solid_physics_estimate_bond_weights(const pdi_memory_plan *plan, const pd_solid_coupling *s,
                                                       double share)
 {
@@ -230,7 +234,7 @@ static void pdi_solid_physics_estimate(const pd_setup *setup, pdi_memory_plan *p
         b->equilibrium_bytes = pdi_solid_physics_estimate_equilibrium(setup, plan, &s);
 }
 
-/* Print the failure criteria of bonds. */
+/* Print the failure criteria of bonds that are set, a line each: stretch, principal stress, energy of cracks. */
 static void pdi_solid_physics_print_fracture(const pdi_summary_text *s)
 {
     const pd_setup_mechanics *b = &s->model->setup->metal_body;
@@ -264,7 +268,7 @@ static void pdi_solid_physics_print_summary(const pdi_summary_text *s)
                                     m->solid.dynamic_solver.max_step);
 }
 
-/* Print a note where metal has too few cells across for bending. */
+/* Print a note with the share of metal in parts thinner than min_cells_across, if it is above 0; nothing else. */
 static void pdi_solid_physics_print_thin_metal(const pdi_summary_text *s)
 {
     static const char *const across[] = {"6 m", "2 m + 2", "4 m", "6 m", "6 m"};
@@ -289,7 +293,8 @@ static double pdi_solid_physics_get_stress(const pd_solid_coupling *s, pd_field 
     return s->stress[((int64_t)point * PD_DIM + p) * PD_DIM + q];
 }
 
-/* Value of a mechanical field at node i, of the displacement its norm; 0 outside the metal. */
+/* Value of a mechanical field at node i: norm of the displacement [m], stresses [Pa], plastic strain, damage, energy
+ * [J/m3] as last prepared; 0 where the node is no solid now, or no point of the body. */
 static double pdi_solid_physics_sample(const pd_model *m, pd_field field, int32_t i)
 {
     const pd_solid_coupling *s = &m->solid;
@@ -326,7 +331,7 @@ static void pdi_solid_physics_free(pd_ctx *ctx, pd_model *m)
     pdi_mechanical_bc_free(ctx, &m->mechanical_bc);
 }
 
-/* Compute the energy density [J/m3], which is found on request, into m->solid.density. */
+/* Compute the energy density [J/m3] into m->solid.density if `fields` asks for it; other fields need nothing. */
 static void pdi_solid_physics_prepare_samples(pd_ctx *ctx, pd_model *m, pd_fields fields)
 {
     const pd_material_interface *solid = &m->solid.solid;

@@ -5,8 +5,8 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Set the composition of fluid within the shape `solution`, in equilibrium of electrolyte e, and restart the reactive
- * solver. */
+/* Set the composition of fluid nodes within the shape `solution`, in equilibrium of electrolyte e, and restart the
+ * reactive solver. Errors: those of pd_electrolyte_solve and pd_reactive_begin. */
 static pd_status pdi_species_physics_set_initial_solution(pd_ctx *ctx, const pd_electrolyte *e, pd_model *m)
 {
     const pd_setup *u = m->setup;
@@ -39,7 +39,8 @@ static pd_status pdi_species_physics_build_surface_states(pd_ctx *ctx, pd_model 
 }
 
 /* Builds reactive transport: initial and inlet compositions in chemical equilibrium without mineral reactions, the
- * solution inside shapes, states of surfaces, and the number of unknowns. */
+ * solution inside shapes, states of surfaces, and the number of unknowns. PD_ERR_ARGUMENT, PD_ERR_DIVERGED: a
+ * composition has no equilibrium. */
 static pd_status pdi_species_physics_build(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
@@ -66,8 +67,9 @@ static pd_status pdi_species_physics_build(pd_ctx *ctx, pd_model *m)
     return u->states ? pdi_species_physics_build_surface_states(ctx, m) : PD_OK;
 }
 
-/* Set species_integrator.ahead [total] [mol/m3/s], the dissolution sources for the next step of the species, whose
- * middle is at t [s], and the time of the dissolution. PD_RETRY: shorten it. A `find` callback of pd_course; user: the
+/* Set species_integrator.ahead [total] [mol/m3/s], the dissolution sources less what metal takes up at present
+ * concentrations, for the next step of the species, whose middle is at t [s]; 0 at nodes that are not fluid. Sets the
+ * time of the dissolution to t. PD_RETRY: shorten the step; `ahead` stays. A `find` callback of pd_course; user: the
  * pd_model. */
 static pd_status pdi_species_physics_update_metal_source(pd_ctx *ctx, void *user, double t)
 {
@@ -89,8 +91,9 @@ static pd_status pdi_species_physics_solve_currents(pd_ctx *ctx, void *user, dou
     return pdi_cell_bring(ctx, (pd_cell *)user, t);
 }
 
-/* Build the rate laws in the species, and the time integrator of the species with its couplings: rate laws, electrodes,
- * states, released metal, coverage. */
+/* Build the rate laws in the species, if a metal has one or electrodes stand among migrating ions, and the time
+ * integrator of the species with its couplings: rate laws, electrode reactions, currents, states, released metal, and
+ * coverage of metal by minerals. */
 static pd_status pdi_species_physics_build_integrator(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
@@ -137,7 +140,8 @@ static pd_status pdi_species_physics_build_integrator(pd_ctx *ctx, pd_model *m)
     return pd_course_build(ctx, &m->reactive, &desc, &m->species_integrator);
 }
 
-/* The species as a process. Also sets m->rate_step_limit, which limits its steps where surface laws depend on time. */
+/* The species as a process. Also sets m->rate_step_limit, which limits its steps where surface laws depend on time; not
+ * in steady transport. It counts its own steps, too, where currents are solved in each and metal dissolves. */
 static pd_physics pdi_species_physics_get_process(pd_model *m)
 {
     pd_physics course = pd_course_process(&m->species_integrator);
@@ -163,7 +167,8 @@ static double pdi_species_physics_estimate_surface_states(const pd_setup *setup,
 }
 
 /* Set the memory of the species: reactive transport, surface solver, time integrator, surface states; add that of
- * mineral coverage to the dissolution, and multigrid levels to the runtime. */
+ * mineral coverage to the dissolution, and multigrid levels to the runtime. Leaves it at 0 where the chemistry is
+ * refused, which the build of the model reports. */
 static void pdi_species_physics_estimate(const pd_setup *setup, pdi_memory_plan *plan, pd_memory_estimate *b)
 {
     double *bytes = &b->bytes[PD_PART_CHEMISTRY];
@@ -326,7 +331,8 @@ static const double *pdi_species_physics_get_values(const pd_model *m, pd_field 
 }
 
 /* Value at a node of a field of the species, of minerals or of a state of surfaces. At nodes that are not fluid 0 for
- * concentrations and amounts, NaN for pH, saturation index, potential and states. */
+ * concentrations and amounts, NaN for pH, saturation index, potential and states; a state is NaN where the surface does
+ * not carry it, too. */
 static double pdi_species_physics_sample(const pd_model *m, pd_field field, int32_t i)
 {
     const double *species = pdi_species_physics_get_field(m, field);

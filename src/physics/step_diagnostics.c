@@ -78,7 +78,8 @@ static pd_status pdi_step_diagnostics_compute_depths_inner(pd_ctx *ctx, const pd
     return PD_OK;
 }
 
-/* Allocate o->initial_depth and set the distance [m] of each node of the box from the nearest initial fluid node. */
+/* Allocate o->initial_depth and set the Euclidean distance [m] of each node of the box from the nearest fluid node now,
+ * 0 at fluid ones. Work is freed; after an error the caller frees initial_depth. */
 static pd_status pdi_step_diagnostics_compute_depths(pd_ctx *ctx, const pd_grid *grid, pd_step_diagnostics *o)
 {
     pdi_step_diagnostics_parabola_envelope way;
@@ -95,7 +96,8 @@ static pd_status pdi_step_diagnostics_compute_depths(pd_ctx *ctx, const pd_grid 
     return status;
 }
 
-/* Inner part of the build. A flux error is computed for one inlet with the outlet opposite. */
+/* Inner part of the build: resets o. Bond-based corrosion gets the initial depths. A flux error is computed (has_flux)
+ * for a flow with exactly one inlet side whose mean velocity is not 0, with an outlet opposite and none elsewhere. */
 static pd_status pdi_step_diagnostics_build_inner(pd_ctx *ctx, const pd_model *model, pd_step_diagnostics *o)
 {
     const pd_setup *u = model->setup;
@@ -126,7 +128,8 @@ void pd_step_diagnostics_free(pd_ctx *ctx, pd_step_diagnostics *o)
     memset(o, 0, sizeof *o);
 }
 
-/* Largest velocity and concentration, and corrosion depth: largest initial depth of a node that is fluid now. */
+/* Largest speed and concentration at fluid nodes now, 0 without such a field or node; nodes just converted do not count
+ * for the concentration. Corrosion depth: largest initial depth of a node that is fluid now, never below the last. */
 static void pdi_step_diagnostics_compute_extremes(const pd_model *m, pd_step_diagnostics *o)
 {
     int32_t total = m->grid.total;
@@ -145,7 +148,9 @@ static void pdi_step_diagnostics_compute_extremes(const pd_model *m, pd_step_dia
     o->corrosion_depth = front;
 }
 
-/* Planes (between layers index - 1 and index) a quarter of the free length away from the low and the high end. */
+/* Indices of two planes (between layers index - 1 and index), from 1 to n - 1: *low lies a quarter of the length before
+ * the first solid from the low end of the axis, *high a quarter of that behind the last solid from the high end.
+ * Without solid: at 1/4 and 3/4. */
 static void pdi_step_diagnostics_choose_planes(const pd_grid *grid, int axis, int *low, int *high)
 {
     int n = grid->n[axis], first = n, last = -1;
@@ -178,8 +183,9 @@ static void pdi_step_diagnostics_compute_layer_fluxes(const pd_model *m, pd_step
     }
 }
 
-/* Relative difference of the conserved flux downstream and upstream, and largest deviation of layer fluxes; the worst
- * so far are kept. With values in time they are relative to the largest flux so far. */
+/* Relative difference of the conserved flux downstream and upstream of the solid, and largest deviation of the flux of
+ * a layer from that of the layer behind the upstream plane; the worst so far are kept. With values in time they are
+ * relative to the largest flux so far. Does nothing if the planes coincide. */
 static void pdi_step_diagnostics_compute_flux_error(pd_ctx *ctx, pd_model *m, pd_step_diagnostics *o)
 {
     int low, high;

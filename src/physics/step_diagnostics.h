@@ -32,16 +32,19 @@ typedef struct pd_step_diagnostics {
 #define pd_step_diagnostics_store PD_NAME(pd_step_diagnostics_store)
 #define pd_step_diagnostics_update PD_NAME(pd_step_diagnostics_update)
 
-/* [-] Largest cell Peclet number v h/D of the species in a flow; *slowest: name of the species with the least D. 0:
- * there is no flow with species. */
+/* [-] Largest cell Peclet number |v_d| h_d/D over fluid nodes and axes, with the least positive diffusivity D of a
+ * dissolved species; *slowest: its name. 0 and "": there is no flow with species. */
 PD_API double pd_step_diagnostics_compute_peclet(const pd_model *model, const char **slowest);
+/* Prepare the diagnostics of a built model: allocates initial depths with bond-based corrosion, and layer fluxes where
+ * a flux error is computed (has_flux). pd_step_diagnostics_free frees them; after an error nothing is left. */
 PD_API pd_status pd_step_diagnostics_build(pd_ctx *ctx, const pd_model *model, pd_step_diagnostics *o);
-/* Update the diagnostics, the flux errors after new flow solves. The two sections for the flux error lie a quarter of
- * the free length away from the ends; without solid at 1/4 and 3/4. */
+/* Update volume loss and extremes after a step; the flux errors, which keep the worst so far, only with has_flux and
+ * after new flow solves. The two sections for the flux error lie a quarter of the free length away from the ends;
+ * without solid at 1/4 and 3/4. */
 PD_API void pd_step_diagnostics_update(pd_ctx *ctx, pd_model *model, pd_step_diagnostics *o);
 PD_API void pd_step_diagnostics_free(pd_ctx *ctx, pd_step_diagnostics *o);
-/* Store or load the worst values so far in a checkpoint. Depths are those of the start and are built before the model
- * is loaded. */
+/* Store or load the worst flux errors and largest fluxes so far in a checkpoint. Depths are those of the start and are
+ * built before the model is loaded. */
 PD_API pd_status pd_step_diagnostics_store(pd_ctx *ctx, pd_step_diagnostics *o, pd_archive *archive);
 
 #endif

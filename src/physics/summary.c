@@ -32,7 +32,7 @@ static void pdi_summary_print_grid(const pdi_summary_text *s)
     pdi_summary_text_print_part(s, PD_PART_GRID, "lattice", size);
 }
 
-/* Print the list of monitors, as "plane up, plane down, force pin". */
+/* Print the list of monitors, as "plane up, plane down, force pin"; nothing without monitors. */
 static void pdi_summary_print_monitors(const pdi_summary_text *s)
 {
     const pd_setup *u = s->model->setup;
@@ -45,7 +45,8 @@ static void pdi_summary_print_monitors(const pdi_summary_text *s)
     if (u->monitors) pdi_summary_text_print_line(s, "  %-12s%s", "watched", text);
 }
 
-/* Print the physics that is not modelled. */
+/* Print the physics that is not modelled, by `absent` of each row, else the name of rows that are not present; nothing
+ * if there is none. */
 static void pdi_summary_print_absent(const pdi_summary_text *s)
 {
     const pd_setup *u = s->model->setup;

@@ -6,7 +6,8 @@
 
 #define pd_summary_print PD_NAME(pd_summary_print)
 
-/* Print the description of a built model. print: NULL: nothing. */
+/* Print the description of a built model: lattice, each physics, monitors, what is not modelled, memory, then the notes
+ * of setup and physics as PD_PRINT_NOTE. print: NULL: nothing. */
 PD_API void pd_summary_print(const pd_model *model, pd_print_fn print, void *user);
 
 #endif

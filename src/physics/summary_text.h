@@ -24,7 +24,8 @@ typedef struct pdi_summary_text {
 
 /* Print a formatted line as PD_PRINT_SUMMARY; more than 511 characters are cut off. */
 PDI_FN void pdi_summary_text_print_line(const pdi_summary_text *s, const char *format, ...) PD_PRINTF_LIKE(2, 3);
-/* Print a line such as "flow what it is" with unknowns and memory of the part. */
+/* Print a line such as "flow what it is" with the number of unknowns of the part, unless that is 0, and its memory
+ * [MB]. */
 PDI_FN void pdi_summary_text_print_part(const pdi_summary_text *s, pd_part part, const char *name, const char *what);
 #endif
 

@@ -21,8 +21,9 @@ static uint32_t pdi_surface_states_get_electrode_states(const pd_surface_states 
     return bits;
 }
 
-/* Mark in on [total] the states that each fluid node carries; anew: contacts have changed and are found again. The
- * `where` callback of pd_coat_desc. */
+/* Add to on [total] the bits of the states that each fluid node carries. anew: contacts have changed; without
+ * electrodes they are found again, with them the potential solver has them already. The `where` callback of
+ * pd_coat_desc. */
 static pd_status pdi_surface_states_mark_nodes(pd_ctx *ctx, void *user, int anew, uint32_t *on)
 {
     pd_surface_states *s = (pd_surface_states *)user;
@@ -93,8 +94,9 @@ static void pdi_surface_states_compute_rates(void *user, const pd_coat_at *at, c
     }
 }
 
-/* Add to flows [components] [mol/m3] the concentration difference between surface and node by what dissolves and by
- * electrode currents: a diffusion film of half a cell. The `film` callback of pd_coat_desc. */
+/* Add to flows [components] [mol/m3] the concentration difference between surface and node by what dissolves at the
+ * node and, where reactions release species, by currents of its electrodes that carry states: a diffusion film of half
+ * a cell. The `film` callback of pd_coat_desc. */
 static void pdi_surface_states_add_film_flux(void *user, int32_t node, double *flows)
 {
     const pd_surface_states *s = (const pd_surface_states *)user;
@@ -116,8 +118,9 @@ static void pdi_surface_states_add_film_flux(void *user, int32_t node, double *f
 }
 
 /* With migrating ions: area-weighted means over the sites of a node of the concentrations c [solutes] [mol/m3], current
- * density around[0] [A/m2] and electrode potential around[1] [V] at the surface; without sites that carry states, c of
- * the node and 0. Returns 1; 0: the surface has no solution. The `surface` callback of pd_coat_desc. */
+ * density around[0] [A/m2] and electrode potential around[1] [V] at the surface. Sites without area or state are left
+ * out; without any, c of the node and 0. Returns 1; 0: the surface of a site has no solution, and c is not set. The
+ * `surface` callback of pd_coat_desc. */
 static int pdi_surface_states_average_ion_surface(void *user, int32_t node, double *c, double *around)
 {
     const pd_surface_states *s = (const pd_surface_states *)user;

@@ -33,34 +33,38 @@ typedef struct pd_surface_state_statistics {
 
 #define pd_surface_states_compute_statistics PD_NAME(pd_surface_states_compute_statistics)
 
-/* Area-weighted mean, minimum and maximum of state k over its surface, and the area. */
+/* Area-weighted mean, minimum and maximum of state k over the contacts of fluid and metal that carry it, and their
+ * area. Without any the area is 0 and the others are NaN. */
 PD_API void pd_surface_states_compute_statistics(const pd_surface_states *surfaces, int k,
                                                  pd_surface_state_statistics *figures);
 #ifdef PDI_INTERNAL
-/* Build the surface states of a setup. The object must not be moved afterwards: callbacks point to it. cell, etch: NULL
- * without; they may be built later. With migrating ions the caller sets `solve` afterwards. */
+/* Build the surface states of a setup; resets the object, which must not be moved afterwards: callbacks point to it.
+ * cell, etch: NULL without; they may be built later. With migrating ions the caller sets `solve` afterwards. Errors:
+ * those of pdi_coat_build; the caller frees after one. */
 PDI_FN pd_status pdi_surface_states_build(pd_ctx *ctx, const pd_setup *setup, pd_reactive *reactive,
                                           const pd_bonds *bonds, const pd_stencil *across, pd_cell *cell,
                                           const pd_etch *etch, pd_surface_states *surfaces);
 PDI_FN void pdi_surface_states_free(pd_ctx *ctx, pd_surface_states *surfaces);
-/* All states at the surface beside a fluid node, into value [states] (extrapolated from near sites where there is
- * none). */
+/* All states at the surface beside a fluid node, into value [states]. Where a state has no site at the node: the mean
+ * of the nearest sites within two cells, else the value of the start. */
 PDI_FN void pdi_surface_states_get_states(const pd_surface_states *surfaces, int32_t node, double *value);
 /* Value of state k at a fluid node; NaN: its surface does not carry the state. */
 PDI_FN double pdi_surface_states_get_state(const pd_surface_states *surfaces, int k, int32_t node);
 /* Set in desc, zero before, what the rates of states depend on (solutes, pH, current density, potential), their number,
  * and whether they step in the stages of the species. */
 PDI_FN void pdi_surface_states_set_desc(const pd_setup *setup, const pd_reactive *reactive, pd_coat_desc *desc);
-/* Set the variables vars [PD_EXPR_VARS] of the rate expression of state k: inputs `at` of the place, and its states y.
- */
+/* Set all variables vars [PD_EXPR_VARS] of the rate expression of state k: time, place, current density, potential, pH
+ * and species from the inputs `at` of the place, and its states y [states]; the others are 0. */
 PDI_FN void pdi_surface_states_set_variables(const pd_surface_states *surfaces, int k, const pd_coat_at *at,
                                              const double *y, double *vars);
 /* Factor *share [-] on the polarisation curve of an electrode beside a node at time t [s], as a function of surface
- * states; it stays where the electrode has no such function. PD_ERR_STATE: it is negative or not finite. */
+ * states; it stays where the electrode has no such function. PD_ERR_STATE: it is negative, NaN, or at least 1e100;
+ * *share holds it then. */
 PDI_FN pd_status pdi_surface_states_compute_curve_factor(pd_ctx *ctx, const pd_surface_states *surfaces, int electrode,
                                                          int32_t node, double t, double *share);
-/* Set the factors (`share`) of the polarisation curves of contact [count] at time t [s], for the potential solver.
- * Errors: as of pdi_surface_states_compute_curve_factor. */
+/* Set the factors (`share`) of the polarisation curves of contact [count] at time t [s], for the potential solver;
+ * those of electrodes without such a function stay. Errors: as of pdi_surface_states_compute_curve_factor, at the first
+ * contact that has one. */
 PDI_FN pd_status pdi_surface_states_update_contact_factors(pd_ctx *ctx, const pd_surface_states *surfaces,
                                                            pd_contact *contact, int32_t count, double t);
 #endif

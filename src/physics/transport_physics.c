@@ -11,8 +11,8 @@
 /* Additional Krylov vectors that transport without flow allocates during a run. */
 #define PDI_TRANSPORT_PHYSICS_KRYLOV_VECTORS 3.0
 
-/* Set field [total] [mol/m3] to the initial concentration at fluid nodes; other nodes stay. PD_ERR_STATE: negative or
- * not finite. */
+/* Set field [total] [mol/m3] to the initial concentration at fluid nodes; other nodes stay. PD_ERR_STATE: it is
+ * negative, NaN, or at least 1e100; nodes before it are set. */
 static pd_status pdi_transport_physics_set_initial_concentration(pd_ctx *ctx, const pd_model *m, double *field)
 {
     for (int32_t node = 0; node < m->grid.total; node++) {
@@ -45,7 +45,8 @@ static double pdi_transport_physics_get_diffusivity(void *user, const double *x)
 }
 
 /* Builds the transport of the dissolved substance, with media, boundary values and initial concentration; its time
- * integrator only where no metal dissolves. */
+ * integrator only where no metal dissolves. The limiter tolerance is that of the setup, else 0 in steady transport,
+ * else 0.0025 rtol. PD_ERR_STATE: the initial concentration is refused. */
 static pd_status pdi_transport_physics_build(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;

@@ -6,7 +6,7 @@
 /* [cells] Distance within which a point lies on a side: rounding. */
 #define PDI_WALL_BC_SIDE_TOLERANCE 1e-6
 
-/* Does x [m] lie on a side of the box that is a wall? 1 or 0. */
+/* Does x [m] lie on a side of the box that is a wall, within 1e-6 cells of its plane? 1 or 0. */
 static int pdi_wall_bc_is_on_side(const pd_setup *setup, int side, const double *x)
 {
     int d = side / 2;
@@ -59,8 +59,9 @@ static double pdi_wall_bc_compute_concentration(const pd_expr *held, const doubl
     return isnan(c) ? -HUGE_VAL : c;
 }
 
-/* Prescribed concentration [mol/m3] of the nearest wall shape within a cell of x [m]; NaN: the nearest surface is solid
- * or has none. */
+/* Prescribed concentration [mol/m3] of the nearest wall shape, by the distance of its surface, nearer than the largest
+ * spacing to x [m]; of equally near ones the first. NaN: there is none, it prescribes none, or solid is as near or
+ * nearer. */
 static double pdi_wall_bc_shape_concentration(const pd_setup *setup, const double *x, double t)
 {
     const pd_setup_wall *found = NULL;
