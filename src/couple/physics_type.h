@@ -103,9 +103,10 @@ typedef struct pd_physics_type {
 
 #define pd_physics_type_register PD_NAME(pd_physics_type_register)
 
-/* Make a physics known to all scenes that are read with this context; type is borrowed. PD_ERR_ARGUMENT: it lacks a
- * callback, a field, a name or a meaning, has a label or too many fields or keys, or its section is registered.
- * PD_ERR_SIZE: too many physics. */
+/* Make a physics known to all scenes that are read with this context; type is borrowed. PD_ERR_ARGUMENT: its section
+ * lacks a name or meaning, has a label other than "", or is registered; one of build, free, set_process and values is
+ * NULL; it has no field, more than 4 fields or more than 16 keys. PD_ERR_SIZE: the context holds PD_CTX_PHYSICS of
+ * them. After an error nothing is added. */
 PD_API pd_status pd_physics_type_register(pd_ctx *ctx, const pd_physics_type *type);
 
 #endif

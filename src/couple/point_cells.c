@@ -173,7 +173,8 @@ static double pdi_point_cells_next_side(const pd_point_cells *s, const double *x
     return best;
 }
 
-/* 1: the line from x along xi, folded into the box segment by segment, stays within the smooth metal. */
+/* 1: the line from x by xi [m], folded into the box at each side that is a plane of symmetry, stays within the smooth
+ * metal; 0: a piece of it does not. */
 static int pdi_point_cells_is_within(const pd_point_cells *s, const double *x, const double *xi)
 {
     const pd_grid *grid = s->grid;

@@ -257,8 +257,8 @@ static pd_status pdi_time_loop_advance_process(pd_ctx *ctx, pd_time_loop *c, con
     return p->finish ? pdi_time_loop_keep_status(c, p->finish(ctx, p->self, s->end)) : PD_OK;
 }
 
-/* Advances the processes from number n on from time `from` [s] to `end` [s]; quasi-steady ones are skipped. Where one
- * stops before `end`, those behind it follow to that time first. */
+/* Advances the processes from number n on from time `from` [s] to `end` [s], each in its own steps; quasi-steady ones
+ * are skipped. Where one stops before `end`, those behind it follow to that time first. */
 static pd_status pdi_time_loop_advance_followers(pd_ctx *ctx, pd_time_loop *c, int n, double from, double end,
                                                  pd_step *s)
 {

@@ -82,7 +82,8 @@ static void pdi_depletion_notes_print_consumed_shapes(pd_depletion_notes *d, pd_
     }
 }
 
-/* Update `idle`, and print a note for each electrode that has stopped to carry current. print: NULL: no notes. */
+/* Update `idle`, and print a note for each electrode that carries no current now and did at the last update. print:
+ * NULL: no notes. Without a potential solver does nothing. */
 static void pdi_depletion_notes_print_idle_electrodes(pd_depletion_notes *d, pd_print_fn print, void *user)
 {
     const pd_setup_potential *p = &d->model->setup->potential;

@@ -85,8 +85,8 @@ static pd_status pdi_developed_flow_solve(pd_ctx *ctx, const pd_flow *flow, int 
                    "the developed profile of an opening is not found: its residual is %g", reached);
 }
 
-/* Allocate inlet->profile[side] and store the axial velocities of the duct there, scaled so that their flux is
- * inlet->opening: those of a mean velocity of 1. Cells that are not fluid get 0. */
+/* Allocate inlet->profile[side] [cells of the side] and store the axial velocities of the duct there, scaled so that
+ * their flux is inlet->opening: those of a mean velocity of 1. Cells that are not fluid get 0. */
 static pd_status pdi_developed_flow_store_profile(pd_ctx *ctx, pd_inlet *inlet, int side, pdi_developed_flow *d)
 {
     int axis = side / 2, i[PD_DIM];

@@ -396,8 +396,9 @@ static pd_status pdi_dissolution_laws_add_other_metals(pd_ctx *ctx, pd_dissoluti
     return PD_OK;
 }
 
-/* Build the list of sites with electrodes: one for each electrode beside a node, then one for each metal there that has
- * no electrode, also at nodes without any. The law of a metal goes to its electrode with the largest area there. */
+/* Add the sites with electrodes: one for each electrode beside a node, then one for each metal there with a law that
+ * has no electrode, also at nodes without any. The law of a metal goes to its electrode with the largest area there;
+ * other electrodes get a site without a law. PD_ERR_SIZE: more sites than nodes. */
 static pd_status pdi_dissolution_laws_add_electrode_sites(pd_ctx *ctx, pd_dissolution_laws *a)
 {
     const pd_dissolve *d = a->dissolve;

@@ -180,7 +180,9 @@ static pd_status pdi_dissolution_physics_build(pd_ctx *ctx, pd_model *m)
     return pd_dissolve_build(ctx, &m->grid, &m->interface_stencil, &m->transport, &desc, &m->dissolve);
 }
 
-/* Add the memory of the dissolution. */
+/* Add the memory of the dissolution. Fluid and metal within a horizon of each other are estimated by the surface of a
+ * cube of all metal, with a quarter more room; bond-based corrosion also has its kernel and reaches, a passive film a
+ * byte a node. */
 static void pdi_dissolution_physics_estimate(const pd_setup *setup, pdi_memory_plan *plan, pd_memory_estimate *b)
 {
     double *bytes = &b->bytes[PD_PART_DISSOLVE];

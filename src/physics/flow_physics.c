@@ -116,7 +116,8 @@ static int pdi_flow_physics_estimate_order(const pd_setup *setup, const pd_grid 
     return pdi_fourth_order_has_closed_sides(grid->side) ? 4 : 2;
 }
 
-/* Add the memory of the incompressible flow. */
+/* Add the memory of the incompressible flow, with its steady, implicit or explicit solver; a prescribed flow has none.
+ * Sets order and boundary callbacks of plan->flow. */
 static void pdi_flow_physics_estimate(const pd_setup *u, pdi_memory_plan *plan, pd_memory_estimate *b)
 {
     double *bytes = &b->bytes[PD_PART_FLOW];

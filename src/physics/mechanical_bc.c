@@ -96,8 +96,9 @@ typedef struct pdi_mechanical_bc_reference_points {
     int next;      /* index of the next candidate */
 } pdi_mechanical_bc_reference_points;
 
-/* Next held point around point i, no farther off than any before, with a free layer behind it for component d; -1: none
- * is left. Updates the iterator: l->next, and count and distance of the nearest points met. */
+/* Next point of the held layers around point i, in its layer and within as many cells as the side holds layers, no
+ * farther off than any before, with a free layer behind it for component d; -1: none is left. Updates the iterator:
+ * l->next, and count and distance of the nearest points met; a nearer one sets count to 1. */
 static int32_t pdi_mechanical_bc_next_reference_point(const pd_mechanical_bc *g, int k, int32_t i, int d,
                                                       pdi_mechanical_bc_reference_points *l)
 {
@@ -125,8 +126,8 @@ static int32_t pdi_mechanical_bc_next_reference_point(const pd_mechanical_bc *g,
 }
 
 /* Reference points of point i for component d: point i itself (positions 0), or, where the metal there is too thin for
- * a free layer, the nearest ones along the side within as many cells as the side holds layers. Returns an iterator with
- * their count, 0: none; next is to be set to 0 to go through them. */
+ * a free layer, the nearest ones along the side within as many cells as the side holds layers, all that are equally
+ * near. Returns an iterator with their count, 0: none; next is to be set to 0 to go through them. */
 static pdi_mechanical_bc_reference_points pdi_mechanical_bc_find_reference_points(const pd_mechanical_bc *g, int k,
                                                                                   int32_t i, int d)
 {
@@ -530,8 +531,9 @@ static pd_status pdi_mechanical_bc_interpolate_held(pd_ctx *ctx, pd_mechanical_b
     return PD_OK;
 }
 
-/* Set all prescribed displacements of u [points][PD_DIM] [m] at time t [s] and rebuild the interpolation rows. Where
- * several conditions hold a component of a point, the last one named decides. */
+/* Set all prescribed displacements of u [points][PD_DIM] [m] at time t [s] and rebuild the interpolation rows; then u
+ * of a follower includes the part that its leader has now. Where several conditions hold a component of a point, the
+ * last one named decides. PD_ERR_STATE: a displacement is not finite. */
 static pd_status pdi_mechanical_bc_set_displacements(pd_ctx *ctx, pd_mechanical_bc *g, double t, double *u)
 {
     const pd_setup_mechanics *b = &g->setup->metal_body;
@@ -633,8 +635,9 @@ static double pdi_mechanical_bc_compute_loaded_area(const pd_mechanical_bc *g, i
     return area;
 }
 
-/* Add force and moments of the exact traction on all faces of area `face` [m^(d-1)] to the deficit, by the two-point
- * Gauss rule along each axis. */
+/* Add force and moments of the exact traction, times shares->total, on the faces of all points beside the side that
+ * have not dissolved, each of area `face` [m^(d-1)], to the deficit, by the two-point Gauss rule along each axis of the
+ * side. PD_ERR_STATE: the traction is not finite. */
 static pd_status pdi_mechanical_bc_add_traction_moments(pd_ctx *ctx, const pd_mechanical_bc *g, int k, double t,
                                                         double face, const pdi_mechanical_bc_load_scaling *shares,
                                                         pdi_mechanical_bc_resultants *w)
@@ -658,8 +661,9 @@ static pd_status pdi_mechanical_bc_add_traction_moments(pd_ctx *ctx, const pd_me
     return PD_OK;
 }
 
-/* Subtract force and moments of the nodal loads from the deficit, and add up the Gram matrix of corrections and the
- * moments with depth. */
+/* Subtract force and moments of the nodal loads from w->moment_deficit, and add up the Gram matrix of corrections
+ * (moment_slope) and the moments with the depth below the side, over w->size. Points without load weights are skipped.
+ * PD_ERR_STATE: the traction is not finite. */
 static pd_status pdi_mechanical_bc_subtract_nodal_moments(pd_ctx *ctx, const pd_mechanical_bc *g, int k, double t,
                                                           const pdi_mechanical_bc_load_scaling *shares,
                                                           pdi_mechanical_bc_resultants *w)

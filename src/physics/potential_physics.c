@@ -28,7 +28,8 @@ static void pdi_potential_physics_set_placeholder(void *user, double *field)
     (void)field;
 }
 
-/* Add the memory of the potential solver. */
+/* Set the memory of the potential solver in b->bytes, and add its multigrid levels to the runtime bytes. Contacts are
+ * estimated as the faces of a cube of all metal, at most one for each fluid node. */
 static void pdi_potential_physics_estimate(const pd_setup *setup, pdi_memory_plan *plan, pd_memory_estimate *b)
 {
     const pd_setup_potential *e = &setup->potential;

@@ -144,7 +144,8 @@ static double pdi_solid_physics_estimate_batches(const pdi_memory_plan *plan, co
            1.25 * plan->node_scale * bonds * more;
 }
 
-/* [byte] Memory of the material model of the metal. */
+/* [byte] Memory of the material model of the metal: its own arrays, bond weights, and batches of points, which metal of
+ * large strains does not have. s has the sizes of the body and its material attached. */
 static double pdi_solid_physics_estimate_material(const pdi_memory_plan *plan, pd_solid_coupling *s)
 {
     int flows = pdi_solid_coupling_is_plastic(s);
@@ -204,7 +205,8 @@ static double pdi_solid_physics_estimate_interpolation(const pd_setup *setup, co
     return pdi_memory_plan_count_array_bytes(plan, pdi_mechanical_bc_list, &grips);
 }
 
-/* Set the memory of the mechanics of the metal, and the work of its equilibrium solver, in b. */
+/* Set the memory of the mechanics of the metal in b->bytes, and, in statics, the work of its equilibrium solver in
+ * b->equilibrium_bytes. Mirror images do not count. */
 static void pdi_solid_physics_estimate(const pd_setup *setup, pdi_memory_plan *plan, pd_memory_estimate *b)
 {
     double *bytes = &b->bytes[PD_PART_SOLID];

@@ -141,7 +141,8 @@ static pd_status pdi_species_physics_build_integrator(pd_ctx *ctx, pd_model *m)
 }
 
 /* The species as a process. Also sets m->rate_step_limit, which limits its steps where surface laws depend on time; not
- * in steady transport. It counts its own steps, too, where currents are solved in each and metal dissolves. */
+ * in steady transport. It may take several steps in one of the run where currents are solved in each and metal
+ * dissolves. */
 static pd_physics pdi_species_physics_get_process(pd_model *m)
 {
     pd_physics course = pd_course_process(&m->species_integrator);

@@ -14,8 +14,8 @@ typedef struct pdi_step_diagnostics_parabola_envelope {
     double *interval_start; /* [n] [spacings] where their parts of it begin */
 } pdi_step_diagnostics_parabola_envelope;
 
-/* One-dimensional distance transform along a line: to[q] = min over p of from[p] + (distance of p and q)^2 [m2], the
- * infinite distance where all of `from` are. w: work. */
+/* One-dimensional distance transform along a line: to[q] = min over p of from[p] + (distance of p and q)^2 [m2], both
+ * squared distances; the infinite distance where all of `from` are. from and to are different arrays. w: work. */
 static void pdi_step_diagnostics_distance_transform_line(const pdi_step_diagnostics_parabola_envelope *w,
                                                          const float *from, float *to)
 {

@@ -7,7 +7,8 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Prints spacing, horizon, box, sides and counts of nodes. */
+/* Prints name, dimension, nodes along each axis, spacing (of each axis if they differ), horizon and bonds, those of the
+ * metal if they differ, and counts of fluid, solid and wall nodes. */
 static void pdi_summary_print_grid(const pdi_summary_text *s)
 {
     const pd_model *m = s->model;

@@ -81,7 +81,9 @@ static pd_status pdi_transport_physics_build(pd_ctx *ctx, pd_model *m)
     return pdi_transport_physics_set_initial_concentration(ctx, m, m->transport.c);
 }
 
-/* Add the memory of transport. */
+/* Set the memory of transport, with that of its time integrator where no metal dissolves; add its multigrid levels and,
+ * without flow, Krylov vectors to the runtime. Bond-based corrosion under activation control without flow has arrays of
+ * concentrations alone. */
 static void pdi_transport_physics_estimate(const pd_setup *setup, pdi_memory_plan *plan, pd_memory_estimate *b)
 {
     double *bytes = &b->bytes[PD_PART_TRANSPORT];
