@@ -114,7 +114,7 @@ typedef struct pd_solid_coupling {
 PD_API pd_status pd_solid_coupling_build(pd_ctx *ctx, const pd_grid *grid, const pd_solid_coupling_desc *desc,
                                          pd_solid_coupling *structure);
 /* The process table, statics or dynamics, to be added before that of the dissolution (NULL: the metal does not
- * dissolve), which is built with structure->rate_factor. Keeps `dissolve` in the structure, and points to it.
+ * dissolve), which is built with structure->rate_factor. Keeps `dissolve` in the structure, to which the table points.
  * PD_ERR_ARGUMENT by the start of the process: a bond-based body or one in dynamics is to dissolve. */
 PD_API pd_physics pd_solid_coupling_process(pd_solid_coupling *structure, pd_dissolve *dissolve);
 PD_API void pd_solid_coupling_free(pd_ctx *ctx, pd_solid_coupling *structure);
