@@ -28,8 +28,9 @@ static double pdi_anderson_dot(const pd_anderson *a, const double *x, const doub
 }
 
 /* Add the differences of residual and iterate since the previous iterate to the history, by modified Gram-Schmidt. A
- * full history is cleared first, and so is one on which the residual difference depends linearly, since that
- * contradicts the linear model. A difference of rounding size is not added. */
+ * full history is cleared first. It is cleared, too, and begins anew with this difference, where orthogonalisation
+ * leaves at most 1e-6 of the residual difference: linear dependence contradicts the linear model. A residual difference
+ * of at most 1e-12 of the previous residual is rounding: the history is cleared, and nothing is added. */
 static void pdi_anderson_add_difference(pd_anderson *a, const double *x, const double *step)
 {
     if (a->count == PD_ANDERSON_HISTORY) a->count = 0;
@@ -70,8 +71,9 @@ static void pdi_anderson_set_previous(pd_anderson *a, const double *x, const dou
     a->has_previous = 1;
 }
 
-/* Track the best iterate. Returns 1 on divergence, after residuals that grew twice in a row: x and step are then
- * replaced by the best iterate and its residual. */
+/* Store x and step as the best iterate where `size`, the norm of step, is at most the least norm, or there is no
+ * previous iterate. Else count a growth where `size` is above the previous norm, or set the count to 0. Returns 1 at
+ * the second growth in a row: x and step then are replaced by the best iterate and its residual; else 0. */
 static int pdi_anderson_is_diverging(pd_anderson *a, double *x, double *step, double size)
 {
     if (!a->has_previous || size <= a->least_norm) {

@@ -49,7 +49,8 @@ static void pdi_arnoldi_dots(const pdi_arnoldi_job *q, pdi_arnoldi_thread *threa
     }
 }
 
-/* w -= sum over m of dots[m] v[m]: the part of one thread. */
+/* w -= sum over m of dots[m] v[m], on the blocks of one thread. There is no barrier: a thread reads the same blocks in
+ * the next dot products. */
 static void pdi_arnoldi_subtract(const pdi_arnoldi_job *q, pdi_par_team team, int count, const pdi_par_vector_group *v,
                                  const double *dots)
 {
@@ -73,8 +74,9 @@ static double pdi_arnoldi_norm(const pdi_arnoldi_job *q, pdi_arnoldi_thread *thr
     return sqrt(square);
 }
 
-/* The whole orthogonalisation, as each thread of the team runs it. Thread 0 adds to h[0 .. j], which starts as zeros,
- * and writes h[j + 1] and norm_before. */
+/* One or two passes of the orthogonalisation, as each thread of the team runs it: the second where the first leaves
+ * less than PDI_ARNOLDI_REORTHOGONALISE of |w|. Thread 0 adds to h[0 .. j], which starts as zeros, and writes h[j + 1],
+ * the norm after, and norm_before. */
 static void pdi_arnoldi_run_thread(pdi_par_team team, pdi_arnoldi_job *q)
 {
     pdi_arnoldi_thread thread;

@@ -56,7 +56,8 @@ PDI_FN void pdi_coarsen_free(pd_ctx *ctx, pd_smoother_level *level)
     level->cell_capacity = level->link_capacity = level->child_capacity = level->line_capacity = 0;
 }
 
-/* Ensure the capacity `count` of an array; where it grows the content is lost. */
+/* Ensure the capacity `count` of an array; where it grows the content is lost. On failure the array is NULL and the
+ * capacity 0. */
 static pd_status pdi_coarsen_reserve_array(pd_ctx *ctx, int32_t **list, int32_t *capacity, int32_t count)
 {
     if (count <= *capacity) return PD_OK;
@@ -128,7 +129,8 @@ typedef struct pdi_coarsen_strength {
 } pdi_coarsen_strength;
 
 /* 1: mass or flow dominates the diagonal of cell c, and sweeps alone solve for it: coarser levels would only add cost.
- * r has to hold what pdi_coarsen_relax_compatibly leaves. */
+ * So it is where r, as pdi_coarsen_relax_compatibly leaves it, is below PDI_COARSEN_RELAX_LEFT, and the conductances of
+ * its links (the smaller coefficient of each) sum to less than PDI_COARSEN_WEAK_COUPLING of the diagonal. */
 static int pdi_coarsen_is_excluded(const pd_smoother_level *level, int32_t c)
 {
     float shared = 0.0f;
@@ -139,8 +141,9 @@ static int pdi_coarsen_is_excluded(const pd_smoother_level *level, int32_t c)
 }
 
 /* Sum the link coefficients (conductance plus half the flow) of the cells first .. end-1 and their number for each axis
- * into *s, and mark in parent those that take part in the next level, as PDI_COARSEN_ROOT: cells with a link that
- * sweeps alone do not solve for. The others become PDI_COARSEN_EXCLUDED. */
+ * into *s, which is zeroed first. Mark in parent the cells that take part in the next level, as PDI_COARSEN_ROOT.
+ * Inactive cells, cells without links and, without keep_all, those of pdi_coarsen_is_excluded become
+ * PDI_COARSEN_EXCLUDED and are not summed. */
 static void pdi_coarsen_sum_strengths(const pdi_coarsen_options *options, const pd_smoother_level *level, int32_t first,
                                       int32_t end, pdi_coarsen_strength *s)
 {
@@ -247,7 +250,8 @@ static int32_t pdi_coarsen_find_root(int32_t *parent, int32_t c)
 }
 
 /* Merge linked cells of each block in the union-find structure of parent, among the cells first .. end-1, which are
- * whole blocks. */
+ * whole blocks; the smaller index becomes the root. Only links along halved axes between the two halves of a block
+ * count, not those across a periodic end. Excluded cells stay. */
 static void pdi_coarsen_merge_part(pd_smoother_level *level, int32_t first, int32_t end)
 {
     int32_t *parent = level->parent;
@@ -299,9 +303,9 @@ static pd_status pdi_coarsen_compute_offsets(pd_ctx *ctx, const pdi_coarsen_opti
     return PD_OK;
 }
 
-/* Set n, periodic and cells of the coarse level, and reserve its memory. Number the merged cells in the order of their
- * keys, and replace parent by these numbers (-1: excluded); coarse->block gets the block of each. Overwrites
- * options->mark. */
+/* Set n (halved axes rounded up), periodic and cells of the coarse level, and reserve its memory. Number the merged
+ * cells in the order of their keys, and replace parent by these numbers (-1: excluded); coarse->block gets the block of
+ * each. Overwrites options->mark. Errors are those of allocation. */
 static pd_status pdi_coarsen_number_cells(pd_ctx *ctx, const pdi_coarsen_options *options, pd_smoother_level *level,
                                           pd_smoother_level *coarse)
 {
@@ -336,7 +340,8 @@ static pd_status pdi_coarsen_number_cells(pd_ctx *ctx, const pdi_coarsen_options
     return PD_OK;
 }
 
-/* Build the lists child_first and child of the fine cells of each coarse cell; child may be allocated. */
+/* Build the lists child_first and child of the fine cells of each coarse cell, in ascending order; excluded cells are
+ * in none. child may be allocated, from level 1 on with room for the cell capacity of `level`. */
 static pd_status pdi_coarsen_build_children(pd_ctx *ctx, const pd_smoother_level *level, pd_smoother_level *coarse)
 {
     int32_t *first = coarse->child_first;
@@ -355,7 +360,8 @@ static pd_status pdi_coarsen_build_children(pd_ctx *ctx, const pd_smoother_level
     return PD_OK;
 }
 
-/* Widths of the last blocks, which are thinner for odd sizes [unit: width of the other blocks]. */
+/* Widths of the last blocks [unit: width of the other blocks]. A halved axis of n blocks: (1 + last)/2 for even n,
+ * last/2 for odd n, where the last block is single; other axes keep theirs. */
 static void pdi_coarsen_compute_widths(const pd_smoother_level *level, pd_smoother_level *coarse)
 {
     for (int d = 0; d < PD_DIM; d++) {
@@ -364,7 +370,8 @@ static void pdi_coarsen_compute_widths(const pd_smoother_level *level, pd_smooth
     }
 }
 
-/* Factor of the conductance of a face: ratio of the distances of its cell centres on this level and on the next. */
+/* Factor of the conductance of a face: ratio of the distances of its cell centres on this level and on the next, which
+ * is 1 along an axis that is not halved. i [PD_DIM]: block of the fine cell. */
 static float pdi_coarsen_link_factor(const pd_smoother_level *level, const pd_smoother_level *coarse, const int *i,
                                      const pdi_coarsen_link *link)
 {
@@ -376,9 +383,10 @@ static float pdi_coarsen_link_factor(const pd_smoother_level *level, const pd_sm
     return fine / (above / 2 == coarse->n[d] - 1 ? 1.0f + coarse->last_width[d] : 2.0f);
 }
 
-/* The same for the half cell at a Dirichlet wall. The normal of the wall is unknown; where all axes are halved it does
- * not matter, except for last blocks, which mostly touch the side of the box. Otherwise the factor is 1, which makes
- * walls normal to a halved axis too stiff: that harms less than walls that are too soft on the other axes. */
+/* Factor of the Dirichlet coefficient of coarse cell p, for the half cell at a wall: 1/2; in a last block, which mostly
+ * touches the side of the box, half its fine over its coarse width where that is larger. The normal of the wall is
+ * unknown: where an axis of more than one block is not halved the factor is 1, which makes walls normal to a halved
+ * axis too stiff: that harms less than walls that are too soft on the other axes. */
 static float pdi_coarsen_wall_factor(const pd_smoother_level *level, const pd_smoother_level *coarse, int32_t p)
 {
     int i[PD_DIM];
@@ -392,7 +400,7 @@ static float pdi_coarsen_wall_factor(const pd_smoother_level *level, const pd_sm
     return factor;
 }
 
-/* 1: a periodic link that does not exist on the next level. */
+/* 1: the link crosses the end of an axis that is periodic on this level and no longer on the next. */
 static int pdi_coarsen_is_link_dropped(const pd_smoother_level *level, const pd_smoother_level *coarse, const int *i,
                                        const pdi_coarsen_link *link)
 {
@@ -411,11 +419,11 @@ static inline int32_t pdi_coarsen_find_entry(const int32_t *mark, const int32_t 
     return at;
 }
 
-/* Assemble row p of the coarse links from its fine cells: conductances of faces are summed and reduced by the growth of
- * the distance of centres; flows are summed and upwinded again. Coefficients of excluded neighbours are summed in r (in
- * their rows) and x (in this row) until the diagonal is computed.
- * fill 0: only count. mark NULL: at most PDI_COARSEN_SHORT_ROW entries. Returns the end of the row; start - 1 when
- * there are more. */
+/* Assemble row p of the coarse links from its fine cells: conductances are summed, reduced by the growth of the
+ * distance of centres; flows are summed and upwinded again. Links within p and dropped ones are left out. Coefficients
+ * of excluded neighbours are summed in r (in their rows) and x (in this row) until the diagonal is computed. fill 0:
+ * only count. mark NULL: at most PDI_COARSEN_SHORT_ROW entries. Returns the end of the row; start - 1 when there are
+ * more. */
 static int32_t pdi_coarsen_assemble_row(const pd_smoother_level *level, pd_smoother_level *coarse, int32_t p,
                                         int32_t start, int fill, int32_t *mark)
 {

@@ -66,18 +66,21 @@ static inline int pdi_coarsen_is_periodic(int symmetric, int n, int above)
 {
     return above && n > 2 && !(symmetric && n % 2);
 }
-/* Choose the axes to halve (semi-coarsening along strong couplings) into level->halve, and mark in parent the cells
- * that take part in the next level: -2, else -1. 1: an axis is halved; 0: none is, the level is the coarsest. Without
- * keep_all it relaxes a uniform error first: r gets what is left of it, and options->mark is overwritten. */
+/* Choose the axes to halve into level->halve (semi-coarsening): those whose mean link coefficient is at least a quarter
+ * of that of the strongest axis. Mark in parent the cells that take part in the next level: -2, else -1. 1: an axis is
+ * halved; 0: no link is left, the level is the coarsest. Without keep_all it relaxes a uniform error first: r gets what
+ * is left of it, and options->mark is overwritten. */
 PDI_FN int pdi_coarsen_choose_axes(const pd_ctx *ctx, const pdi_coarsen_options *options, pd_smoother_level *level);
 /* Build the next level after pdi_coarsen_choose_axes, and set parent of `level` to its cells (-1: none). During setup x
- * holds the Dirichlet coefficients and b the masses of the cells, on both levels. Overwrites options->mark; keeps the
- * memory of `coarse` where it is large enough. */
+ * holds the Dirichlet coefficients and b the masses of the cells, on both levels. Overwrites options->mark. Allocates
+ * only where the memory of `coarse` is too small; an error of that leaves `coarse` incomplete. */
 PDI_FN pd_status pdi_coarsen_build_level(pd_ctx *ctx, const pdi_coarsen_options *options, pd_smoother_level *level,
                                          pd_smoother_level *coarse);
-/* Compute inverse_diagonal, row_sum, b (masses) and x (Dirichlet coefficients) of the coarse level from those of
- * `level`, and set its r to 0. Later on, after they have changed on `level`, only with options->symmetric: else r and x
- * hold sums of the excluded neighbours, which exist once after the links are assembled. */
+/* Compute inverse_diagonal (0 where the diagonal is), row_sum, b (summed masses) and x (Dirichlet coefficients, summed
+ * and rescaled to the wider cells) of the coarse level from those of `level`, and set its r to 0. The diagonal of a
+ * cell with mass or wall but no links is at least 1e-6 (with contrast 1e-10) of the sum of those of its cells. Once
+ * masses or walls of `level` have changed, only with options->symmetric: else r and x hold sums of the excluded
+ * neighbours, which exist once after the links are assembled. */
 PDI_FN void pdi_coarsen_compute_diagonals(const pdi_coarsen_options *options, const pd_smoother_level *level,
                                           pd_smoother_level *coarse);
 /* Free the arrays of a coarse level and set its capacities to 0; other members stay. */

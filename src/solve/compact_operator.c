@@ -41,8 +41,9 @@ PDI_FN void pdi_compact_operator_init(const pd_grid *grid, int with_flux, pd_com
 /* [-] Ratio of spacings above which a grid counts as stretched. */
 #define PDI_COMPACT_OPERATOR_MAX_ASPECT 4.0
 
-/* Diffusivity [m2/s] of the face along axis d between node and other: physical plus numerical diffusivity of
- * peridynamic upwinding, less that of the compact upwind scheme, |u| h/2. */
+/* Diffusivity [m2/s] of the face along axis d between node and other, at least 0: physical plus numerical diffusivity
+ * of peridynamic upwinding (none where numerical_diffusivity is NULL), less that of the compact upwind scheme, |u| h/2.
+ * |u|: of the mean of both nodes. v->u is not NULL. */
 static double pdi_compact_operator_face_diffusion(const pd_grid *grid, const pdi_compact_operator_convection *v,
                                                   double diffusivity, int32_t node, int32_t other, int d)
 {
@@ -55,9 +56,9 @@ static double pdi_compact_operator_face_diffusion(const pd_grid *grid, const pdi
     return pd_max(diffusivity, 0.0);
 }
 
-/* Distance, in spacings along axis d, from a node to the wall behind its lower (up = 0) or upper face; 0.5 at open
- * sides and where no bonds tell it. The friction on a curved wall that nearly touches a node is a thousand times that
- * of a wall half a cell away. */
+/* Distance, in spacings along axis d, from a node to the wall behind its lower (up = 0) or upper face, not negative;
+ * 0.5 at open sides, without wall_bonds, and for nodes that have no bonds. The friction on a curved wall that nearly
+ * touches a node is a thousand times that of a wall half a cell away. */
 static double pdi_compact_operator_wall_distance(const pdi_compact_operator_bc *faces, int32_t node, uint8_t kind,
                                                  int d, int up)
 {
@@ -66,8 +67,10 @@ static double pdi_compact_operator_wall_distance(const pdi_compact_operator_bc *
     return row >= 0 ? fabs(walls->neighbour_distance[((int64_t)row * PD_DIM + d) * 2 + up]) : 0.5;
 }
 
-/* Assemble the coefficients of one fluid cell: its upper faces, Dirichlet terms, and outflow, which is added to mass.
- * mass holds 1/dt or the like before, and is multiplied by the circumference on an axisymmetric grid. */
+/* Assemble one fluid cell: conductance and flux of its upper faces to fluid or periodic nodes, and Dirichlet terms of
+ * its faces to other nodes as `faces` says; nothing passes a mirror. mass, 1/dt or the like before, is multiplied by
+ * the circumference, and the outflow at outlets by the velocity of the node is added; inflow there adds nothing. With
+ * numerical_diffusivity a net inflow of the whole cell is added, too. */
 static void pdi_compact_operator_assemble_cell(pd_compact_operator *c, int64_t cell, int32_t node, double constant,
                                                const pd_bond_diffusivity *media,
                                                const pdi_compact_operator_convection *v,

@@ -46,8 +46,8 @@ typedef struct pdi_compact_operator_convection {
         *numerical_diffusivity; /* [PD_DIM][PD_DIM] [m] numerical diffusivity along the second axis per speed along the
                                  * first by which the peridynamic operator upwinds; NULL: central differences */
 } pdi_compact_operator_convection;
-/* Numerical diffusivity of upwinding bond by bond: spread[a][b] = share/2 sum over bonds of |g_a| xi_b^2 [m], with the
- * gradient weights g of the stencil. */
+/* Numerical diffusivity of upwinding bond by bond into spread [PD_DIM][PD_DIM], overwritten: spread[a][b] = share/2 sum
+ * over all bonds of |g_a| xi_b^2 [m], with the gradient weights g of the stencil. */
 PDI_FN void pdi_compact_operator_upwind_diffusion(const pd_stencil *stencil, double share, double *spread);
 /* Assemble the operator into all its arrays. diffusivity [m2/s, or 1], or that of media where not NULL; mass [1/s]:
  * diagonal term of every fluid cell, to which outflow is added; faces: boundary conditions. convection is not NULL; its
@@ -55,9 +55,9 @@ PDI_FN void pdi_compact_operator_upwind_diffusion(const pd_stencil *stencil, dou
 PDI_FN void pdi_compact_operator_assemble(const pd_ctx *ctx, double diffusivity, const pd_bond_diffusivity *media,
                                           const pdi_compact_operator_convection *convection, double mass,
                                           const pdi_compact_operator_bc *faces, pd_compact_operator *compact);
-/* 1: single precision is not enough on n [PD_DIM] cells of spacing h [PD_DIM] [m]. Rounding is a relative error eps
- * that varies from cell to cell, so its Laplacian is of size eps / min(h)^2. It may exceed the Laplacian of a field
- * that varies over the whole box, of size 1 / L^2. */
+/* 1: single precision is not enough on n [PD_DIM] cells of spacing h [PD_DIM] [m]: FLT_EPSILON L^2 > min(h)^2, with L
+ * the longest side of the box. Rounding is a relative error eps that varies from cell to cell, so its Laplacian is of
+ * size eps / min(h)^2. It may exceed the Laplacian of a field that varies over the whole box, of size 1 / L^2. */
 PDI_FN int pdi_compact_operator_needs_double(const int *n, const double *h);
 /* 1: the largest spacing is more than 4 times the smallest of h [PD_DIM] [m], so that the rounding of a cycle matters
  * at a few digits already. */
@@ -67,7 +67,8 @@ PDI_FN int pdi_compact_operator_is_stretched(const double *h);
  * 0. */
 PDI_FN void pdi_compact_operator_multigrid_desc(const pd_grid *grid, pd_multigrid_desc *desc);
 /* Difference [m2] between the inverse symbols of the peridynamic and the compact Laplacian at short wavelengths, where
- * that of a wide family is nearly constant (theory, eq. 5.15). At least 0. */
+ * that of a wide family is nearly constant: 1 / lap_sum - 1 / sum_d (2 / h_d^2) (theory, eq. 5.15). 0 where that is
+ * negative. */
 PDI_FN double pdi_compact_operator_inverse_excess(const pd_stencil *stencil);
 /* Cell number, axis 0 fastest, of the node with indices i [PD_DIM] inside the box. */
 PDI_FN int64_t pdi_compact_operator_cell_index(const pd_grid *grid, const int *i);

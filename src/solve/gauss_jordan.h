@@ -6,7 +6,8 @@
 #ifdef PDI_INTERNAL
 /* Solve in place by Gauss-Jordan elimination with partial pivoting (rows are exchanged). a: [rows][columns], rows
  * `stride` apart; the first `rows` columns are the matrix, which is overwritten, the others are right-hand sides and
- * become the solutions. Unknowns whose pivot vanishes (singular matrix) get 0. */
+ * become the solutions. An unknown whose pivot is at most DBL_MIN in size (singular matrix) gets 0; that is not
+ * reported. */
 PDI_FN void pdi_gauss_jordan_solve(int rows, int columns, int stride, double *a);
 #endif
 

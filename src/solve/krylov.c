@@ -472,7 +472,8 @@ static void pdi_krylov_combine(const pdi_krylov_state *run, int first, int count
     pdi_krylov_unpack(run, sum, v);
 }
 
-/* Power of two that scales the largest entry of z to about 1, since x may exceed the range of single precision. */
+/* Power of two that scales the largest |z| to 1/2 .. 1, since x may exceed the range of single precision; 1 where z is
+ * zero or not finite. */
 static double pdi_krylov_power_of_two(const pdi_krylov_state *run, const double *z)
 {
     int exponent = 0;
@@ -507,8 +508,8 @@ static void pdi_krylov_swap_work(pdi_krylov_state *run)
     run->w = v;
 }
 
-/* Returns A M^-1 v, packed, for column j; all vectors of this share v and w. Flexible: stores M^-1 v times *unit, a
- * power of two that column 0 sets and all columns use. */
+/* Returns A M^-1 v, packed, for column j; all vectors of this share v and w. Without a preconditioner it is A v.
+ * Flexible: stores M^-1 v times *unit, a power of two that column 0 sets and all columns use. */
 static double *pdi_krylov_expand(pdi_krylov_state *run, int j, int flexible, double *unit)
 {
     if (!run->precond) {
@@ -547,7 +548,10 @@ static pd_status pdi_krylov_add_correction(pdi_krylov_state *run, int flexible, 
 }
 
 /* One restart cycle from the residual in v (norm beta): x += correction, w = old x; with low_memory the correction is
- * left in v. Counts iterations, may grow the basis, and sets recurrence_norm to the residual of the recurrence. */
+ * left in v. It ends at 0.9 of the tolerance by the recurrence, in an invariant space (rounding is left of a column),
+ * at the iteration limit, at `restart` with fixed_restart, or where the basis is full. Counts iterations, may grow the
+ * basis, and sets recurrence_norm to the residual of the recurrence. Errors leave x: PD_ERR_DIVERGED (not finite),
+ * PD_CANCELLED, memory with fixed_restart. */
 static pd_status pdi_krylov_gmres_cycle(pdi_krylov_state *run, double beta)
 {
     const pd_krylov_desc *d = &run->k->desc;
@@ -638,7 +642,10 @@ static void pdi_krylov_lean_end(const pdi_krylov_state *run)
     run->k->iterate_vectors = 0;
 }
 
-/* GMRES with restarts, from the residual in v of norm `norm`. PD_NOT_CONVERGED: iteration limit or stagnation. */
+/* GMRES with restarts, from the residual in v of norm `norm`, until its true norm is at most the tolerance.
+ * PD_NOT_CONVERGED: iteration limit, or stagnation: a cycle leaves more than PDI_KRYLOV_STALLED of the norm.
+ * PD_ERR_DIVERGED: a residual is not finite. Where a cycle raises the norm or spoils it, x goes back to the iterate
+ * before. result->residual: norm of the returned x. */
 static pd_status pdi_krylov_gmres(pdi_krylov_state *run, double norm)
 {
     const pd_krylov_desc *d = &run->k->desc;
@@ -690,7 +697,8 @@ static void pdi_krylov_best_restore(const pdi_krylov_state *run, pdi_krylov_best
     run->result->residual = pdi_krylov_residual(run, scratch);
 }
 
-/* Rounding level of p.Ap for the direction p in work vector 1; 0 without desc.diagonal. Overwrites work vector 2. */
+/* Rounding level of p.Ap for the direction p in work vector 1: PDI_KRYLOV_SINGULAR p.Dp; 0 without desc.diagonal.
+ * Overwrites work vector 2. */
 static double pdi_krylov_singular_limit(const pdi_krylov_state *run)
 {
     const double *d = run->k->desc.diagonal, *p = pdi_krylov_vector(run, 1);
@@ -704,9 +712,10 @@ static double pdi_krylov_singular_limit(const pdi_krylov_state *run)
     return PDI_KRYLOV_SINGULAR * pdi_krylov_dot(run, p, z);
 }
 
-/* CG from the residual in work vector 0 until convergence, breakdown (an error) or the iteration limit (PD_OK). Moves
- * x, keeps the best iterate in *best. Flexible beta (Notay 2000): symmetry of a single-precision multigrid cycle holds
- * to rounding only. */
+/* CG from the residual in work vector 0 until the residual of the recurrence meets the tolerance, the iteration limit
+ * (both PD_OK), or an error. PD_ERR_DIVERGED: r.z <= 0 (preconditioner), |p.Ap| at the rounding level (singular), p.Ap
+ * <= 0 (not positive definite), a value that is not finite. Moves x, keeps the best iterate in *best. Flexible beta
+ * (Notay 2000): symmetry of a single-precision multigrid cycle holds to rounding only. */
 static pd_status pdi_krylov_cg_cycle(const pdi_krylov_state *run, pdi_krylov_best *best)
 {
     double *r = pdi_krylov_vector(run, 0), *p = pdi_krylov_vector(run, 1), *z = pdi_krylov_vector(run, 2);
@@ -745,8 +754,9 @@ static pd_status pdi_krylov_cg_cycle(const pdi_krylov_state *run, pdi_krylov_bes
     return PD_OK;
 }
 
-/* CG with restarts from the true residual while that reduces it; the residual in work vector 0 has the norm `norm`.
- * PD_NOT_CONVERGED: iteration limit or stagnation. */
+/* CG with restarts from the true residual; the residual in work vector 0 has the norm `norm`. PD_NOT_CONVERGED:
+ * iteration limit, or stagnation: a cycle leaves more than PDI_KRYLOV_STALLED of the true norm. After an error of a
+ * cycle x is its best iterate by the recurrence, and result->residual that norm. */
 static pd_status pdi_krylov_cg(const pdi_krylov_state *run, double norm)
 {
     const pd_krylov_desc *d = &run->k->desc;
@@ -771,7 +781,9 @@ static pd_status pdi_krylov_cg(const pdi_krylov_state *run, double norm)
 
 PDI_FN double pdi_krylov_min_norm(void) { return sqrt(DBL_MIN / DBL_EPSILON); }
 
-/* Set |b|, the tolerance and the residual of the initial guess, of norm *norm, in v. With zero_guess it zeroes x. */
+/* Set |b|, the tolerance max(rtol |b|, atol, pdi_krylov_min_norm) and the residual of the initial guess, of norm *norm,
+ * in v. With zero_guess it zeroes x, and A is not applied. PD_ERR_ARGUMENT: b or the guess is not finite.
+ * PD_ERR_DIVERGED: A applied to the guess is not. */
 static pd_status pdi_krylov_begin(pdi_krylov_state *run, double *norm)
 {
     const pd_krylov_desc *d = &run->k->desc;

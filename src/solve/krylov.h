@@ -102,16 +102,18 @@ typedef struct pd_krylov_result {
 #define pd_krylov_free PD_NAME(pd_krylov_free)
 #define pd_krylov_solve PD_NAME(pd_krylov_solve)
 
-/* Build a solver with all its vectors. PD_ERR_ARGUMENT: a setting is out of range. */
+/* Build a solver with all its vectors. PD_ERR_ARGUMENT, PD_ERR_SIZE: as of pdi_krylov_init: a setting is out of range.
+ * After these and errors of allocation the solver is zero, and nothing is allocated. */
 PD_API pd_status pd_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov);
 /* Free all memory that is not lent, and set the solver to zero. */
 PD_API void pd_krylov_free(pd_ctx *ctx, pd_krylov *krylov);
-/* Solve A x = b, preconditioned from the right (CG: symmetrically). precond NULL: none; user is passed to all
- * callbacks. x: initial guess in, solution out; result may be NULL. Allocates nothing except for the growth up to
- * max_vectors. PD_NOT_CONVERGED: iteration limit or stagnation. PD_ERR_DIVERGED: a callback returned NaN or infinity,
- * or CG met an indefinite operator or a singular direction, then work vector 1. In both cases x is the best iterate.
- * PD_ERR_ARGUMENT: b or x is not finite.
- * Sources: Saad 2003 (GMRES alg. 9.5, 9.6; CG alg. 9.1), Notay 2000 (flexible CG). */
+/* Solve A x = b, preconditioned from the right (CG: symmetrically; precond NULL: none). x: guess in, solution out;
+ * result may be NULL. PD_OK: |b - A x| is at most max(rtol |b|, atol); where |b| = 0 and the guess is not good enough,
+ * x = 0. PD_NOT_CONVERGED: iteration limit, or a restart leaves more than 0.999 of the residual. PD_ERR_DIVERGED: a
+ * callback returned NaN or infinity, or CG met an indefinite operator or preconditioner, or a singular direction, then
+ * work vector 1. In both cases x is the best iterate. PD_ERR_ARGUMENT: b or the guess is not finite, apply is NULL, no
+ * solver. Allocates growth up to max_vectors only. Sources: Saad 2003 (GMRES alg. 9.5, 9.6; CG alg. 9.1), Notay 2000
+ * (flexible CG). */
 PD_API pd_status pd_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn apply, pd_apply_fn precond, void *user,
                                  const double *b, double *x, pd_krylov_result *result);
 
@@ -131,7 +133,8 @@ static inline double pdi_krylov_forcing_linear(double left)
 {
     return pd_min(PDI_KRYLOV_FORCING_MAX, pd_max(PDI_KRYLOV_FORCING_MIN, 0.9 * left));
 }
-/* pd_krylov_build without the vectors of pdi_krylov_list, which an arena lends for each solve. */
+/* pd_krylov_build without the vectors of pdi_krylov_list, which an arena lends for each solve: of the arrays it
+ * allocates the dense one of GMRES only. */
 PDI_FN pd_status pdi_krylov_build_unallocated(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov);
 /* Smallest meaningful norm [unit of b], sqrt(DBL_MIN / DBL_EPSILON): below it squares underflow. A residual below it
  * counts as zero. */
@@ -153,8 +156,10 @@ PDI_FN pd_status pdi_krylov_restore_basis(pd_ctx *ctx, pd_krylov *krylov, pd_are
                                           void *object, pd_status status);
 /* List function: the work vectors and the basis, by the sizes that pdi_krylov_init sets; growth is not in it. */
 PDI_FN void pdi_krylov_list(pdi_array_visitor *owner, void *object);
-/* Check the desc, fill in defaults and sizes; allocates nothing, so that the memory can be counted. PD_ERR_ARGUMENT,
- * PD_ERR_SIZE. */
+/* Check the desc, fill in defaults and sizes; allocates nothing, so that the memory can be counted. PD_ERR_ARGUMENT: n
+ * below 1 or not components times spans->total, restart not in 1 .. 1000, initial_vectors negative, low_memory without
+ * zero_guess, with CG or flexible, max_iterations below 1, rtol not in (0, 1), atol negative or not finite, an unknown
+ * method. PD_ERR_SIZE: the vectors overflow an int64_t. After an error the solver is partly set. */
 PDI_FN pd_status pdi_krylov_init(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov);
 #endif
 

@@ -34,13 +34,14 @@ typedef struct pdi_least_squares {
     double jacobian_at[PDI_LEAST_SQUARES_N];
 } pdi_least_squares;
 
-/* 1: parameter k is scaled by its logarithm, since its bounds are at least a decade apart. */
+/* 1: parameter k is scaled by its logarithm: its low bound is positive and the high one at least ten times that. */
 static int pdi_least_squares_is_log_scaled(const pd_least_squares_desc *d, int k)
 {
     return d->low[k] > 0.0 && d->high[k] >= 10.0 * d->low[k];
 }
 
-/* Value of parameter k from its scaled value q, 0 .. 1. */
+/* Value of parameter k from its scaled value q: exactly a bound for q <= 0 and q >= 1, between them geometric where it
+ * is scaled by its logarithm, else linear. */
 static double pdi_least_squares_unscale(const pd_least_squares_desc *d, int k, double q)
 {
     if (q <= 0.0) return d->low[k];
@@ -76,8 +77,10 @@ static pd_status pdi_least_squares_evaluate(pdi_least_squares *s, const double *
     return pd_fail(s->ctx, PD_ERR_STATE, "least_squares", "a residual is not finite at %g of parameter 1", value[0]);
 }
 
-/* Set result->noise: desc.noise where given, else from evaluations along a line from q. Smooth parts cancel in k-th
- * differences, whose mean square is the variance of the noise times (2k)!/(k!)^2 (Hamming; More and Wild 2011). */
+/* Set result->noise, the standard deviation of one residual: desc.noise where it is positive, else from evaluations
+ * along a line from q, at least rounding of the root mean square residual. Smooth parts cancel in k-th differences,
+ * whose mean square is the variance of the noise times (2k)!/(k!)^2 (Hamming; More and Wild 2011). Errors of
+ * pdi_least_squares_evaluate. */
 static pd_status pdi_least_squares_estimate_noise(pdi_least_squares *s)
 {
     double q[PDI_LEAST_SQUARES_N], sum, square = 0.0, gamma = 1.0;
@@ -100,7 +103,7 @@ static pd_status pdi_least_squares_estimate_noise(pdi_least_squares *s)
 }
 
 /* Column k of the Jacobian by a finite difference of second order within the bounds, with the increment step[k]: two
- * evaluations. */
+ * evaluations, on both sides of q (central), or next to a bound both on the inner side, at one and two increments. */
 static pd_status pdi_least_squares_compute_column(pdi_least_squares *s, int k)
 {
     double q[PDI_LEAST_SQUARES_N], sum, h = s->step[k], *j = pdi_least_squares_jacobian_column(s, k);
@@ -136,7 +139,8 @@ static int pdi_least_squares_active_bound(const pdi_least_squares *s, int k)
 }
 
 /* Cholesky factor, in the lower triangle of a, of the normal matrix J^T J with its diagonal times (1 + damping);
- * parameters on active bounds get a unit row. 1: done; 0: singular. */
+ * parameters on active bounds get a unit row and column. 1: done; 0: singular: a pivot is not above 1e-13 of its
+ * diagonal without damping. */
 static int pdi_least_squares_factor_normal(const pdi_least_squares *s, double damping,
                                            double a[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N])
 {
@@ -157,7 +161,8 @@ static int pdi_least_squares_factor_normal(const pdi_least_squares *s, double da
 
 /* Compute the Jacobian by finite differences at q, noted in jacobian_at, and their next increments h: with relative
  * noise e, and a third derivative of the size of the first one, the relative error e/h + h^2/6 is least at h = (3
- * e)^(1/3). PD_ERR_ARGUMENT: a parameter (result->ineffective) changes nothing, or they are not distinguished. */
+ * e)^(1/3), kept in 1e-6 .. 0.1. PD_ERR_ARGUMENT: a parameter (result->ineffective) has no effect, its column being at
+ * most ten times the norm of the noise, or the normal matrix is singular. */
 static pd_status pdi_least_squares_compute_jacobian(pdi_least_squares *s)
 {
     double noise = s->result->noise * sqrt((double)s->m), a[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N];
@@ -179,8 +184,8 @@ static pd_status pdi_least_squares_compute_jacobian(pdi_least_squares *s)
     return pd_fail(s->ctx, PD_ERR_ARGUMENT, "least_squares", "the points do not distinguish the %d parameters", s->n);
 }
 
-/* q: the scaled parameters after a Levenberg-Marquardt step, clipped to the bounds. 1: done; 0: the matrix is
- * singular. */
+/* q: the scaled parameters after a Levenberg-Marquardt step, clipped to the bounds; those on active bounds stay. 1:
+ * done; 0: the matrix is singular, and q is not set. */
 static int pdi_least_squares_compute_step(const pdi_least_squares *s, double *q)
 {
     double a[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N], x[PDI_LEAST_SQUARES_N];
@@ -194,7 +199,8 @@ static int pdi_least_squares_compute_step(const pdi_least_squares *s, double *q)
     return 1;
 }
 
-/* Factor of the covariance: the reduced chi-square; with known standard deviations at least 1. */
+/* Factor of the covariance: the reduced chi-square, sum of squares over degrees of freedom (NaN without any). With
+ * known standard deviations at least 1, and 1 without degrees of freedom. */
 static double pdi_least_squares_covariance_factor(const pdi_least_squares *s)
 {
     int freedom = s->result->degrees_of_freedom;
@@ -225,7 +231,8 @@ static int pdi_least_squares_compute_covariance(pdi_least_squares *s,
     return 1;
 }
 
-/* 1: the step to q is below the tolerance times the standard errors, plus the uncertainty due to noise. 0: it is not,
+/* 1: no parameter changes in the step to q by more than the tolerance (0: 0.01) times its standard error, plus its
+ * uncertainty due to noise, plus rounding; the error counts as 0 on an active bound and where it is NaN. 0: one does,
  * or the normal matrix is singular. Updates degrees of freedom and active bounds of the result. */
 static int pdi_least_squares_is_step_small(pdi_least_squares *s, const double *q)
 {
@@ -241,7 +248,8 @@ static int pdi_least_squares_is_step_small(pdi_least_squares *s, const double *q
     return 1;
 }
 
-/* Broyden update: the Jacobian then reproduces the change of the residuals in the step to q. */
+/* Broyden's rank-one update: the Jacobian then reproduces the change of the residuals from r to `trial` in the step to
+ * q. Nothing for a step of length 0. */
 static void pdi_least_squares_broyden_update(pdi_least_squares *s, const double *q)
 {
     double length = 0.0;
@@ -253,7 +261,8 @@ static void pdi_least_squares_broyden_update(pdi_least_squares *s, const double 
     }
 }
 
-/* 1: the Jacobian is up to date: its finite differences were taken within one increment of q. */
+/* 1: the Jacobian is up to date: in no parameter its finite differences were taken more than one increment away from
+ * q. */
 static int pdi_least_squares_is_jacobian_valid(const pdi_least_squares *s)
 {
     for (int k = 0; k < s->n; k++)
@@ -261,8 +270,10 @@ static int pdi_least_squares_is_jacobian_valid(const pdi_least_squares *s)
     return 1;
 }
 
-/* One iteration: a step, a new Jacobian, or more damping. *done, 0 before, becomes 1: converged, or -1: no step
- * decreases the sum of squares; else it stays 0. */
+/* One iteration. A step that lowers the sum is accepted, with a Broyden update and a tenth of the damping. A step that
+ * is small at a damping of at most 1 ends the fit (*done = 1), or with an old Jacobian renews that. Otherwise an old
+ * Jacobian is renewed, or the damping grows tenfold, as for a singular matrix. *done = -1: a small step does not lower
+ * the sum, or the damping of a singular matrix exceeds 1e10. Else *done, 0 before, stays 0. */
 static pd_status pdi_least_squares_iterate_once(pdi_least_squares *s, int *done)
 {
     double q[PDI_LEAST_SQUARES_N], sum;
@@ -301,7 +312,9 @@ static void pdi_least_squares_report_progress(const pdi_least_squares *s)
     if (s->desc->report) s->desc->report(s->desc->user, value, s->sum, s->result->evaluations);
 }
 
-/* Fill the result: sum, values, standard errors, 95 % intervals, correlations. NaN where there is no covariance. */
+/* Fill the result: sum, values, standard errors, 95 % intervals (symmetric, not clipped to the bounds), correlations.
+ * Student's t for the degrees of freedom, or the normal distribution where known deviations explain the sum. NaN where
+ * there is no covariance, as on active bounds. */
 static void pdi_least_squares_set_result(pdi_least_squares *s)
 {
     double cov[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N];
@@ -321,7 +334,9 @@ static void pdi_least_squares_set_result(pdi_least_squares *s)
     }
 }
 
-/* The iteration from the start q to convergence; fills the result. PD_NOT_CONVERGED: as of pd_least_squares_solve. */
+/* The iteration from the start q to convergence, at most PDI_LEAST_SQUARES_MAX_STEPS steps; reports the start and each
+ * step that lowers the sum; renews an old Jacobian at the end and fills the result. PD_NOT_CONVERGED: as of
+ * pd_least_squares_solve. Errors leave the result without values. */
 static pd_status pdi_least_squares_iterate(pdi_least_squares *s)
 {
     int done = 0;
@@ -341,7 +356,8 @@ static pd_status pdi_least_squares_iterate(pdi_least_squares *s)
     return s->result->converged ? PD_OK : PD_NOT_CONVERGED;
 }
 
-/* PD_ERR_ARGUMENT: counts, bounds or tolerances of the desc are inadmissible. */
+/* PD_ERR_ARGUMENT: the number of parameters is not 1 .. 8, there are fewer points than parameters, bounds are not
+ * finite or do not rise, or a start is outside of them. Tolerance and noise are not checked. */
 static pd_status pdi_least_squares_check(pd_ctx *ctx, const pd_least_squares_desc *d)
 {
     if (d->parameters < 1 || d->parameters > PDI_LEAST_SQUARES_N)

@@ -205,8 +205,8 @@ static int pdi_multigrid_is_valid(float value, int sign_free)
     return fabsf(value) <= FLT_MAX && (sign_free || !(value < 0.0f));
 }
 
-/* Check all coefficients of a field (NULL: none), and raise *largest to the largest absolute value. PD_ERR_ARGUMENT:
- * one is not valid. */
+/* Check all coefficients of a field (NULL: none), also of inactive cells, and raise *largest to the largest absolute
+ * value. PD_ERR_ARGUMENT: one is not finite or, unless sign_free, negative. */
 PDI_NOINLINE static pd_status pdi_multigrid_check_field(pd_ctx *ctx, const pd_multigrid *mg, const float *field,
                                                         int sign_free, const char *name, float *largest)
 {
@@ -237,7 +237,8 @@ static double pdi_multigrid_power_of_two(double largest)
     return ldexp(1.0, exponent > -DBL_MAX_EXP ? -exponent : DBL_MAX_EXP - 1);
 }
 
-/* Compute the upwind coefficients hi and lo of level 0, scaled, for the faces normal to axis d. flux NULL: no flow. */
+/* Compute the upwind coefficients hi and lo of level 0, scaled, for the faces normal to axis d. flux NULL: no flow.
+ * They are 0 at the box side unless the axis is periodic, and beside inactive cells. */
 static void pdi_multigrid_compute_faces(const pd_ctx *ctx, pd_multigrid *mg, int d, const uint8_t *active,
                                         const float *conduct, const float *flux)
 {
@@ -281,8 +282,10 @@ static float pdi_multigrid_scale_mass(const pd_multigrid *mg, float given)
     return (float)pd_min(mg->scale * (double)given, PDI_MULTIGRID_MAX_MASS);
 }
 
-/* Compute inverse_diagonal and, with contrast, row_sum of level 0 from its faces, walls and masses; r becomes 0. During
- * setup x holds the wall and b the mass of each cell. flux, wall and mass may be NULL. */
+/* Compute inverse_diagonal and, with contrast, row_sum of level 0; r becomes 0. The diagonal is mass, wall and the
+ * coefficients of the cell in the rows of its neighbours; where it is 0, as of inactive cells, so is its inverse. The
+ * row sum is mass, wall and net outflow. During setup x holds the wall and b the mass of each cell. flux, wall and mass
+ * may be NULL. */
 static void pdi_multigrid_compute_diagonal(const pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active,
                                            const float *const *flux, const float *wall, const float *mass)
 {
@@ -328,7 +331,8 @@ static pdi_coarsen_options pdi_multigrid_coarsen_options(const pd_multigrid *mg)
     return options;
 }
 
-/* Build all coarser levels. */
+/* Build all coarser levels until no axis is to be halved, and count them in mg->levels. PD_ERR_INTERNAL: more than
+ * PD_MULTIGRID_LEVELS. PD_CANCELLED, and errors of allocation. */
 static pd_status pdi_multigrid_build_levels(pd_ctx *ctx, const pdi_coarsen_options *options, pd_multigrid *mg)
 {
     mg->levels = 1;
@@ -342,7 +346,8 @@ static pd_status pdi_multigrid_build_levels(pd_ctx *ctx, const pdi_coarsen_optio
     return PD_OK;
 }
 
-/* Build all coarser levels; the first time with all cells, so that later setups allocate nothing. */
+/* Build all coarser levels. With flow the first call builds them with all cells before, without exclusions, so that
+ * later setups allocate nothing. Reads setup_work. */
 static pd_status pdi_multigrid_reserve_levels(pd_ctx *ctx, pd_multigrid *mg)
 {
     pdi_coarsen_options options = pdi_multigrid_coarsen_options(mg), all = options;
@@ -353,7 +358,8 @@ static pd_status pdi_multigrid_reserve_levels(pd_ctx *ctx, pd_multigrid *mg)
     return pdi_multigrid_build_levels(ctx, &options, mg);
 }
 
-/* The same with the work array of the arena. */
+/* pdi_multigrid_reserve_levels with the work array lent by the arena, where there is one. PD_ERR_INTERNAL: the arena
+ * has no room. */
 static pd_status pdi_multigrid_setup_levels(pd_ctx *ctx, pd_multigrid *mg)
 {
     pd_arena *arena = mg->desc.arena;
@@ -439,7 +445,9 @@ static void pdi_multigrid_sweep_lines(pdi_par_team team, const pd_smoother_level
     pdi_par_barrier(team);
 }
 
-/* Pre-smoothing, residual and restriction of a level. */
+/* Pre-smoothing, residual and restriction of a level. Symmetric: red from zero, then black, red, black by Gauss-Seidel,
+ * and the residual of red cells only. With flow: Jacobi from zero, one ascending line sweep, and the residual of all
+ * cells. */
 static void pdi_multigrid_cycle_down(pdi_par_team team, const pd_multigrid *mg, const pd_smoother_level *level)
 {
     if (mg->desc.symmetric) {
@@ -467,7 +475,8 @@ static void pdi_multigrid_prolong(pdi_par_team team, const pd_multigrid *mg, con
     else pdi_multigrid_apply_all(team, level, PDI_SMOOTHER_PROLONG);
 }
 
-/* Prolongation and post-smoothing of a level. */
+/* Prolongation and post-smoothing of a level. Symmetric: black and red, twice. With flow: one descending line sweep.
+ * With contrast x is then added to coarse_correction, which becomes the result. */
 static void pdi_multigrid_cycle_up(pdi_par_team team, const pd_multigrid *mg, const pd_smoother_level *level)
 {
     pdi_multigrid_prolong(team, mg, level);
@@ -503,7 +512,8 @@ static int32_t pdi_multigrid_row_node(const pd_multigrid *mg, int32_t r)
     return node;
 }
 
-/* Factor of the right-hand side in row r of the box. */
+/* Factor of the right-hand side in row r of the box, by its index along the last axis; 1 in 1D and without
+ * rhs_weight. */
 static double pdi_multigrid_row_weight(const pd_multigrid *mg, int32_t r)
 {
     const int *n = mg->level[0].n;
@@ -511,7 +521,7 @@ static double pdi_multigrid_row_weight(const pd_multigrid *mg, int32_t r)
     return mg->desc.rhs_weight[PD_DIM == 3 ? r / n[PD_DIM - 2] : r];
 }
 
-/* max |rhs| over the active cells of row r, times the weight of the row. */
+/* max |rhs| over the active cells of row r, times the weight of the row. 0 without active cells; NaN counts as 0. */
 static double pdi_multigrid_row_max(const pd_multigrid *mg, int32_t r, const double *rhs)
 {
     enum { lanes = 16 };
@@ -559,7 +569,8 @@ static void pdi_multigrid_zero_row(const pd_smoother_level *fine, int32_t r)
     memset(fine->r + first, 0, (size_t)n0 * sizeof *fine->r);
 }
 
-/* b = scale * rhs in row r of level 0, from the padded lattice. */
+/* b = scale * weight of the row * rhs between `begin` and `end` of row r of level 0, from the padded lattice; 0 at
+ * inactive cells there. Cells outside are not written. */
 static void pdi_multigrid_read_rhs_row(const pd_multigrid *mg, int32_t r, const double *rhs, double scale)
 {
     const pd_smoother_level *fine = &mg->level[0];
@@ -574,7 +585,8 @@ static void pdi_multigrid_read_rhs_row(const pd_multigrid *mg, int32_t r, const 
         for (int32_t c = 0; c < count; c++) b[c] = inv[c] > 0.0f ? (float)(factor * given[c * s0]) : 0.0f;
 }
 
-/* x = scale * solution of row r of level 0, to the padded lattice. */
+/* x = scale * solution (coarse_correction with contrast, else x of level 0) of all cells of row r, to the padded
+ * lattice. */
 static void pdi_multigrid_write_x_row(const pd_multigrid *mg, int32_t r, double scale, double *x)
 {
     const pd_smoother_level *fine = &mg->level[0];
@@ -590,7 +602,9 @@ static void pdi_multigrid_write_x_row(const pd_multigrid *mg, int32_t r, double 
         for (int32_t i = 0; i < n0; i++) to[i * s0] = scale * (double)single[i];
 }
 
-/* One V-cycle, as each thread of the team runs it. part [PDI_SMOOTHER_PARTS]: work array that all threads share. */
+/* One V-cycle, as each thread of the team runs it. part [PDI_SMOOTHER_PARTS]: work array that all threads share. The
+ * right-hand side is scaled to about 1 by a power of two. Where others use the memory of x, b and r it is zeroed first.
+ * Levels from the first with less than PDI_MULTIGRID_MIN_WORK operations on are left to thread 0. */
 static void pdi_multigrid_cycle_thread(pdi_par_team team, const pd_multigrid *mg, double *part, const double *rhs,
                                        double *x)
 {

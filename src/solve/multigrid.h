@@ -59,17 +59,18 @@ typedef struct pd_multigrid {
 #ifdef PDI_INTERNAL
 /* Free all arrays, take the multigrid off the stack of unused ones of its arena, and set it to zero. */
 PDI_FN void pdi_multigrid_free(pd_ctx *ctx, pd_multigrid *mg);
-/* Set the coefficients and build the coarser levels. All arrays over the box cells, axis 0 fastest:
- * active: 1 for cells of the domain; conduct[d][c] >= 0 and flux[d][c] (flux NULL: none): of the face between cell c
- * and c + e_d, flow positive towards +e_d (faces of inactive cells are ignored, and those of the box side unless its
- * axis is periodic: put the net outflow through them into mass); wall[c] >= 0: Dirichlet half-cell conductance;
- * mass[c] >= 0. wall and mass may be NULL.
- * All share one unit. PD_ERR_ARGUMENT: a coefficient is negative or not finite. Memory is kept for the next setup. */
+/* Set the coefficients and build the coarser levels. All arrays over the box cells, axis 0 fastest, in one unit.
+ * active: 1 in the domain; conduct[d][c] >= 0 and flux[d][c] (flux NULL: none): of the face between cell c and c + e_d,
+ * flow positive towards +e_d (faces of inactive cells are ignored, and those of the box side unless its axis is
+ * periodic: put the net outflow through them into mass); wall[c] >= 0: Dirichlet half-cell conductance; mass[c] >= 0;
+ * both may be NULL. PD_ERR_ARGUMENT: a coefficient is negative or not finite, flux with desc.symmetric, no arrays.
+ * After an error it is not set up, and cycles do nothing. Memory is kept for the next setup. */
 PDI_FN pd_status pdi_multigrid_setup(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active,
                                      const float *const conduct[PD_DIM], const float *const flux[PD_DIM],
                                      const float *wall, const float *mass);
 /* Change walls and masses only; active cells and faces are those of the last setup. Much cheaper than a setup, and
- * bitwise equal to it. desc.symmetric only. PD_ERR_ARGUMENT: as of setup, or there was none. */
+ * bitwise equal to it. PD_ERR_ARGUMENT: without desc.symmetric or a successful setup, or a coefficient is negative or
+ * not finite; the last setup then stays in force. */
 PDI_FN pd_status pdi_multigrid_update_mass(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active, const float *wall,
                                            const float *mass);
 /* Apply the preconditioner: x = M^-1 rhs by one V-cycle from zero: a constant linear operator up to single precision
@@ -87,7 +88,8 @@ PDI_FN size_t pdi_multigrid_field_floats(const pd_multigrid *mg);
 PDI_FN void pdi_multigrid_list(pdi_array_visitor *owner, void *object);
 PDI_FN void pdi_multigrid_setup_list(pdi_array_visitor *owner, void *object);
 /* Copy the desc and set the sizes of level 0, all else to zero, without any array; marks desc->host as a host.
- * PD_ERR_ARGUMENT, PD_ERR_SIZE: of the box. */
+ * PD_ERR_ARGUMENT: a size or stride is below 1, or `first` is negative. PD_ERR_SIZE: more than INT32_MAX / (2 PD_DIM)
+ * cells. Axes too short to be periodic (pdi_coarsen_is_periodic) are not. */
 PDI_FN pd_status pdi_multigrid_init(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_multigrid *mg);
 /* Set the pointers into the arrays of the finest level once these are allocated or lent; a setup has to follow. Takes
  * the memory of coarse levels from the multigrid of the arena that was used last, where this one has none. Clear them

@@ -19,7 +19,8 @@ static pd_status pdi_newton_try_length(pd_ctx *ctx, const pd_newton_equations *e
     return status;
 }
 
-/* Takes the step whole. PD_NOT_CONVERGED, PD_RETRY: the norm does not fall, or there is none; the state stays there. */
+/* Takes the step whole. PD_OK: it has converged, or the norm is below the one before. PD_NOT_CONVERGED: neither.
+ * PD_RETRY: the state has no residual. The state stays there in each case. */
 static pd_status pdi_newton_take_full_step(pd_ctx *ctx, const pd_newton_equations *e, pd_newton_progress *p)
 {
     pd_status status = pdi_newton_try_length(ctx, e, 1.0, p);
@@ -27,8 +28,9 @@ static pd_status pdi_newton_take_full_step(pd_ctx *ctx, const pd_newton_equation
     return p->excess <= 1.0 || p->norm < p->previous ? PD_OK : PD_NOT_CONVERGED;
 }
 
-/* Halves the step where the norm grows too much. Where no trial lowers the norm, takes the step back: p->length is 0,
- * and norm and excess are those before it. */
+/* Takes the step whole where the norm is below max_growth times that before it. Else halves it, max_trials times at
+ * most, until the norm is below that before it. Where no trial lowers the norm, takes the step back: p->length is 0,
+ * and norm and excess are those before it. A state without residual counts as an infinite norm. */
 static pd_status pdi_newton_search_by_norm(pd_ctx *ctx, const pd_newton_equations *e, const pd_newton_desc *d,
                                            pd_newton_progress *p)
 {
@@ -42,8 +44,10 @@ static pd_status pdi_newton_search_by_norm(pd_ctx *ctx, const pd_newton_equation
     return status < 0 || p->norm < p->previous ? status : pdi_newton_try_length(ctx, e, 0.0, p);
 }
 
-/* Shortens the step by the work along it. PD_RETRY: no length is accepted, or the work is not positive at the start;
- * the state is that before the step. */
+/* Shortens the step, max_trials lengths at most, until it converges or the work along it is at least
+ * -PDI_NEWTON_MAX_COUNTERWORK of that at its start. The next length is where the secant of the work is 0, at least a
+ * tenth; half without residual. PD_RETRY: no length is accepted, or the work is not positive at the start; the state is
+ * that before the step. */
 static pd_status pdi_newton_search_by_work(pd_ctx *ctx, const pd_newton_equations *e, const pd_newton_desc *d,
                                            pd_newton_progress *p)
 {
@@ -60,7 +64,9 @@ static pd_status pdi_newton_search_by_work(pd_ctx *ctx, const pd_newton_equation
     return status < 0 ? status : PD_RETRY;
 }
 
-/* Relative tolerance of the next linear step after a step that has left `ratio` of the norm. */
+/* Relative tolerance of the next linear step after a step that has left `ratio` of the norm: min_forcing where
+ * is_nearly_linear, else pdi_krylov_forcing of the ratio; at least final_forcing over the excess, and at most
+ * max_forcing. */
 static double pdi_newton_choose_forcing(const pd_newton_desc *d, double ratio, double excess)
 {
     double forcing = d->is_nearly_linear ? d->min_forcing : pdi_krylov_forcing(ratio);
@@ -68,7 +74,8 @@ static double pdi_newton_choose_forcing(const pd_newton_desc *d, double ratio, d
 }
 
 /* One step from the state of the present residual: solve_step, then the search. Updates steps, previous, best and
- * stalled of p. Returns the first status that is not PD_OK. */
+ * stalled of p: a norm below half of best becomes best and sets stalled to 0, else stalled grows by 1. Returns the
+ * first status that is not PD_OK; one of solve_step changes nothing. */
 static pd_status pdi_newton_step(pd_ctx *ctx, const pd_newton_equations *e, const pd_newton_desc *d,
                                  pd_newton_progress *p)
 {

@@ -61,10 +61,11 @@ typedef struct pd_newton_equations {
     double (*work)(void *self);
 } pd_newton_equations;
 
-/* Iterates from the present state; *progress tells how far. PD_NOT_CONVERGED: a limit came first, the norm is not
- * finite, or with PD_NEWTON_FULL_STEP it does not fall. PD_RETRY: with PD_NEWTON_BY_WORK no length of a step is
- * accepted, and the state is that before the step; or a state has no residual. PD_ERR_ARGUMENT: no limit of steps, or
- * max_forcing is not positive. Others: of the callbacks. */
+/* Iterates from the present state until the excess is at most 1, at once where it is; *progress tells how far.
+ * PD_NOT_CONVERGED: max_steps, more than max_stalled steps without half the norm, a norm that is not finite, or with
+ * PD_NEWTON_FULL_STEP one that does not fall. PD_RETRY: with PD_NEWTON_BY_WORK no length of a step is accepted, and the
+ * state is that before the step; or a state has no residual. PD_ERR_ARGUMENT: no limit of steps, or max_forcing is not
+ * positive. Others: of the callbacks; PD_CANCELLED. */
 PD_API pd_status pd_newton_solve(pd_ctx *ctx, const pd_newton_equations *equations, const pd_newton_desc *desc,
                                  pd_newton_progress *progress);
 

@@ -107,8 +107,9 @@ typedef struct pd_physics {
 
 #define pd_physics_run PD_NAME(pd_physics_run)
 
-/* Run a process alone up to t_end [s]. PD_NOT_CONVERGED: a step returned it. PD_ERR_ARGUMENT: t_end is past, or the
- * process has no time. */
+/* Run a process alone up to t_end [s], then call its `finish`. PD_NOT_CONVERGED: a step returned it; the run goes on to
+ * t_end. PD_ERR_ARGUMENT: t_end is before its time or NaN, or the process has no time. PD_ERR_STATE: step underflow, or
+ * t_end is not reached in 1e10 steps. Others: of the process; the run ends there. */
 PD_API pd_status pd_physics_run(pd_ctx *ctx, pd_physics process, double t_end);
 
 #ifdef PDI_INTERNAL
@@ -126,10 +127,10 @@ PDI_FN double pdi_physics_equal_steps(double left, double dt);
 /* A max_run_step callback: lowers step->dt to step->max_step, the limit of the run, if there is one. self is not
  * used. */
 PDI_FN pd_status pdi_physics_limit_max_step(pd_ctx *ctx, void *self, pd_step *step);
-/* Take one accepted step from step->time to step->end, at most to step->latest_end: attempts are repeated with smaller
- * steps until one is accepted. Sets dt, end, rejected and what `accept` sets of step. PD_ERR_STATE: step underflow or
- * 1000 attempts; other errors and PD_NOT_CONVERGED, with which the step counts as accepted, are those of the
- * process. */
+/* Take one accepted step from step->time to step->end, at most to step->latest_end. Attempts are repeated with smaller
+ * steps where `attempt` returns PD_RETRY, or the time limit of the process after it is before the end. Sets dt, end,
+ * rejected and what `accept` sets of step. PD_ERR_STATE: step underflow or 1000 attempts; other errors and
+ * PD_NOT_CONVERGED, with which the step counts as accepted, are those of the process. */
 PDI_FN pd_status pdi_physics_step(pd_ctx *ctx, const pd_physics *process, pd_step *step);
 #endif
 

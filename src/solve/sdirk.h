@@ -10,18 +10,21 @@
 
 #ifdef PDI_INTERNAL
 #define PDI_SDIRK_GAMMA 0.29289321881345254 /* diagonal coefficient, 1 - 1/sqrt(2) (Alexander 1977) */
-/* Step [s] to take: `planned`, at most max_step (0: no limit) and the time `left`; near the end two equal steps rather
- * than a long and a tiny one. */
+/* Step [s] to take: `planned`, at most max_step (0: no limit). Where that reaches the time `left`, but for 1e-9 of it,
+ * the step is `left`; where it is more than half of `left`, it is half: two equal steps rather than a long and a tiny
+ * one. */
 PDI_FN double pdi_sdirk_limit_step(double planned, double max_step, double left);
-/* Step [s] to plan after an accepted step dt with error_ratio = error over tolerance. A step that was shortened at the
- * end does not lower the plan unless its error asks for it. */
+/* Step [s] to plan after an accepted step dt with error_ratio = error over tolerance: dt times 0.9 / sqrt(error_ratio),
+ * at most 4. A step that was shortened at the end does not lower the plan: with a factor below 1 it is the smaller of
+ * planned and that step, else the larger. */
 PDI_FN double pdi_sdirk_update_plan(double planned, double dt, double error_ratio);
 /* Sets step->dt to the planned step [s], at most max_step (0: no limit) and the time to step->latest_end. */
 PDI_FN void pdi_sdirk_limit(double planned, double max_step, pd_step *step);
 /* Plans the next step *planned [s] by step->error of the accepted step of step->dt. */
 PDI_FN void pdi_sdirk_accept(double *planned, const pd_step *step);
-/* Plans a shorter step *planned [s] than the rejected step->dt by step->error, infinite where it had no solution, and
- * sets step->dt as pdi_sdirk_limit does. */
+/* Plans the step *planned [s] after the rejected step->dt by step->error, infinite where it had no solution: step->dt
+ * times the factor of pdi_sdirk_update_plan, at least 0.1. It is shorter for an error above 0.81 only. Sets step->dt as
+ * pdi_sdirk_limit does. */
 PDI_FN void pdi_sdirk_reject(double *planned, double max_step, pd_step *step);
 #endif
 

@@ -189,8 +189,9 @@ static int pdi_smoother_row_colour(const pd_smoother_level *fine, int32_t r)
     return sum & 1;
 }
 
-/* Residual r = b + sum - x/inv on every `step`-th cell from `first` on of a row of level 0, none of which has a
- * periodic neighbour along axis 0. Cells between are computed too, for vectorisation, but not stored. */
+/* Residual r = b + sum - x/inv, 0 at inactive cells, on every `step`-th cell from `first` to before `end` of a row of
+ * level 0, none of which has a periodic neighbour along axis 0. Cells between are computed too, for vectorisation, but
+ * not stored. */
 static void pdi_smoother_compute_residuals(const pd_smoother_level *fine, const pdi_smoother_row_neighbours *adjacent,
                                            int32_t first, int32_t end, int32_t step)
 {
@@ -400,8 +401,9 @@ typedef struct pdi_smoother_block {
     int32_t first[PD_DIM], n[PD_DIM], lines;
 } pdi_smoother_block;
 
-/* Number of blocks along the axes 1 and up into blocks [PD_DIM]: 1, or an even number, since the last may be a periodic
- * neighbour of the first. blocks[0] is not set. */
+/* Number of blocks along the axes 1 and up into blocks [PD_DIM], one for each 7 lines and at most 8: 1, or an even
+ * number, since the last may be a periodic neighbour of the first. 1 on levels of fewer than
+ * PDI_SMOOTHER_MIN_BLOCK_CELLS cells. blocks[0] is not set. */
 static void pdi_smoother_count_axis_blocks(const pd_smoother_level *level, int *blocks)
 {
     for (int d = 1; d < PD_DIM; d++) {
@@ -450,7 +452,8 @@ static int32_t pdi_smoother_block_line(const pd_smoother_level *level, const pdi
     return line;
 }
 
-/* Gauss-Seidel on the lines of the blocks k .. k + by - 1 of a colour, `by` (1 or 2) blocks side by side. */
+/* Gauss-Seidel on the lines of the blocks k .. k + by - 1 of a colour, `by` (1 or 2) blocks side by side; blocks beyond
+ * the last one are left out. Lines of a block go in ascending or descending order. */
 static void pdi_smoother_sweep_blocks(const pd_smoother_level *level, const int32_t *stride, const int *blocks,
                                       int colour, int k, int by, int descending)
 {

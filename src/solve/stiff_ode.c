@@ -60,8 +60,9 @@ static void pdi_stiff_ode_mark_fixed(pdi_stiff_ode_state *w, double t, const dou
         w->fixed[k] = (y[k] >= s->high[k] && rate[k] > 0.0) || (y[k] <= s->low[k] && rate[k] < 0.0);
 }
 
-/* Set the Jacobian of the rates by one-sided finite differences within the bounds; rows and columns of fixed components
- * are 0. */
+/* Set the Jacobian of the rates by one-sided finite differences, upwards, or downwards where that would pass the high
+ * bound; rows and columns of fixed components are 0. The increment is 1e-7 of the larger of |y| and the typical value,
+ * or 1e-7 where both are 0. */
 static void pdi_stiff_ode_compute_jacobian(pdi_stiff_ode_state *w, double t, const double *y)
 {
     const pd_stiff_ode *s = w->system;
@@ -119,8 +120,8 @@ static void pdi_stiff_ode_lu_solve(int n, pdi_stiff_ode_matrix a, const int *row
     }
 }
 
-/* `parts` linearly implicit Euler substeps over h [s] from y to `end`, both of PD_STIFF_ODE_MAX_EQUATIONS values. 1:
- * done; 0: the matrix is singular. */
+/* `parts` linearly implicit Euler substeps over h [s] from y to `end`, both of PD_STIFF_ODE_MAX_EQUATIONS values, with
+ * the stored Jacobian and the rates at the end of each substep. 1: done; 0: the matrix is singular, `end` is y. */
 static int pdi_stiff_ode_euler_substeps(pdi_stiff_ode_state *w, double t, double h, int parts, const double *y,
                                         double *end)
 {
@@ -138,7 +139,9 @@ static int pdi_stiff_ode_euler_substeps(pdi_stiff_ode_state *w, double t, double
     return 1;
 }
 
-/* One extrapolated step of h [s] from y to `end`. Returns the error over its tolerance; HUGE_VAL: no result. */
+/* One extrapolated step of h [s] from y to `end`. Returns the largest error over its tolerance: the difference of the
+ * last two columns over `tolerance` times the largest of both |y| and the typical value. HUGE_VAL: no result: a
+ * singular matrix, or a difference that is not below 1e100. */
 static double pdi_stiff_ode_step(pdi_stiff_ode_state *w, double t, double h, const double *y, double *end)
 {
     const pd_stiff_ode *s = w->system;
@@ -196,8 +199,9 @@ static int pdi_stiff_ode_has_left_bound(const pdi_stiff_ode_state *w, double t, 
     return 0;
 }
 
-/* First step [s], at most `whole`: no component changes by more than its size at the present rates. Sets `fixed`. In a
- * far too long step all columns of the table are damped to zero, and their differences wrongly show no error. */
+/* First step [s], at most `whole` and at least PDI_STIFF_ODE_MIN_FIRST_STEP of it: no component changes by more than
+ * the larger of |y| and its typical value at the present rates. Sets `fixed`. In a far too long step all columns of the
+ * table are damped to zero, and their differences wrongly show no error. */
 static double pdi_stiff_ode_estimate_first_step(pdi_stiff_ode_state *w, double t, double whole, const double *y)
 {
     const pd_stiff_ode *s = w->system;

@@ -32,9 +32,10 @@ typedef enum pd_stiff_ode_status {
 } pd_stiff_ode_status;
 
 #ifdef PDI_INTERNAL
-/* Integrate y, in place, from time `from` to `to` [s]. y has room for PD_STIFF_ODE_MAX_EQUATIONS values, all of which
- * are read and `count` of which are used. On failure it is that of the last good step. *which: index of the equation
- * whose rate is not finite, else unchanged. */
+/* Integrate y, in place, from time `from` to `to` [s]; DONE and no change for to <= from. y has room for
+ * PD_STIFF_ODE_MAX_EQUATIONS values, all of which are read and `count` of which are used. NOT_FINITE: a rate is not
+ * below 1e100 in size, at the last good y or in any step from there; *which: index of its equation, else unchanged.
+ * UNDERFLOW: a step of at most 1e-13 of the interval, or 5000 steps. On failure y is that of the last good step. */
 PDI_FN pd_stiff_ode_status pdi_stiff_ode_solve(const pd_stiff_ode *stiff, double from, double to, double *y,
                                                int *which);
 #endif

@@ -35,9 +35,11 @@ typedef enum pdi_time_quadrature_verdict {
 
 /* Time [s] of the first (0) or second (1) point of two-point Gauss quadrature over [from, to]. */
 PDI_FN double pdi_time_quadrature_gauss_point(double from, double to, int second);
-/* Judge the interval [from, to], which is the fraction `part` [-] of the step. *mean: mean of the function over it by
- * the rule to be judged: the midpoint rule (middle = 1) or two-point Gauss quadrature (0). Where a value is not finite
- * the verdict is ACCURATE, since that error is reported elsewhere. */
+/* Judge the interval [from, to], the fraction `part` [-] of the step. *mean: mean of the function over it by the
+ * midpoint rule (middle = 1) or two-point Gauss quadrature (0). ACCURATE: weight times its difference from Simpson's
+ * rule and from Gauss over both halves is at most rtol (0.1 removed + 1e-4 amount), and the bounds exclude peaks; also
+ * where a value is not finite, an error that is reported elsewhere. JUMP: part below 1e-15, or part times weight times
+ * the width of the bounds at most rtol 1e-4 amount. Else SUBDIVIDE. */
 PDI_FN pdi_time_quadrature_verdict pdi_time_quadrature_check(const pdi_time_quadrature *q, double from, double to,
                                                              double part, int middle, double *mean);
 #endif
