@@ -38,7 +38,8 @@ PD_API void pd_arena_free(pd_ctx *ctx, pd_arena *arena);
 /* Size [byte] that the arrays of a list take when they are lent, each rounded up to a cache line. The object need not
  * be built. */
 PDI_FN PDI_NOINLINE size_t pdi_arena_count_bytes(pdi_array_list_fn list, void *object);
-/* Reserve a capacity of at least `bytes`; it never shrinks. The block may move. PD_ERR_INTERNAL: something is lent. */
+/* Reserve a capacity of at least `bytes`; it never shrinks, and nothing happens where it suffices. The block may move.
+ * PD_ERR_INTERNAL: something is lent. On any failure the old block stays. */
 PDI_FN PDI_NOINLINE pd_status pdi_arena_reserve(pd_ctx *ctx, pd_arena *arena, size_t bytes);
 /* 1: the free part is large enough for the arrays of a list. 0: it is not, or nothing was reserved. */
 PDI_FN PDI_NOINLINE int pdi_arena_fits(const pd_arena *arena, pdi_array_list_fn list, void *object);

@@ -54,7 +54,7 @@ typedef struct pdi_array_visitor {
 typedef void (*pdi_array_list_fn)(pdi_array_visitor *owner, void *object);
 
 /* Allocate all arrays of the list, zeroed, whatever their pointers held; growing arrays and scalars are left alone. On
- * failure no array is left allocated, growing ones included. */
+ * failure (errors of pd_alloc) no array is left allocated, growing ones included, and all pointers are NULL. */
 PDI_FN PDI_NOINLINE pd_status pdi_array_registry_build(pd_ctx *ctx, pdi_array_list_fn list, void *object);
 /* Free all arrays of the list, growing ones included. Their pointers become NULL; NULL is allowed. The list has to give
  * the lengths of the allocation. */

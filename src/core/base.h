@@ -82,26 +82,31 @@ PD_API void pd_ctx_init(pd_ctx *ctx);
 /* Name of a status, such as "PD_ERR_FILE". Any int is accepted: one that is no status gets one common name. */
 PD_API const char *pd_status_name(pd_status status);
 
-/* Report an error: sets ctx->status and ctx->message ("where: ...") and returns status. Every failure passes here. */
+/* Report an error: sets ctx->status and ctx->message ("where: ...", cut off where it is too long) and returns status.
+ * Every failure passes here. An earlier error is overwritten. */
 PD_API pd_status pd_fail(pd_ctx *ctx, pd_status status, const char *where, const char *format, ...)
     PD_PRINTF_LIKE(4, 5);
-/* Append formatted text to a string in a buffer of `size` bytes. What does not fit is cut off. */
+/* Append formatted text to a string in a buffer of `size` bytes. What does not fit is cut off; a full buffer stays as
+ * it is. */
 PD_API void pd_append(char *text, size_t size, const char *format, ...) PD_PRINTF_LIKE(3, 4);
 /* 1: out of memory, or cancelled by the caller. A retry with another step, guess or file cannot help. */
 static inline int pd_is_fatal(pd_status status)
 {
     return status == PD_ERR_MEMORY || status == PD_ERR_LIMIT || status == PD_CANCELLED;
 }
-/* Ask the cancellation callback, if there is one. PD_CANCELLED: the caller cancels. A step then leaves the state at its
- * start, or at the end of the last step that it is made of. */
+/* Ask the cancellation callback, if there is one, with what is being done and a count. PD_CANCELLED: it does not return
+ * 0. A step then leaves the state at its start, or at the end of the last step that it is made of. */
 PD_API pd_status pd_check_cancel(pd_ctx *ctx, const char *doing, int64_t count);
 /* Memory through the allocator of the context. slot: address of a pointer of any type, read and written as bytes.
  * `where` begins the message of a failure. pd_alloc: slot gets count * size zeroed bytes (count 0: one element, so that
- * NULL always means failure), whatever it held; on failure it is NULL. */
+ * NULL always means failure), whatever it held; on failure it is NULL. Errors as of pd_resize. */
 PD_API pd_status pd_alloc(pd_ctx *ctx, const char *where, size_t count, size_t size, void *slot);
-/* Grow or shrink an array; NULL: allocate. The content is kept, a new tail is zero. On failure the old block stays. */
+/* Grow or shrink an array; NULL: allocate. The content is kept, a new tail is zero; new_count 0 counts as 1. Updates
+ * in_use and peak. On failure the old block stays. PD_ERR_SIZE: the bytes exceed half the address space. PD_ERR_LIMIT:
+ * in_use would exceed the limit. PD_ERR_MEMORY: refused. */
 PD_API pd_status pd_resize(pd_ctx *ctx, const char *where, size_t old_count, size_t new_count, size_t size, void *slot);
-/* Free an array of `count` elements, the count of its allocation. The pointer becomes NULL; NULL is allowed. */
+/* Free an array of `count` elements, the count of its allocation, by which in_use falls. The pointer becomes NULL; NULL
+ * is allowed and does nothing. */
 PD_API void pd_free(pd_ctx *ctx, size_t count, size_t size, void *slot);
 
 /* Typed forms of pd_alloc, pd_resize and pd_free: PD_NEW(ctx, "grid", n, grid->kind) allocates n zeroed elements of

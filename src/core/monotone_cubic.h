@@ -25,18 +25,22 @@ typedef struct pd_monotone_cubic {
 #define pd_monotone_cubic_build PD_NAME(pd_monotone_cubic_build)
 #define pd_monotone_cubic_check_point PD_NAME(pd_monotone_cubic_check_point)
 
-/* Build the interpolant; x and y [count] are copied. strict 1: it has no values outside the range of x (nan_outside).
- * PD_ERR_ARGUMENT: fewer than two points, or one that pd_monotone_cubic_check_point refuses. */
+/* Build the interpolant; x and y [count] are copied, and pdi_monotone_cubic_free frees them. strict 1: it has no values
+ * outside the range of x (nan_outside). PD_ERR_ARGUMENT: fewer than two points, or one that
+ * pd_monotone_cubic_check_point refuses. After any error the curve is zero. */
 PD_API pd_status pd_monotone_cubic_build(pd_ctx *ctx, const double *x, const double *y, int count, int strict,
                                          pd_monotone_cubic *curve);
 /* Check point k >= 0 after all points before it passed: NULL when valid, else the reason, "expected ...": |x|, |y| or
  * the secant from the point before is not below 1e150, or x is not above that of the point before. */
 PD_API const char *pd_monotone_cubic_check_point(const double *x, const double *y, int k);
 #ifdef PDI_INTERNAL
-/* Compute the limited slopes [count] of the cubic pieces at valid data points x, y [count]. */
+/* Compute the slopes [count] of the cubic pieces at valid data points x, y [count], count at least 2: of the parabola
+ * through a point and its neighbours (at an end the next two), limited to three times the smaller secant, and 0 where
+ * the secants or the parabola differ in sign. Two points: the secant. */
 PDI_FN void pdi_monotone_cubic_compute_slopes(const double *x, const double *y, int count, double *slope);
 /* Interpolated value at `at`, x[0] <= at <= x[count - 1], from the points x, y and the limited slopes [count], count at
- * least 2. *slope: the derivative there, of the sign of the secant or 0. */
+ * least 2. It is clipped to the values at both ends of its piece. *slope: the derivative there, of the sign of the
+ * secant or 0. */
 PDI_FN double pdi_monotone_cubic_interpolate(const double *x, const double *y, const double *slopes, int count,
                                              double at, double *slope);
 

@@ -202,7 +202,8 @@ PDI_FN void pdi_par_multi_axpy(const pd_ctx *ctx, int64_t n, int count, const do
     pdi_par_end_timing(ctx, &timing);
 }
 
-/* v = a v, compressed to integers with scales: the part of one thread. */
+/* v = a v, compressed to rounded integers with one scale for each block, max |v| / INT16_MAX, or 0 where that is at
+ * most FLT_MIN; v gets the decompressed values: the part of one thread. */
 static void pdi_par_quantise_thread(int64_t n, double a, double *v, int16_t *integer, float *scale)
 {
     PDI_FOR_NOWAIT
@@ -227,7 +228,8 @@ static void pdi_par_quantise_thread(int64_t n, double a, double *v, int16_t *int
     }
 }
 
-/* v = a v with a copy in double or single precision: the part of one thread. */
+/* v = a v with a copy in double or single precision; with single, v is rounded to it. NULL: no such copy. The part of
+ * one thread. */
 static void pdi_par_scale_store_thread(int64_t n, double a, double *PD_RESTRICT v, double *PD_RESTRICT kept,
                                        float *PD_RESTRICT single)
 {

@@ -27,8 +27,9 @@
 #define pd_par_clock PD_NAME(pd_par_clock)
 #define pd_par_threads PD_NAME(pd_par_threads)
 
-/* Threads for a loop of `work` scalar operations: 1 in a parallel region, where starting threads costs more, or where
- * other programs make one thread faster (thread_contention.h). pd_par_available_threads: without that last test. */
+/* Threads for a loop of `work` scalar operations: those of ctx, or all (ctx->threads 0). 1 below 20000 operations,
+ * without OpenMP, in a parallel region, where starting threads costs more, or where other programs make one thread
+ * faster (thread_contention.h). pd_par_available_threads: without that last test. */
 PD_API int pd_par_threads(const pd_ctx *ctx, int64_t work);
 PD_API int pd_par_available_threads(const pd_ctx *ctx, int64_t work);
 /* Clock [s] from an arbitrary origin: wall time with OpenMP and in WASI, else processor time. */
@@ -108,7 +109,7 @@ typedef struct pdi_par_timing {
 } pdi_par_timing;
 PDI_FN int pdi_par_begin_timing(const pd_ctx *ctx, int64_t work, int repeats, uint64_t kind, pdi_par_timing *timing);
 PDI_FN void pdi_par_end_timing(const pd_ctx *ctx, const pdi_par_timing *timing);
-/* Dot product x.y over n elements, reproducible. */
+/* Dot product x.y over n elements, reproducible: bitwise equal for any number of threads. 0 for n = 0. */
 PDI_FN double pdi_par_dot(const pd_ctx *ctx, int64_t n, const double *x, const double *y);
 /* Vectors of a Krylov basis, up to PDI_PAR_GROUP at a time. Each is stored in double or in single precision, or as
  * 16-bit integers times a scale for each block; its other pointers are NULL. */
@@ -156,7 +157,8 @@ typedef struct pdi_compensated_sum {
 PDI_FN void pdi_compensated_sum_add(pdi_compensated_sum *s, double x);
 /* The total with its compensation. */
 PDI_FN double pdi_compensated_sum_total(const pdi_compensated_sum *s);
-/* Sum of x[i] over all i with a[i] == wanted_a and b[i] == wanted_b, compensated. One thread. */
+/* Sum of x[i] over all i < n with a[i] == wanted_a and b[i] == wanted_b; 0 without any. Plain sums of 64 elements are
+ * added by compensated summation. One thread, fixed order. */
 PDI_FN double pdi_par_sum_where(int64_t n, const uint8_t *a, uint8_t wanted_a, const uint8_t *b, uint8_t wanted_b,
                                 const double *x);
 #endif

@@ -19,8 +19,9 @@ typedef struct pdi_root_bracket {
     int evaluations, last_kept; /* evaluations so far; 1: the last step kept the end a, -1: it kept b */
 } pdi_root_bracket;
 
-/* Position of the next point as a fraction of the distance from a to b, 0 to 1: that of the secant, or 1/2 in a
- * bisection. For callers that interpolate in a variable of their own; a point at an end is not moved off it. */
+/* Position of the next point as a fraction of the distance from a to b, 0 to 1: that of the secant, or 1/2 in every
+ * fourth step (bisection). For callers that interpolate in a variable of their own; a point at an end is not moved off
+ * it. */
 PDI_FN double pdi_root_bracket_compute_fraction(const pdi_root_bracket *s);
 /* 1: *x is the next point at which to evaluate, strictly between the ends. 0: no double lies between them, or there
  * were 200 evaluations; *x has no meaning. */

@@ -23,7 +23,7 @@
 /* [s] Longest pause: it doubles after each unsuccessful trial. */
 #define PDI_THREAD_CONTENTION_MAX_PAUSE 30.0
 
-/* Entry of a key in the hash table; an entry of another key is replaced by an empty one. */
+/* Entry of a key in the hash table; an entry of another key in its place is emptied and becomes that of this key. */
 static pd_thread_contention_loop *pdi_thread_contention_find_entry(pd_thread_contention *pace, uint64_t key)
 {
     pd_thread_contention_loop *loop = &pace->loop[(key * UINT64_C(0x9e3779b97f4a7c15)) >> 58];
@@ -48,7 +48,8 @@ static void pdi_thread_contention_begin_window(pd_thread_contention *pace, int o
     }
 }
 
-/* Ratio of the time on one thread to that on all threads, for the mix of loops of the present choice. 0: unknown. */
+/* Ratio of the time on one thread to that on all threads, for the mix of loops of the present choice, over loops that
+ * have both timings. 0: there are none. */
 static double pdi_thread_contention_time_ratio(const pd_thread_contention *pace)
 {
     double all = 0.0, alone = 0.0;
@@ -62,8 +63,9 @@ static double pdi_thread_contention_time_ratio(const pd_thread_contention *pace)
     return all > 0.0 ? alone / all : 0.0;
 }
 
-/* End a trial: choose the faster of one thread and all, set the pause before the next trial, and start a window.
- * Without comparable loops all threads are chosen, and the next trial comes soon. */
+/* End a trial: one thread where the ratio of times is below 1, else all; start a window. The next trial comes after a
+ * pause of up to 20 times the trial, doubled up to 30 s where a trial of one thread fails again, and at once after a
+ * return to all threads. Without comparable loops all threads are chosen, and the next trial comes soon. */
 static void pdi_thread_contention_end_trial(pd_thread_contention *pace, double now)
 {
     double ratio = pdi_thread_contention_time_ratio(pace),
@@ -80,8 +82,9 @@ static void pdi_thread_contention_end_trial(pd_thread_contention *pace, double n
     pdi_thread_contention_begin_window(pace, one, 0, now);
 }
 
-/* End a window without a trial: start a trial of the other choice (one thread, or all of them) where it is due, by the
- * time lost or since the last trial; else a new window. */
+/* End a window without a trial. Before next_trial, or on all threads while at most 1/6 of the time is lost and
+ * next_trial has passed by at most 10 s, a new window of the same choice begins; else a trial of the other choice (one
+ * thread, or all of them). */
 static void pdi_thread_contention_end_window(pd_thread_contention *pace, double now)
 {
     int late = pace->lost_time > PDI_THREAD_CONTENTION_MAX_LOSS * pace->loop_time ||

@@ -33,8 +33,10 @@ typedef struct pd_thread_contention {
 
 #ifdef PDI_INTERNAL
 /* Record one timed loop of `work` scalar operations that ran from start to end [s, monotonic clock]. `threads`: all
- * that it could have had; it ran on one of them where single_thread is set. At the end of a window it may change
- * single_thread or begin a trial. Loops of one key take the same time on one machine. */
+ * that it could have had; it ran on one of them where single_thread is set. Timings in the first 15 ms of a trial, and
+ * of no duration, are ignored. A loop on all threads is late where it takes more than threads times its shortest time,
+ * or than 2 ns an operation. At the end of a window (50 ms) it may change single_thread or begin a trial. Loops of one
+ * key take the same time. */
 PDI_FN void pdi_thread_contention_record(pd_thread_contention *pace, uint64_t key, int threads, double work,
                                          double start, double end);
 #endif

@@ -19,7 +19,8 @@ PDI_FN double pdi_vec_min(const double *a)
 }
 
 /* Gauss-Jordan elimination with partial pivoting. b [PD_DIM][nb], nb right-hand sides, becomes the solutions; a is
- * overwritten. Returns the smallest |pivot| over max |a|, at most 1; 0: singular. */
+ * overwritten. Returns the smallest |pivot| over max |a|, at most 1; 0: singular: a pivot is exactly 0, or NaN, and a
+ * and b are partly overwritten. */
 static double pdi_vec_eliminate(double *a, double *b, int nb)
 {
     double largest = 0.0, smallest = 1.0;

@@ -24,10 +24,10 @@ PDI_FN double pdi_vec_norm(const double *a);
 /* Smallest component, as of the grid spacings. */
 PDI_FN double pdi_vec_min(const double *a);
 /* Solve the dense PD_DIM x PD_DIM system a x = b (row-major, partial pivoting); x may be b. Returns the smallest
- * |pivot| over max |a|, at most 1; 0: singular, x then untouched. */
+ * |pivot| over max |a|, at most 1; 0: singular (a pivot is exactly 0, or NaN), x then untouched. */
 PDI_FN double pdi_vec_solve(const double *a, const double *b, double *x);
-/* Inverse of a PD_DIM x PD_DIM matrix (row-major). Returns the reciprocal condition number in the maximum norm,
- * 1 / (max |a| max |inverse|); 0: singular, inverse then untouched. */
+/* Inverse of a PD_DIM x PD_DIM matrix (row-major). Returns the reciprocal condition number by largest elements, 1 /
+ * (max |a_ij| max |inverse_ij|); 0: singular (a pivot is exactly 0, or NaN), inverse then untouched. */
 PDI_FN double pdi_vec_invert(const double *a, double *inverse);
 /* Cholesky factorisation A = L L^T in place: n rows, `stride` apart; the lower triangle of A goes in and L comes out,
  * the upper one is left alone. 1: done. 0: the pivot of a row k, before its root, is not above least[k] (not positive
