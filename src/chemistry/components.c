@@ -91,8 +91,9 @@ PDI_FN double pdi_components_compute_ln_gamma(const pd_components *s, const doub
     return pdi_components_compute_davies(s, c, &slope);
 }
 
-/* Kinetic salt effect (Broensted, Bjerrum; eq. 5b.3): exponents of ln gamma for both ways. The activated complex has
- * the sum of the charges of either side. */
+/* Sets the exponents of ln gamma for both ways: the sum of |nu| z^2 over the solutes of a side, less the square of the
+ * sum of its charges, which is the charge of the activated complex (kinetic salt effect: Broensted, Bjerrum; eq. 5b.3).
+ * Both ways take the charge of the left side. */
 static void pdi_components_compute_salt_effect(const pd_components *s, pd_kinetic *kinetic)
 {
     double charge = 0.0;
@@ -106,8 +107,9 @@ static void pdi_components_compute_salt_effect(const pd_components *s, pd_kineti
     kinetic->salt_exponent[1] -= charge * charge;
 }
 
-/* Chooses the basis, from the most frequent member on, and rewrites (5b.8) in its terms by Gauss-Jordan elimination:
- * sets basis, m, inverse, ln_k, balance, term_size and ln_activity from ln_c and total. */
+/* Chooses the basis and rewrites (5b.8) in its terms by Gauss-Jordan elimination: members from the most frequent on,
+ * each that is independent of those before it (a number above 1e-9 is left). Sets basis, m, inverse, ln_k, balance,
+ * term_size and ln_activity from ln_c and total. */
 static void pdi_components_update_basis(pdi_components_work *w)
 {
     const pd_components *s = w->system;
@@ -204,7 +206,8 @@ static double pdi_components_compute_concentrations(pdi_components_work *w, cons
 }
 
 /* Sets c and ln_c of the members from the basis activities ln_activity, with the ionic strength that they have
- * (Newton's method from w->strength, until rounding stops it). */
+ * (Newton's method from w->strength, until rounding stops it, PDI_COMPONENTS_STRENGTH_MAX_NEWTON steps at most). Ideal
+ * solutes need no iteration. */
 static void pdi_components_compute_members(pdi_components_work *w)
 {
     double ideal[PD_SPECIES_MAX], last = HUGE_VAL;
@@ -252,8 +255,8 @@ static void pdi_components_compute_member_derivatives(const pdi_components_work 
     }
 }
 
-/* Solves a x = b, `rows` equations with `columns` right-hand sides, by pivoted Gauss-Jordan elimination; x in b.
- * Singular unknowns are 0. */
+/* Solves a x = b, `rows` equations with `columns` right-hand sides, by Gauss-Jordan elimination with partial pivoting;
+ * x in b, a is overwritten. An unknown whose pivot is at most DBL_EPSILON in size gets 0. */
 static void pdi_components_solve_linear(int rows, int columns, pdi_components_matrix a, pdi_components_matrix b)
 {
     int at[PD_SPECIES_MAX], used[PD_SPECIES_MAX];
@@ -334,8 +337,9 @@ static void pdi_components_compute_newton_step(const pdi_components_work *w, dou
         dy[r] = pd_min(pd_max(b[r][0], -PDI_COMPONENTS_MAX_LOG_CHANGE), PDI_COMPONENTS_MAX_LOG_CHANGE);
 }
 
-/* Newton iterations for the members of the totals in w, with line search, from c and ln_c. 1: converged, or stalled at
- * rounding; 0: not converged. */
+/* Newton iterations for the members of the totals in w, from c and ln_c; a step is halved until the largest |ln(P/Q)|
+ * falls. 1: the relative error of all totals is at most PDI_COMPONENTS_TOTAL_ROUNDING rounding units, or below
+ * PDI_COMPONENTS_STALLED_TOLERANCE where no step helps. 0: neither, or PDI_COMPONENTS_MAX_NEWTON steps. */
 static int pdi_components_solve_members(pdi_components_work *w)
 {
     double side[PD_SPECIES_MAX][2], off[PD_SPECIES_MAX], dy[PD_SPECIES_MAX], start[PD_SPECIES_MAX], relative_error;
@@ -545,8 +549,9 @@ PDI_FN double pdi_components_compute_rate(const pd_components *s, const pd_kinet
     return product[0] - product[1];
 }
 
-/* Extent [mol/m3] of a kinetic reaction that makes solutes of the solvent alone, in its equilibrium, negative where
- * they are on its left; 0: it needs other solutes, or has no equilibrium. */
+/* Extent [mol/m3] of a kinetic reaction that makes solutes of the solvent alone, in its ideal equilibrium from nothing,
+ * negative where they are on its left. 0: it needs solutes on both sides, has none, or lacks a positive rate constant
+ * back. */
 static double pdi_components_compute_dissociation(const pd_components *s, const pd_kinetic *kinetic)
 {
     double order[2] = {0.0, 0.0}, product[2];
@@ -593,8 +598,9 @@ typedef struct pdi_components_pivot {
     double cost, ln_k;
 } pdi_components_pivot;
 
-/* 1: pivot a is better than b: in fewer rows, with the number 1, alone on its side of the reaction; then by name, so
- * that the order of species and reactions does not matter. */
+/* 1: pivot a is better than b, or there is no b: in order, a lower cost (number of reactions with the solute, plus the
+ * distance of its number from 1), fewer other solutes on its side, the later name in the alphabet, a smaller |ln K|. So
+ * the order of species and reactions does not matter. */
 static int pdi_components_is_better_pivot(const pdi_components_pivot *a, const pdi_components_pivot *b)
 {
     if (b->row < 0 || a->cost < b->cost || a->cost > b->cost) return b->row < 0 || a->cost < b->cost;
@@ -698,8 +704,8 @@ static void pdi_components_sort_components(const pdi_components_reactions *e, pd
     }
 }
 
-/* Adds a reaction: a kinetic one to s, an equilibrium one to e. PD_ERR_ARGUMENT: it has a species that is neither
- * solute nor solvent. */
+/* Adds a reaction: a kinetic one to s, with its salt effect, an equilibrium one to e, without product. PD_ERR_ARGUMENT:
+ * it has a species that is neither solute nor solvent. */
 static pd_status pdi_components_add_reaction(pd_ctx *ctx, const pd_species *species, int count,
                                              const pd_reaction *reaction, pdi_components_reactions *e, pd_components *s)
 {
@@ -726,7 +732,8 @@ static pd_status pdi_components_add_reaction(pd_ctx *ctx, const pd_species *spec
     return PD_OK;
 }
 
-/* Inner part of the build. The caller clears s after an error. */
+/* pdi_components_build without activities: sizes, solutes, reactions, elimination, totals. PD_ERR_ARGUMENT: as there. s
+ * is zero at the start; the caller clears it after an error. */
 static pd_status pdi_components_try_build(pd_ctx *ctx, const pd_species *species, int count,
                                           const pd_reaction *reactions, int reaction_count, pd_components *s)
 {

@@ -41,15 +41,17 @@ typedef struct pd_components {
 /* Ionic strength [mol/m3] of concentrations c [solutes]; negative ones count as 0. */
 PD_API double pd_components_compute_ionic_strength(const pd_components *components, const double *c);
 #ifdef PDI_INTERNAL
-/* Builds the component system of `count` species from the reactions among solutes and solvent; solids have no part in
- * it. Kinetic reactions become `kinetic`, the others hold in equilibrium. temperature [K]: for Davies' equation.
- * PD_ERR_ARGUMENT: sizes, other phases, reactions that contradict each other; components is zero then. */
+/* Builds the component system of `count` species from the reactions among solutes and solvent. Kinetic reactions become
+ * `kinetic`, the others hold in equilibrium. temperature [K]: for Davies' equation. PD_ERR_ARGUMENT: count not 1 ..
+ * PD_SPECIES_MAX, more than PD_REACTION_MAX reactions, a gas or an electron among the species, no solute, a solid in a
+ * reaction (as a species it is ignored), or an equilibrium that is the sum of others with another K. components is zero
+ * then. */
 PDI_FN pd_status pdi_components_build(pd_ctx *ctx, const pd_species *species, int count, const pd_reaction *reactions,
                                       int reaction_count, pd_activity activity, double temperature,
                                       pd_components *components);
 /* Concentrations c [solutes] [mol/m3] in equilibrium with the totals total [count] [mol/m3] (eq. 5b.9); c is the first
- * guess on entry. Totals that no concentrations have give the nearest, close to 0; a negative total of a component that
- * is not joined gives 0. PD_NOT_CONVERGED: c is unchanged. */
+ * guess on entry. Totals that no concentrations have give the nearest, close to 0. A component that is not joined gets
+ * its total, or 0 where that is negative. PD_NOT_CONVERGED, also for a total that is not finite: c is unchanged. */
 PDI_FN pd_status pdi_components_solve(const pd_components *components, const double *total, double *c);
 /* Totals of the components T_k = sum_i m_ki c_i, total [count] [mol/m3], of concentrations c [solutes] (eq. 5b.8), or
  * their changes from changes of c. */

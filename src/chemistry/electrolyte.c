@@ -25,7 +25,8 @@ double pd_electrolyte_compute_element_total(const pd_electrolyte *e, const doubl
     return sum;
 }
 
-/* Sum of charges [mol/m3] of concentrations c; *strength: ionic strength [mol/m3]. */
+/* Sum of charges z c [mol/m3] of concentrations c, with sign; *strength: ionic strength [mol/m3], half the sum of z^2
+ * c. All species count; negative ones are not clipped. */
 static double pdi_electrolyte_compute_charge(const pd_electrolyte *e, const double *c, double *strength)
 {
     double sum = 0.0;
@@ -60,8 +61,8 @@ pd_status pd_electrolyte_build_speciation(pd_ctx *ctx, const pd_electrolyte *e, 
     return pd_speciation_build(ctx, e->species, e->count, held, count, e->activity, e->temperature, system);
 }
 
-/* Sets saturation indices log10(IAP/K) of minerals from the activities in s->result, by the reactions with one solid
- * and no gas; NaN for species that have none. */
+/* Sets saturation indices log10(IAP/K) of minerals from the activities in s->result, by the reactions with a K, one
+ * solid and neither gas nor electron; the last such reaction counts. NaN for species that have none. */
 static void pdi_electrolyte_compute_saturation(const pd_electrolyte *e, pd_electrolyte_state *s)
 {
     for (int i = 0; i < e->count; i++) s->saturation[i] = NAN;
@@ -140,8 +141,9 @@ pd_status pd_electrolyte_solve(pd_ctx *ctx, const pd_electrolyte *e, double *c, 
     return PD_OK;
 }
 
-/* c = recipe `from` with `acid` [mol/m3] of H+ and its counter ion, negative: OH- (eq. 5b.11); c is not the
- * equilibrium. *ph: that of its equilibrium, NaN without H+. Fails as pd_electrolyte_solve does. */
+/* c = recipe `from` with `acid` [mol/m3] of H+, or where it is not positive -acid of OH-; the counter ion changes by
+ * -acid over its charge, to at least 0 (eq. 5b.11). c is not the equilibrium. *ph: that of its equilibrium, NaN without
+ * H+. Fails as pd_electrolyte_solve does. The three ions have to exist. */
 static pd_status pdi_electrolyte_compute_ph(pd_ctx *ctx, const pd_electrolyte *e, const double *from, double acid,
                                             double *c, double *ph)
 {
@@ -159,7 +161,8 @@ static pd_status pdi_electrolyte_compute_ph(pd_ctx *ctx, const pd_electrolyte *e
 }
 
 /* Brackets the amount of acid (negative: base) [mol/m3] that gives `ph`: a[0], a[1], with the pH differences f[0], f[1]
- * [-]. PD_ERR_ARGUMENT: no reaction makes H+, or `ph` cannot be reached with the counter ion. */
+ * [-], found less wanted; amounts grow fourfold from 1e-9. PD_ERR_ARGUMENT: no reaction makes H+, the counter ion is
+ * used up, or 2e4 mol/m3 do not reach it. */
 static pd_status pdi_electrolyte_find_acid_bracket(pd_ctx *ctx, const pd_electrolyte *e, double ph, const double *from,
                                                    double *a, double *f)
 {
@@ -188,8 +191,8 @@ static pd_status pdi_electrolyte_find_acid_bracket(pd_ctx *ctx, const pd_electro
     return PD_OK;
 }
 
-/* Adds the acid or base to c that gives `ph`, by the Illinois method (eq. 5b.11). PD_ERR_ARGUMENT: no counter ion, H+
- * or OH-, or it cannot be reached. */
+/* Adds the acid or base to c that gives `ph` to 1e-12, or as near as rounding lets it, by the Illinois method (eq.
+ * 5b.11). PD_ERR_ARGUMENT: no counter ion, H+ or OH-, or it cannot be reached. */
 static pd_status pdi_electrolyte_solve_ph(pd_ctx *ctx, const pd_electrolyte *e, double ph, double *c)
 {
     double from[PD_SPECIES_MAX], a[2], f[2];

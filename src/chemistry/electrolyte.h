@@ -50,25 +50,30 @@ typedef struct pd_electrolyte_state {
 #define pd_electrolyte_find_species PD_NAME(pd_electrolyte_find_species)
 #define pd_electrolyte_remove_undissolved PD_NAME(pd_electrolyte_remove_undissolved)
 
-/* Make the recipe c [mol/m3] neutral by the ion e.balance, and add acid or base until the pH of its equilibrium is `ph`
- * (NaN: whatever it is). PD_ERR_ARGUMENT: charges do not sum to 0 and there is no such ion, or it would become
- * negative; a pH without a counter ion, or one that cannot be reached. c holds what is in, not the equilibrium. */
+/* Make the recipe c [mol/m3] neutral by the ion e.balance_ion, and add acid or base until the pH of its equilibrium is
+ * `ph` (NaN: none is added). PD_ERR_ARGUMENT: no such ion and charges above 1e-6 of the ionic strength, or it would
+ * become negative; a pH without counter ion, H+ or OH-, or one that cannot be reached. Errors of pd_electrolyte_solve.
+ * c holds what is in, not the equilibrium; an error may leave it changed. */
 PD_API pd_status pd_electrolyte_neutralise(pd_ctx *ctx, const pd_electrolyte *e, double ph, double *c);
-/* Bring c [mol/m3] to equilibrium, in which every reaction with a K is, also one with rates. PD_ERR_ARGUMENT,
- * PD_ERR_DIVERGED: there is none, c is unchanged. */
+/* Bring c [mol/m3] to equilibrium, in which every reaction with a K is, also one with rates; absent minerals take part
+ * with all_minerals_form only. Fills *state; its pH is NaN without H+. PD_ERR_ARGUMENT: c is negative or not finite, or
+ * reactions contradict each other. PD_ERR_DIVERGED: no equilibrium is found. c is unchanged then. */
 PD_API pd_status pd_electrolyte_solve(pd_ctx *ctx, const pd_electrolyte *e, double *c, pd_electrolyte_state *state);
-/* per[e.count], species in one unit of a neutral reagent "Na+ + OH-". PD_ERR_PARSE: an unknown species, a charge. */
+/* per [e.count]: species in one unit of a neutral reagent "Na+ + OH-", 0 for others. PD_ERR_PARSE: a term that is none,
+ * an unknown species, a charge that is not 0; per is unchanged then. */
 PD_API pd_status pd_electrolyte_reagent(pd_ctx *ctx, const pd_electrolyte *e, const char *text, double *per);
 /* Index of a species by name; -1: there is none. */
 PD_API int pd_electrolyte_find_species(const pd_electrolyte *e, const char *name);
-/* Builds the speciation system for concentrations c: without minerals that are absent and may not form. c NULL: with
- * all minerals. PD_ERR_ARGUMENT: reactions contradict each other. */
+/* Builds the speciation system of all reactions with a K, those with rates included, at concentrations c: without
+ * reactions of minerals that are absent (c not above 0), unless all_minerals_form. c NULL: with all minerals.
+ * PD_ERR_ARGUMENT: as of pd_speciation_build. */
 PD_API pd_status pd_electrolyte_build_speciation(pd_ctx *ctx, const pd_electrolyte *e, const double *c,
                                                  pd_speciation *system);
 /* Removes solids, gases and electrons other than those with stays[species] = 1, and the reactions that name them.
  * Indices of species and reactions change. */
 PD_API void pd_electrolyte_remove_undissolved(pd_electrolyte *e, const int *stays);
-/* Total concentration of an element [mol/m3] (atomic number) over all species, solids included. */
+/* Total concentration of an element [mol/m3] (atomic number): c times its atoms, summed over all species, solids
+ * included. */
 PD_API double pd_electrolyte_compute_element_total(const pd_electrolyte *e, const double *c, int element);
 
 #endif

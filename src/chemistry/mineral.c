@@ -62,8 +62,8 @@ static void pdi_mineral_set_reaction(const pd_components *c, const pd_species *s
     pdi_components_compute_totals(c, m->nu[s], m->total_content[s]);
 }
 
-/* Checks all minerals, fills in exponents, and finds their reactions. PD_ERR_ARGUMENT: numbers, or no fitting
- * reaction. */
+/* Checks all minerals, fills in exponents (0 becomes 1), and finds their reactions. PD_ERR_ARGUMENT: a number is out of
+ * range, or a mineral has not exactly one reaction, with a K and with solutes and water alone. */
 static pd_status pdi_mineral_try_build(pd_ctx *ctx, const pd_components *c, const pd_species *species, int count,
                                        const pd_reaction *reactions, int reaction_count, pd_minerals *m)
 {
@@ -185,7 +185,8 @@ static double pdi_mineral_compute_max_extent(const pd_mineral_start *start, int 
     return (start->rate[s] + start->amount_rate[s] * n) * start->dt;
 }
 
-/* Growth of mineral s in the step [mol/m3] at Omega^p - 1 = excess, of any sign; HUGE_VAL: unbounded. */
+/* Growth of mineral s in the backward Euler step [mol/m3] at Omega^p - 1 = excess, of any sign. HUGE_VAL: in
+ * equilibrium, or unbounded since dt times the rate per amount times excess is at least 1. */
 static double pdi_mineral_compute_growth(const pd_mineral_start *start, int s, double excess)
 {
     double more = start->dt * start->amount_rate[s] * excess;
@@ -302,7 +303,9 @@ static double pdi_mineral_compute_growth_residual(pdi_mineral_work *w, int s, do
                                             pdi_mineral_get_excess(w, s));
 }
 
-/* Bounds of the growth of mineral s: least, most by the totals (-HUGE_VAL, HUGE_VAL: none), room by the free volume. */
+/* Bounds of the growth of mineral s with those of others fixed: least, most by the totals (-HUGE_VAL, HUGE_VAL: none),
+ * room by the free volume, or the limits of start. Totals bound only where no solute counts negative and no mineral
+ * counts against s. room lets the amount before the step stay; HUGE_VAL without volume. */
 static void pdi_mineral_compute_growth_bounds(const pdi_mineral_work *w, int s, double *least, double *most,
                                               double *room)
 {
@@ -330,8 +333,9 @@ static void pdi_mineral_compute_growth_bounds(const pdi_mineral_work *w, int s, 
     *room = pd_max(*room, w->start->initial[s]) - w->base_amount[s]; /* what is there stays */
 }
 
-/* Brackets the growth of mineral s between x[0], where the residual f[0] is positive, and x[1], and raises x[0]. 1:
- * f[1] is not positive; 0: it is positive up to x[1], the bound by `most`, `room` or the law. */
+/* Brackets the growth of mineral s between x[0], where the residual f[0] is positive, and x[1]; raises x[0]. x[1] is
+ * the bound by `most`, `room` or the law, or without any grows fourfold. 1: f[1] is not positive; 0: it is positive up
+ * to x[1], so the growth is at its bound. */
 static int pdi_mineral_find_growth_bracket(pdi_mineral_work *w, int s, double most, double room, double *x, double *f)
 {
     double index = w->m->mineral[s].exponent * pdi_mineral_compute_ln_omega(w->c, w->m, s, w->conc), size = 0.0;
@@ -367,8 +371,10 @@ static double pdi_mineral_interpolate_bracket(const pdi_root_bracket *b, double 
     return x > b->a && x < b->b ? x : next;
 }
 
-/* Solves for the growth of mineral s with those of the others fixed, within its bounds; w has its amount and
- * concentrations then. solves_left 0: the totals cannot hold it. */
+/* Solves for the growth of mineral s with those of the others fixed, within its bounds, to PDI_MINERAL_TOLERANCE or
+ * rounding; w has its amount and concentrations then. A mineral that does not react gets the amount of the start. It
+ * stays at a bound towards which its residual points. solves_left becomes 0 where a single mineral dissolves too slowly
+ * for the totals to hold the rest. */
 static void pdi_mineral_solve_one(pdi_mineral_work *w, int s)
 {
     double start = w->start->start_amount[s], least, most, room, x[2], f[2];
@@ -425,7 +431,8 @@ static void pdi_mineral_compute_omega_gradient(const pd_components *c, const pd_
         slope[k] += others * 0.5 * (double)(c->charge[c->component_solute[k]] * c->charge[c->component_solute[k]]);
 }
 
-/* 1: mineral s would grow and has no free volume, or with has_limits is at its limit. 0 for minerals of no volume. */
+/* 1: mineral s would grow (its residual is above 1e-9), and the volume fraction of all is at least 1 - its
+ * min_porosity, or with has_limits its amount is at its limit, to 1e-9. 0 for minerals of no volume. */
 static int pdi_mineral_is_full(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start, int s,
                                const double *conc, const double *n)
 {
@@ -436,8 +443,8 @@ static int pdi_mineral_is_full(const pd_components *c, const pd_minerals *m, con
            PDI_MINERAL_FULL_TOLERANCE;
 }
 
-/* Gauss-Jordan elimination of `count` equations with `columns` right-hand sides, positive definite but for rounding;
- * solutions in b, 0 where singular. a is overwritten. */
+/* Gauss-Jordan elimination without pivoting of `count` equations with `columns` right-hand sides, positive definite but
+ * for rounding; solutions in b, 0 where a pivot is 0. a is overwritten. */
 static void pdi_mineral_solve_linear(int count, int columns, double (*a)[PD_MINERAL_MAX], double (*b)[PD_SPECIES_MAX])
 {
     for (int p = 0; p < count; p++) {
@@ -481,8 +488,8 @@ static void pdi_mineral_assemble_matrix(const pd_components *c, const pd_mineral
     }
 }
 
-/* 1: the amount of mineral s changes in the step by less than rounding, so the derivative of ln Omega, unbounded where
- * nothing is dissolved, says nothing. */
+/* 1: the amount of mineral s changes in the step by less than DBL_EPSILON of it, by dissolution and by growth at Omega,
+ * so the derivative of ln Omega, unbounded where nothing is dissolved, says nothing. */
 static int pdi_mineral_is_inert(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start, int s,
                                 const double *conc, double n)
 {
@@ -491,7 +498,8 @@ static int pdi_mineral_is_inert(const pd_components *c, const pd_minerals *m, co
     return rate * exp(m->mineral[s].exponent * pdi_mineral_compute_ln_omega(c, m, s, conc)) < DBL_EPSILON * n;
 }
 
-/* Finds the minerals that are present and change, into active; returns their number. */
+/* Finds the minerals that are present, react, are not full and change by more than rounding, into active; returns their
+ * number. */
 static int pdi_mineral_find_active(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
                                    const double *conc, const double *n, int *active)
 {
@@ -611,8 +619,9 @@ static double pdi_mineral_compute_new_growth(const pdi_mineral_work *w, int s, i
     return pd_min(pd_max(grown, none), room);
 }
 
-/* A Newton step of all minerals present, with line search. 1: *worst, the residual, has fallen; 0: no progress, amounts
- * are unchanged, *worst is their residual, 0 where it is rounding. */
+/* A Newton step of all minerals that are present, react and are not full, with line search: a fraction is accepted that
+ * leaves less than 0.99 of the residual, or 0.5 next to rounding. 1: *worst, the largest residual, has fallen; 0: no
+ * progress, amounts are unchanged, *worst is their residual, 0 where it is rounding. */
 static int pdi_mineral_try_newton_step(pdi_mineral_work *w, double *worst)
 {
     const pd_components *c = w->c;
@@ -653,8 +662,10 @@ static int pdi_mineral_try_newton_step(pdi_mineral_work *w, double *worst)
     return 0;
 }
 
-/* Amounts by laws and bounds, as pdi_mineral_solve: Newton for all, else one by one. Of several that lack room, the
- * first ones have it. PD_NOT_CONVERGED: conc and n are unchanged. */
+/* Amounts by laws and bounds, as pdi_mineral_solve: Newton for all, else one by one, until neither moves them. Of
+ * several that lack room, the first ones have it. PD_NOT_CONVERGED: there are no concentrations, or
+ * PDI_MINERAL_MAX_SOLVES equilibria are used up and a residual is not below PDI_MINERAL_LOOSE_TOLERANCE. conc and n are
+ * unchanged then. */
 static pd_status pdi_mineral_solve_without_sharing(const pd_components *c, const pd_minerals *m,
                                                    const pd_mineral_start *start, const double *total, double *conc,
                                                    double *n)

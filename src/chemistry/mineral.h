@@ -46,8 +46,10 @@ typedef struct pd_mineral_start {
 
 #ifdef PDI_INTERNAL
 #define PDI_MINERAL_TOLERANCE 1e-13 /* largest |ln Omega - law| of an amount that counts as solved */
-/* Prepares the minerals of a system: each has one reaction, with a constant and no other solid. PD_ERR_ARGUMENT: it has
- * none or several, or a number is negative or not finite. */
+/* Prepares the minerals of a system; an exponent of 0 becomes 1. PD_ERR_ARGUMENT: more than PD_MINERAL_MAX, a species
+ * that is no solid or is there twice, a number that is negative or not finite (nucleation may be negative),
+ * min_porosity not in [0, 1), or not exactly one reaction, which needs a K, no other solid, no gas and no electron.
+ * `minerals` is not usable then. */
 PDI_FN pd_status pdi_mineral_build(pd_ctx *ctx, const pd_components *components, const pd_species *species, int count,
                                     const pd_reaction *reactions, int reaction_count, const pd_mineral *list,
                                     int mineral_count, pd_minerals *minerals);
@@ -58,8 +60,9 @@ PDI_FN int pdi_mineral_copy_solid_free_reactions(const pd_species *species, int 
  * least. Where an ion that it dissolves into is missing, the reactants of the dissolution do not raise it. */
 PDI_FN double pdi_mineral_compute_ln_omega(const pd_components *c, const pd_minerals *m, int s, const double *conc);
 /* Sets the rate laws of a volume for a step that begins with amounts n [count] and concentrations conc: rate,
- * amount_rate and initial, no limits, no guess. The caller sets dt and start_amount. An absent mineral does not form
- * below its nucleation threshold, nor with a surface rate alone. */
+ * amount_rate and initial, no limits, no guess. The caller sets dt and start_amount. A mineral without rates gets
+ * HUGE_VAL (equilibrium). An absent one does not form (both 0) where its nucleation is positive and log10 Omega below
+ * it, nor with a surface rate alone. */
 PDI_FN void pdi_mineral_begin_step(const pd_components *c, const pd_minerals *m, const double *n, const double *conc,
                                    pd_mineral_start *start);
 /* For a second stage that would begin with so little of mineral s, *amount, that its rate were not positive: 1, *amount
@@ -68,14 +71,17 @@ PDI_FN void pdi_mineral_begin_step(const pd_components *c, const pd_minerals *m,
 PDI_FN int pdi_mineral_try_resume(pd_mineral_start *start, int s, double first_amount, double step_ratio,
                                   double *amount);
 /* 1: no concentrations have the dissolved totals, however fast minerals dissolve or grow by their laws and into the
- * free volume in the step. */
+ * free volume in the step: a total that no solute counts negative in would stay below 0. 0: none does; that proves
+ * nothing. */
 PDI_FN int pdi_mineral_is_infeasible(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
                                      const double *total);
-/* 1: a mineral of the amounts before [count] [mol/m3] has disappeared in `after`, or one has run out of free volume. */
+/* 1: a mineral of the amounts before [count] [mol/m3] is 0 in `after`, or the volume fraction of all has reached 1 -
+ * min_porosity of one that has a volume, to 1e-9. 0: else, also where it was full before. */
 PDI_FN int pdi_mineral_has_switched(const pd_minerals *m, const double *before, const double *after);
 /* Backward Euler step of all minerals of a volume (eq. 5b.16): concentrations conc [solutes] and amounts n [count]. On
  * entry conc is a first guess; total [components] are dissolved beside the amounts n, which are the first guess unless
- * start->guess is. PD_NOT_CONVERGED: both are unchanged. */
+ * start->guess is. Minerals that fill the volume share it in proportion to their growth without that limit.
+ * PD_NOT_CONVERGED: both are unchanged. */
 PDI_FN pd_status pdi_mineral_solve(const pd_components *c, const pd_minerals *m,
                                     const pd_mineral_start *start, const double *total, double *conc, double *n);
 /* derivatives [count][components] [-] of the amounts n by the totals, dissolved and in minerals together, at the
@@ -87,7 +93,7 @@ PDI_FN void pdi_mineral_compute_derivatives(const pd_components *c, const pd_min
 PDI_FN void pdi_mineral_solve_linear_response(const pd_components *c, const pd_minerals *m,
                                               const pd_mineral_start *start, const double *conc, const double *n,
                                               double *change);
-/* Volume fraction of minerals n [count] [mol/m3], 0 to 1. */
+/* Volume of minerals n [count] [mol/m3] over that of the cell, clipped to 0 .. 1; those of unknown volume count 0. */
 PDI_FN double pdi_mineral_compute_volume_fraction(const pd_minerals *minerals, const double *n);
 #endif
 

@@ -134,8 +134,9 @@ static pd_status pdi_reaction_parse_term(pd_ctx *ctx, const char *term, double s
                    "one of %s", r->name, at, known);
 }
 
-/* Parses the terms of a text into r->nu: both sides of a reaction (side -1), or a sum alone, without = (side 1).
- * PD_ERR_PARSE: not such a text. */
+/* Parses the terms of a text into r->nu: both sides of a reaction (side -1), or a sum alone, without = (side 1). + and
+ * = divide terms only with blanks around them. PD_ERR_PARSE: not such a text, a term of 48 bytes or more, errors of
+ * pdi_reaction_parse_term. */
 static pd_status pdi_reaction_parse_terms(pd_ctx *ctx, const char *text, const pd_species *species, int count,
                                           double side, pd_reaction *r)
 {
@@ -166,7 +167,8 @@ static pd_status pdi_reaction_parse_terms(pd_ctx *ctx, const char *text, const p
     return PD_OK;
 }
 
-/* Checks that every element and the charge balance (eq. 5b.1). PD_ERR_PARSE: one does not. */
+/* Checks that every element and the charge balance to PDI_REACTION_TOLERANCE (eq. 5b.1). PD_ERR_PARSE: one does not;
+ * the message has both sides. */
 static pd_status pdi_reaction_check_balance(pd_ctx *ctx, const pd_species *species, int count, const pd_reaction *r)
 {
     for (int i = 0; i < count; i++) {
@@ -196,8 +198,9 @@ static pd_status pdi_reaction_check_balance(pd_ctx *ctx, const pd_species *speci
                    right);
 }
 
-/* Sets K and rate constants from desc, after a check of their units; kb = kf/K or kf = kb K where one is missing (eq.
- * 5b.3). PD_ERR_PARSE: units, neither K nor rate. PD_ERR_ARGUMENT: values, K and both rates. */
+/* Sets K and rate constants from desc, after a check of their units; kb = kf/K or kf = kb K where one is missing and
+ * there is a K, else 0 (eq. 5b.3). Only solutes count in the orders. PD_ERR_PARSE: a unit does not fit, neither K nor
+ * rate. PD_ERR_ARGUMENT: K is not positive, a rate is negative, not finite or overflows, K and both rates. */
 static pd_status pdi_reaction_set_constants(pd_ctx *ctx, const pd_reaction_desc *desc, const pd_species *species,
                                             int count, pd_reaction *r)
 {
@@ -245,7 +248,8 @@ static pd_status pdi_reaction_set_constants(pd_ctx *ctx, const pd_reaction_desc 
     return pd_fail(ctx, PD_ERR_ARGUMENT, "reaction", "a rate of '%s' overflows with its K", r->name);
 }
 
-/* Inner part of the reading. The caller clears r after an error. */
+/* pd_reaction_read from name to constants; without a name the text is the name. Errors as there. The caller clears r
+ * after an error. */
 static pd_status pdi_reaction_try_read(pd_ctx *ctx, const pd_reaction_desc *desc, const pd_species *species, int count,
                                        pd_reaction *r)
 {

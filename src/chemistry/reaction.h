@@ -31,16 +31,20 @@ typedef struct pd_reaction {
  * 5b.3). A solid, the solvent and a gas count as 1. */
 #define pd_reaction_rate PD_NAME(pd_reaction_rate)
 
-/* Read a reaction among `count` species. PD_ERR_PARSE, in one message with the remedy: an unknown species, elements or
- * charge that do not balance, a unit that does not fit, a reaction with neither K nor rate. */
+/* Read a reaction among `count` species. PD_ERR_PARSE, in one message with the remedy: an unknown species or one on
+ * both sides, no or two =, elements or charge that do not balance, a unit that does not fit, a reaction with neither K
+ * nor rate. PD_ERR_ARGUMENT: no text, count not 1 .. PD_SPECIES_MAX, K not positive, a rate negative or not finite, K
+ * with both rates. reaction is zero then. */
 PD_API pd_status pd_reaction_read(pd_ctx *ctx, const pd_reaction_desc *desc, const pd_species *species, int count,
                                   pd_reaction *reaction);
-/* Speed [mol/m3/s] of a kinetic reaction by mass action at concentrations c [mol/m3] of `count` species. A solid,
- * the solvent and a gas count as 1. */
+/* Rate, forward less backward [mol/m3/s], of a kinetic reaction by ideal mass action at concentrations c [mol/m3] of
+ * `count` species: no activities. A solid, the solvent, a gas and the electron count as 1. 0 for a reaction without
+ * rates. */
 PD_API double pd_reaction_rate(const pd_reaction *reaction, const pd_species *species, int count, const double *c);
 #ifdef PDI_INTERNAL
 /* Parses a sum of species "Na+ + OH-" into the stoichiometric numbers nu (positive) of r, which is zeroed first.
- * PD_ERR_PARSE: an unknown species. name: for messages, becomes that of r. */
+ * PD_ERR_PARSE: an unknown species, a term that is none or is too long, a =. Elements and charge are not checked. name:
+ * for messages, becomes that of r, cut off. */
 PDI_FN pd_status pdi_reaction_parse_sum(pd_ctx *ctx, const char *name, const char *text, const pd_species *species,
                                         int count, pd_reaction *r);
 #endif

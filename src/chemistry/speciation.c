@@ -65,8 +65,8 @@ static double pdi_speciation_compute_ln_ratio(const pdi_speciation_work *w, int 
     return sum;
 }
 
-/* Gauss-Jordan step: species i becomes the pivot of a reaction without one, with the number 1, and leaves all others;
- * nothing where none has it. */
+/* Gauss-Jordan step: species i becomes the pivot, with the number 1, of that reaction without one in which its number
+ * is largest, and leaves all others; nothing where all are at most PDI_SPECIATION_ROUNDING_ZERO in size. */
 static void pdi_speciation_set_pivot(pdi_speciation_work *w, int i)
 {
     int best = -1;
@@ -129,7 +129,8 @@ static void pdi_speciation_add_extent(pdi_speciation_work *w, const double *nu, 
     for (int i = 0; i < w->system->species; i++) w->amount[i] += nu[i] * xi;
 }
 
-/* Adds small extents until every solute that reactions can make is present. */
+/* Adds small extents of reactions until every solute that they can make is present: PDI_SPECIATION_SEED_FRACTION of the
+ * scarcest reactant, or PDI_SPECIATION_SEED_WATER where water alone reacts. Elements and charge stay. */
 static void pdi_speciation_add_traces(pdi_speciation_work *w)
 {
     for (int again = 1; again;) {
@@ -165,8 +166,8 @@ static void pdi_speciation_init_states(pdi_speciation_work *w)
     }
 }
 
-/* Solves a x = b of `rows` equations by elimination with row pivots; x in b, a is overwritten. Returns 1; 0:
- * singular. */
+/* Solves a x = b of `rows` equations by Gaussian elimination with partial pivoting; x in b, a is overwritten. Returns
+ * 1; 0: singular: a pivot is exactly 0 or NaN. */
 static int pdi_speciation_solve_linear(int rows, double a[PD_REACTION_MAX][PD_REACTION_MAX], double *b)
 {
     for (int c = 0; c < rows; c++) {
@@ -239,8 +240,9 @@ static void pdi_speciation_limit_changes(const pdi_speciation_work *w, const int
     }
 }
 
-/* Moves amounts and ln_c of *w by t dy along the reactions in `list`. 1: done; 0: a solute would fall too far, *w is
- * partly moved. */
+/* Moves amounts and ln_c of *w by t dy along the reactions in `list`. 1: done; 0: a solute that is no pivot would fall
+ * to PDI_SPECIATION_MIN_LEFT of its amount or below, or an amount overflows; *w is partly moved. Minerals and water may
+ * become negative. */
 static int pdi_speciation_try_move(pdi_speciation_work *w, const int *list, int rows, const double *dy, double t)
 {
     double start[PD_SPECIES_MAX];
@@ -279,7 +281,8 @@ static double pdi_speciation_compute_residuals(const pdi_speciation_work *w, con
     return worst;
 }
 
-/* 1: a pivot is larger than a basis species that forms it: the pivots have to be chosen anew. */
+/* 1: a pivot exceeds PDI_SPECIATION_SWAP_RATIO times a basis solute that forms it: the pivots have to be chosen
+ * anew. */
 static int pdi_speciation_is_pivot_stale(const pdi_speciation_work *w)
 {
     for (int r = 0; r < w->rows; r++) {
@@ -292,8 +295,10 @@ static int pdi_speciation_is_pivot_stale(const pdi_speciation_work *w)
     return 0;
 }
 
-/* Line search along dy, until the free energy falls along it or the residual falls. 1: *w is moved; 0: neither falls
- * within `halvings` trials, *w is unchanged. off [rows], worst: residuals, and the largest. */
+/* Line search along dy, halved from 1, until the slope of the free energy along it, downwards at the start, is upwards
+ * by half of that at most, or the residual falls by PDI_SPECIATION_SUFFICIENT_DECREASE of the step; next to the
+ * solution any possible step is taken. 1: *w is moved; 0: neither within `halvings` trials, or the free energy rises
+ * along dy at once; *w is unchanged. off [rows], worst: residuals, and the largest. */
 static int pdi_speciation_try_line_search(pdi_speciation_work *w, const int *list, int rows, const double *dy,
                                           const double *off, double worst, int halvings)
 {
@@ -315,9 +320,10 @@ static int pdi_speciation_try_line_search(pdi_speciation_work *w, const int *lis
     return 0;
 }
 
-/* Newton iterations for the solutes with the present minerals, whose amounts may become negative; PD_OK also ahead of
- * convergence when one is far below 0. *iterations: raised by the steps. PD_NOT_CONVERGED: no step lowers the
- * residual. */
+/* Newton iterations for the solutes with the present minerals, whose amounts may become negative, until one step after
+ * the residual is at most PDI_SPECIATION_NEAR_RESIDUAL; PD_OK also ahead of convergence when one is far below 0.
+ * *iterations: raised by the steps. PD_NOT_CONVERGED: a singular matrix, no step lowers the residual, or
+ * PDI_SPECIATION_MAX_NEWTON steps. */
 static pd_status pdi_speciation_solve_solutes(pdi_speciation_work *w, int *iterations)
 {
     int list[PD_REACTION_MAX];
@@ -408,8 +414,8 @@ static int pdi_speciation_remove_exhausted_mineral(pdi_speciation_work *w, const
     return first;
 }
 
-/* Sets activities, ionic strength and residual of the result; returns the most supersaturated absent mineral other than
- * `spared`, -1: none. Pivots are chosen anew. */
+/* Sets log_activity, strength and residual of the result; returns the absent mineral of largest ln(IAP/K) above
+ * PDI_SPECIATION_SUPERSATURATED, other than `spared`; -1: none. Pivots are chosen anew. */
 static int pdi_speciation_find_supersaturated(pdi_speciation_work *w, int spared, pd_speciation_result *result)
 {
     double slope, most = PDI_SPECIATION_SUPERSATURATED;
@@ -478,7 +484,8 @@ pd_status pd_speciation_solve(const pd_speciation *s, double *c, pd_speciation_r
     return PD_NOT_CONVERGED;
 }
 
-/* Inner part of the build. The caller clears s after an error. */
+/* pd_speciation_build without activities. PD_ERR_ARGUMENT: as there. s is zero at the start; the caller clears it after
+ * an error. */
 static pd_status pdi_speciation_try_build(pd_ctx *ctx, const pd_species *species, int count,
                                           const pd_reaction *reactions, int reaction_count, pd_speciation *s)
 {

@@ -35,12 +35,14 @@ typedef struct pd_speciation_result {
 #define pd_speciation_solve PD_NAME(pd_speciation_solve)
 
 /* A system of `count` species and the reactions that are in equilibrium: kinetic ones are left out. temperature [K] is
- * that of Davies' equation. PD_ERR_ARGUMENT: sizes, gases and electrons, reactions that contradict each other. */
+ * that of Davies' equation. PD_ERR_ARGUMENT: count not 1 .. PD_SPECIES_MAX, more than PD_REACTION_MAX equilibria, a gas
+ * or an electron in one of them, or one that is the sum of others with another K. system is zero then. */
 PD_API pd_status pd_speciation_build(pd_ctx *ctx, const pd_species *species, int count, const pd_reaction *reactions,
                                      int reaction_count, pd_activity activity, double temperature,
                                      pd_speciation *system);
-/* Bring c [mol/m3], at least 0, to equilibrium. A species that no reaction makes of those with c > 0 stays 0.
- * PD_ERR_ARGUMENT: c is negative or not finite. PD_NOT_CONVERGED: no solution was found. c is unchanged then. */
+/* Bring c [mol/m3] to equilibrium by Newton's method with an active set of minerals. A species that no reaction makes
+ * of those with c > 0 stays 0. PD_ERR_ARGUMENT, without a message: c is negative (water may be) or not finite.
+ * PD_NOT_CONVERGED: no solution was found, or 100 changes of minerals. c is unchanged then. */
 PD_API pd_status pd_speciation_solve(const pd_speciation *system, double *c, pd_speciation_result *result);
 
 #endif

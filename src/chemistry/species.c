@@ -167,7 +167,9 @@ static int pdi_species_is_same_formula(const pd_species *a, const pd_species *b)
     return 1;
 }
 
-/* Inner part of the reading. The caller clears s after an error. */
+/* pd_species_read without checks of sizes and numbers: (s) is a solid, (g) a gas, (aq) and (l) a solute, H2O the
+ * solvent, e- the electron. A name that is no formula has the charge given, or 0. PD_ERR_PARSE: as there. The caller
+ * clears s after an error. */
 static pd_status pdi_species_try_read(pd_ctx *ctx, const pd_species_desc *desc, pd_species *s)
 {
     pd_species given;

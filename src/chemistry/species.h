@@ -38,8 +38,9 @@ typedef struct pd_species {
 
 /* Read a species. The charge is the end of the name: a sign, or a number beside it. A digit before the sign is the
  * charge behind the symbol of one element (Mg2+); elsewhere it counts atoms (NO3-, H2PO4-), and the last one of two is
- * the charge (SO42-). SO4^2-, SO4_2-, SO4-2 and SO4-- always say which. PD_ERR_PARSE: no formula, and none given; name
- * and given values disagree. */
+ * the charge (SO42-). SO4^2-, SO4_2-, SO4-2 and SO4-- always say which. PD_ERR_PARSE: a name without or with too many
+ * bytes, no formula and none given, name and given values disagree. PD_ERR_ARGUMENT: diffusivity negative or not
+ * finite, charge beyond 20. species is zero then. */
 PD_API pd_status pd_species_read(pd_ctx *ctx, const pd_species_desc *desc, pd_species *species);
 /* Symbol of an atomic number, into text of 3 bytes. */
 PD_API void pd_species_get_symbol(int element, char *text);
