@@ -287,9 +287,9 @@ static void pdi_components_solve_linear(int rows, int columns, pdi_components_ma
         for (int k = 0; k < columns; k++) b[c][k] = x[c][k];
 }
 
-/* off [rows] = residuals ln(P/Q) of the mass balances (eq. 5b.9); side: P and Q. Returns the largest size;
- * *relative_error: the largest difference over the sum of the terms. Totals that no concentrations have get Q next to
- * 0. */
+/* off [rows] = residuals ln(P/Q) of the mass balances (eq. 5b.9); side: P and Q, the positive terms and the size of the
+ * negative ones, the total among them. Returns the largest size; *relative_error: the largest |P - Q| over term_size +
+ * P + Q. Totals that no concentrations have get Q next to 0. */
 static double pdi_components_compute_balance_residuals(const pdi_components_work *w, double (*side)[2], double *off,
                                                        double *relative_error)
 {
@@ -654,7 +654,8 @@ static void pdi_components_compute_name_ranks(const pd_species *species, int cou
     }
 }
 
-/* Eliminates the solute that reaction r makes from all others, numbers and ln K; its own number in r becomes 1. */
+/* Eliminates the solute that reaction r makes from all others, numbers and ln K; its own number in r becomes 1. Numbers
+ * below PDI_COMPONENTS_ROUNDING_ZERO become 0. */
 static void pdi_components_remove_product(const pd_components *s, pdi_components_reactions *e, int r)
 {
     int made = e->product[r];

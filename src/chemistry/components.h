@@ -65,7 +65,8 @@ PDI_FN void pdi_components_compute_derivatives_single(const pd_components *compo
  * strength of all solutes that are not joined. Nothing without members. */
 PDI_FN void pdi_components_compute_derivatives(const pd_components *components, const double *c, double *derivatives);
 /* c [solutes] [mol/m3] = change of the concentrations for a change `total` [count] [mol/m3] of the totals, by
- * pdi_components_compute_derivatives_single. */
+ * pdi_components_compute_derivatives_single; a component that is not joined changes as its total. Negative changes are
+ * not clipped. */
 PDI_FN void pdi_components_apply_derivatives(const pd_components *components, const float *derivatives,
                                              const double *total, double *c);
 /* Number of columns of the derivatives: joined components, and one for the ionic strength when activities are on. */

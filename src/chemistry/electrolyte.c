@@ -215,7 +215,7 @@ static pd_status pdi_electrolyte_solve_ph(pd_ctx *ctx, const pd_electrolyte *e, 
     return pdi_electrolyte_compute_ph(ctx, e, from, acid, c, &found);
 }
 
-/* Name of the most frequent ion, as a proposal in messages; "Cl-" without ions. */
+/* Name of the ion in solution of largest c, the first of equals, as a proposal in messages; "Cl-" without ions. */
 static const char *pdi_electrolyte_find_main_ion(const pd_electrolyte *e, const double *c)
 {
     int best = -1;

@@ -545,7 +545,8 @@ PDI_FN void pdi_mineral_solve_linear_response(const pd_components *c, const pd_m
 
 /* ---- all minerals ---- */
 /* Residuals off [minerals] of (5b.16) at the amounts in w, whose concentrations are solved for; returns the largest
- * that a change of amounts can lower. HUGE_VAL: there are no concentrations, off is not set. */
+ * size that a change of amounts can lower: minerals that do not react, that are full and would grow, or that are absent
+ * and would dissolve do not count. HUGE_VAL: there are no concentrations, off is not set. */
 static double pdi_mineral_compute_residuals(pdi_mineral_work *w, double *off)
 {
     double worst = 0.0, first = pdi_mineral_compute_growth_residual(w, 0, w->growth[0]);
@@ -713,8 +714,8 @@ static pd_status pdi_mineral_solve_without_sharing(const pd_components *c, const
 }
 
 /* ---- several minerals that share the free volume ---- */
-/* 1: a mineral is out of free volume and one has changed, of two or more that react and have a volume: how they share
- * it is open. */
+/* 1: two or more minerals react and have a volume, one of them is full, or has grown while the volume of all exceeds
+ * its free volume, and one has changed by more than 1e-9 of the volume of all: how they share it is open. */
 static int pdi_mineral_has_shared_volume(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
                                          const double *conc, const double *n)
 {
@@ -763,8 +764,9 @@ static int pdi_mineral_solve_partial_growth(pdi_mineral_shared_volume *r, double
     return found;
 }
 
-/* Finds the share of free growth at which the open minerals just fill `room` [-], and the amounts there; high: excess
- * at share 1. 1: found, 0: none. */
+/* Finds the share 0 .. 1 of free growth at which the open minerals fill `room` [-] from below to
+ * PDI_MINERAL_FILL_TOLERANCE, and the amounts there; 0 where they fill it without growth. high: excess at share 1,
+ * positive. 1: found, 0: a solve fails. */
 static int pdi_mineral_find_filling_growth(pdi_mineral_shared_volume *r, double room, double high)
 {
     double low, share = 0.0, x;
@@ -790,8 +792,9 @@ static double pdi_mineral_get_min_free_volume(const pdi_mineral_shared_volume *r
     return room;
 }
 
-/* Minerals share the free volume by equal shares of their free growth; lower porosities go on alone. Results in conc
- * and amount of r. 1: found, 0: not. */
+/* Minerals that grow share the free volume by equal shares of their free growth, up to the largest min_porosity; those
+ * with a lower one go on growing alone, and those that do not grow are limited to their amount before the step. Results
+ * in conc and amount of r. 1: found, 0: not. */
 static int pdi_mineral_solve_shared_volume(pdi_mineral_shared_volume *r)
 {
     double room;

@@ -28,8 +28,9 @@ static double pdi_reaction_parse_number(const char **at)
     return *at == from ? -1.0 : place > 0.0 ? value / place : value;
 }
 
-/* Parses a unit of mol, mmol, umol, M, mM, L, l, m, dm, s, min and h with exponents: *scale, its size in mol, m, s, and
- * its exponents of mol, m, s. NULL, "" and "1": no unit. Returns 1, or 0 when it is invalid. */
+/* Parses a unit of mol, mmol, umol, M, mM, L, l, m, dm, s, min and h with exponents ("mol2", "L^-1"); / divides by the
+ * next factor alone; "1/" may begin it. *scale: its size in mol, m, s, and exponent: that of mol, m, s. NULL, "" and
+ * "1": no unit. Returns 1, or 0: an unknown symbol, or an exponent above PDI_REACTION_MAX_NUMBER. */
 static int pdi_reaction_parse_unit(const char *at, double *scale, double exponent[3])
 {
     int divide = 0, factors = 0;

@@ -197,7 +197,8 @@ static int pdi_speciation_solve_linear(int rows, double a[PD_REACTION_MAX][PD_RE
 }
 
 /* dy [rows] = Newton step for the logarithms of the pivots of the reactions in `list` (eq. 5b.7), with the rank-one
- * term of Davies' equation. off [rows]: residuals; slope [m3/mol]: derivative of ln gamma. Returns 1; 0: singular. */
+ * term of Davies' equation. off [rows]: residuals; slope [m3/mol]: derivative of ln gamma by the ionic strength, 0 for
+ * ideal solutes. Returns 1; 0: the matrix is singular, or the step is not finite. */
 static int pdi_speciation_compute_newton_step(const pdi_speciation_work *w, const int *list, int rows,
                                               const double *off, double slope, double *dy)
 {
@@ -362,8 +363,9 @@ static void pdi_speciation_remove_mineral(pdi_speciation_work *w, int i)
     w->state[i] = PDI_SPECIATION_ABSENT;
 }
 
-/* Minerals that cannot be present together at any composition: the less stable one converts into the others as far as
- * it can. 1: one is gone; -1: nothing ends it; 0: there are none. */
+/* Minerals that cannot be present together at any composition (a reaction without pivot): the side that its K
+ * disfavours converts until its first mineral is used up, which becomes absent. 1: one is gone; -1: there is no mineral
+ * on that side, so nothing ends it; 0: there are none. */
 static int pdi_speciation_try_convert_minerals(pdi_speciation_work *w)
 {
     for (int r = 0; r < w->rows; r++) {

@@ -106,8 +106,9 @@ static int pdi_species_parse_formula(pd_species *s, const char *at, const char *
     return 1;
 }
 
-/* Parses the charge at the end of a name, 0 without one; *end moves before it. Returns 1; 0: it is zero or too
- * large. */
+/* Parses the charge at the end of a name by the rules of pd_species_read, 0 without one; *end moves before it. Several
+ * equal signs without a number count their number. Returns 1; 0: a charge that is zero or above
+ * PDI_SPECIES_MAX_CHARGE. */
 static int pdi_species_parse_charge(const char *begin, const char **end, int *charge)
 {
     const char *at = *end, *digits = at;

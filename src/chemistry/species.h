@@ -42,10 +42,10 @@ typedef struct pd_species {
  * bytes, no formula and none given, name and given values disagree. PD_ERR_ARGUMENT: diffusivity negative or not
  * finite, charge beyond 20. species is zero then. */
 PD_API pd_status pd_species_read(pd_ctx *ctx, const pd_species_desc *desc, pd_species *species);
-/* Symbol of an atomic number, into text of 3 bytes. */
+/* Symbol of an atomic number, 1 to 118 (not checked), into text of 3 bytes, with its end. */
 PD_API void pd_species_get_symbol(int element, char *text);
 #ifdef PDI_INTERNAL
-/* Number of atoms of an element (atomic number) in one unit of the species. */
+/* Number of atoms of an element (atomic number) in one unit of the species; 0: it has none. */
 PDI_FN int pdi_species_count_atoms(const pd_species *species, int element);
 #endif
 

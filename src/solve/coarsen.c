@@ -68,8 +68,9 @@ static pd_status pdi_coarsen_reserve_array(pd_ctx *ctx, int32_t **list, int32_t 
     return PD_OK;
 }
 
-/* Ensure the capacity of a coarse level for `cells` cells, and set the pointers into its storage. Where it grows, or
- * contrast differs, all arrays of the level are freed first, those of its links too. */
+/* Ensure the capacity of a coarse level for `cells` cells, and set contrast and the pointers into its storage. Nothing
+ * where both suffice. Where it grows, or contrast differs, all arrays of the level are freed first, those of its links
+ * too, and on failure none is left. */
 static pd_status pdi_coarsen_reserve_cells(pd_ctx *ctx, int contrast, pd_smoother_level *level, int32_t cells)
 {
     if (cells <= level->cell_capacity && level->values && level->contrast == contrast) return PD_OK;

@@ -323,7 +323,8 @@ static float *pdi_krylov_get_single(const pd_krylov *k, int i)
     return chunk < 0 ? k->compressed_basis + at : (float *)k->chunk[chunk] + at;
 }
 
-/* Up to PDI_PAR_GROUP basis vectors from `first` on; the preconditioned basis is numbered after the basis. */
+/* PDI_PAR_GROUP basis vectors from `first` on, all pointers NULL for numbers that have none; the preconditioned basis
+ * is numbered after the basis (pdi_krylov_precond_first). */
 static pdi_par_vector_group pdi_krylov_get_group(const void *user, int first)
 {
     const pdi_krylov_state *run = (const pdi_krylov_state *)user;
@@ -609,8 +610,9 @@ static void pdi_krylov_unpack_iterate(const pdi_krylov_state *run, const double 
     else pdi_par_copy(run->ctx, run->k->length, packed, full);
 }
 
-/* Compute the next iterate from the correction in v, and its residual into v. Returns its norm. With skip_true_residual
- * and convergence by the recurrence: returns that norm, and v is no residual. */
+/* Compute the next iterate from the correction in v, and its true residual into v by one application of A. Returns its
+ * norm. With skip_true_residual and convergence by the recurrence: returns that norm, A is not applied, and v is no
+ * residual. */
 static double pdi_krylov_lean_residual(pdi_krylov_state *run)
 {
     double *next = pdi_krylov_get_iterate(run, 1);

@@ -136,14 +136,14 @@ static inline double pdi_krylov_forcing_linear(double left)
 /* pd_krylov_build without the vectors of pdi_krylov_list, which an arena lends for each solve: of the arrays it
  * allocates the dense one of GMRES only. */
 PDI_FN pd_status pdi_krylov_build_unallocated(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov);
-/* Smallest meaningful norm [unit of b], sqrt(DBL_MIN / DBL_EPSILON): below it squares underflow. A residual below it
- * counts as zero. */
+/* Smallest meaningful norm [unit of b], sqrt(DBL_MIN / DBL_EPSILON), about 1e-146: below it squares underflow. A
+ * residual of at most this counts as zero. */
 PDI_FN double pdi_krylov_min_norm(void);
 /* Free the allocated chunks by which the basis has grown, and shrink the Hessenberg matrix to its built size; it stays
  * larger where memory for that is refused. Chunks of the arena were returned at the end of each solve. */
 PDI_FN void pdi_krylov_free_growth(pd_ctx *ctx, pd_krylov *krylov);
 /* Switch flexible GMRES on or off between solves, in the memory of the basis: without it the basis holds twice the
- * columns. It must not have grown. */
+ * columns, max_vectors at most. Sets the layout anew, also where nothing is switched. The basis must not have grown. */
 PDI_FN void pdi_krylov_set_flexible(pd_krylov *krylov, int flexible);
 /* Before the basis is lent: take memory for the arrays of `list` from the arena, and make the basis smaller by as much.
  * 1: done. 0: the basis is not in single precision or is flexible, fewer than `least` vectors would remain, or the

@@ -118,11 +118,11 @@ typedef struct pdi_physics_progress {
     double since; /* [s] */
     int steps;
 } pdi_physics_progress;
-/* Count one accepted step, and check the progress every 1000 of them, at the end `time` [s] of the step. PD_ERR_STATE:
- * with steps like the last 1000, `end` [s] is not reached in 1e10 steps. */
+/* Count one accepted step; with every 1000th one, at the end `time` [s] of the step, check the progress and start to
+ * count anew. PD_ERR_STATE: with steps like the last 1000 on average, `end` [s] is not reached in 1e10 steps. */
 PDI_FN pd_status pdi_physics_check_progress(pd_ctx *ctx, const char *name, pdi_physics_progress *pace, double time,
                                             double end);
-/* Size [s] of equal steps of at most dt [s] that divide the time `left` [s]. */
+/* Size [s] of equal steps that divide the time `left` [s]: the fewest of at most dt [s] each, but for 1e-12 of it. */
 PDI_FN double pdi_physics_equal_steps(double left, double dt);
 /* A max_run_step callback: lowers step->dt to step->max_step, the limit of the run, if there is one. self is not
  * used. */

@@ -140,7 +140,8 @@ static void pdi_smoother_subtract_defect(const pd_smoother_level *level, const i
 }
 
 /* Apply one operation to the cells first, first + step, ... before end; PDI_SMOOTHER_DEFECT takes all cells between
- * them. stride: index differences to the neighbours. */
+ * them. stride: index differences to the neighbours. Cells without parent: PDI_SMOOTHER_PROLONG skips them,
+ * PDI_SMOOTHER_PROLONG_SUM sets 0. Inactive cells get 0 for x and r. */
 static inline void pdi_smoother_apply_cells(const pd_smoother_level *level, const int32_t *stride, pdi_smoother_op op,
                                             int32_t first, int32_t end, int32_t step)
 {

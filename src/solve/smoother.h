@@ -97,7 +97,8 @@ PDI_FN PDI_NOINLINE void pdi_smoother_apply_range(pdi_par_team team, const pd_sm
 PDI_FN PDI_NOINLINE void pdi_smoother_apply_colour(pdi_par_team team, const pd_smoother_level *level,
                                                    pdi_smoother_op op, int colour);
 /* Gauss-Seidel forwards and backwards along every line of axis 0, lines in ascending or descending order within blocks
- * of lines, which are coloured for threads. On level 0 it overwrites r. */
+ * of lines, which are coloured for threads, with a barrier between colours. In 1D it is one line. On level 0 it
+ * overwrites r. */
 PDI_FN PDI_NOINLINE void pdi_smoother_sweep_lines(pdi_par_team team, const pd_smoother_level *level, int descending);
 #endif
 

@@ -80,7 +80,7 @@ static void pdi_stiff_ode_compute_jacobian(pdi_stiff_ode_state *w, double t, con
 }
 
 /* LU factorisation of I - h J into a with partial pivoting; row [count]: the row exchanged with row p. 1: done; 0:
- * singular. */
+ * singular: a pivot is 0 or not finite. */
 static int pdi_stiff_ode_lu_factor(const pdi_stiff_ode_state *w, double h, pdi_stiff_ode_matrix a, int *row)
 {
     int n = w->system->count;
