@@ -33,10 +33,10 @@ typedef struct pd_anderson {
 #ifdef PDI_INTERNAL
 /* List function of the arrays, by the member n. */
 PDI_FN void pdi_anderson_list(pdi_array_visitor *owner, void *anderson);
-/* Replace the iterate x [n] by the next one. step [n]: the residual g(x) - x, overwritten. Without a previous iterate x
- * += step. Where the norm of the residual is above the least one, and has risen against the call before for the second
- * time in a row, it goes on from the best iterate with an empty history and half the mixing factor. Before the first
- * call all members but n and the arrays are 0. Bitwise reproducible for any number of threads. */
+/* Replace the iterate x [n] by the next one. step [n]: the residual g(x) - x, overwritten. Without a previous iterate
+ * it adds step to x. Where the norm of the residual is above the least one, and has risen against the call before for
+ * the second time in a row, it goes on from the best iterate with an empty history and half the mixing factor. Before
+ * the first call all members but n and the arrays are 0. Bitwise reproducible for any number of threads. */
 PDI_FN void pdi_anderson_update(pd_anderson *anderson, double *x, double *step);
 /* Forget all iterates, the best one too, and set the mixing factor to 1; for a map that has changed. */
 PDI_FN void pdi_anderson_reset(pd_anderson *anderson);

@@ -108,12 +108,11 @@ PD_API pd_status pd_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_kry
 /* Free all memory that is not lent, and set the solver to zero. */
 PD_API void pd_krylov_free(pd_ctx *ctx, pd_krylov *krylov);
 /* Solve A x = b, preconditioned from the right (CG: symmetrically; precond NULL: none). x: guess in, solution out;
- * result may be NULL. PD_OK: |b - A x| is at most max(rtol |b|, atol); where |b| = 0 and the guess is not good enough,
- * x = 0. PD_NOT_CONVERGED: iteration limit, or a restart leaves more than 0.999 of the residual. PD_ERR_DIVERGED: a
- * callback returned NaN or infinity, or CG met an indefinite operator or preconditioner, or a singular direction, then
- * work vector 1. In both cases x is the best iterate. PD_ERR_ARGUMENT: b or the guess is not finite, apply is NULL, no
- * solver. Allocates growth up to max_vectors only. Sources: Saad 2003 (GMRES alg. 9.5, 9.6; CG alg. 9.1), Notay 2000
- * (flexible CG). */
+ * result may be NULL. PD_NOT_CONVERGED: iteration limit, or a restart leaves more than 0.999 of the residual.
+ * PD_ERR_DIVERGED: a callback returned NaN or infinity, or CG met an indefinite operator or preconditioner, or a
+ * singular direction (work vector 1). x is the best iterate then. PD_ERR_ARGUMENT: b or the guess is not finite, apply
+ * is NULL. b = 0 gives x = 0. Allocates growth up to max_vectors only. Saad 2003 (GMRES alg. 9.5, 9.6; CG alg. 9.1),
+ * Notay 2000 (flexible CG). */
 PD_API pd_status pd_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn apply, pd_apply_fn precond, void *user,
                                  const double *b, double *x, pd_krylov_result *result);
 

@@ -59,12 +59,11 @@ typedef struct pd_multigrid {
 #ifdef PDI_INTERNAL
 /* Free all arrays, take the multigrid off the stack of unused ones of its arena, and set it to zero. */
 PDI_FN void pdi_multigrid_free(pd_ctx *ctx, pd_multigrid *mg);
-/* Set the coefficients and build the coarser levels. All arrays over the box cells, axis 0 fastest, in one unit.
- * active: 1 in the domain; conduct[d][c] >= 0 and flux[d][c] (flux NULL: none): of the face between cell c and c + e_d,
- * flow positive towards +e_d (faces of inactive cells are ignored, and those of the box side unless its axis is
- * periodic: put the net outflow through them into mass); wall[c] >= 0: Dirichlet half-cell conductance; mass[c] >= 0;
- * both may be NULL. PD_ERR_ARGUMENT: a coefficient is negative or not finite, flux with desc.symmetric, no arrays.
- * After an error it is not set up, and cycles do nothing. Memory is kept for the next setup. */
+/* Set the coefficients, all in one unit over the box cells, axis 0 fastest, and build the coarser levels. active: 1 in
+ * the domain; conduct[d][c] >= 0, flux[d][c] (flux NULL: none): of the face between c and c + e_d, flow positive
+ * towards +e_d (inactive cells are ignored, and the box side unless its axis is periodic: put the net outflow through
+ * it into mass); wall[c] >= 0: Dirichlet half-cell conductance; mass[c] >= 0; both may be NULL. PD_ERR_ARGUMENT: one is
+ * negative or not finite, flux with desc.symmetric. After an error cycles do nothing. Memory is kept. */
 PDI_FN pd_status pdi_multigrid_setup(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active,
                                      const float *const conduct[PD_DIM], const float *const flux[PD_DIM],
                                      const float *wall, const float *mass);
