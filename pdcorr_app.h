@@ -130,10 +130,11 @@ typedef struct pd_file {
 #define pd_file_make_directory PD_NAME(pd_file_make_directory)
 #define pd_file_join PD_NAME(pd_file_join)
 
-/* Create a directory and its missing parents; an existing directory is no error. Status PD_ERR_FILE. */
+/* Create a directory and its missing parents; an existing directory is no error. PD_ERR_FILE: it cannot be made (a
+ * failure at a parent shows only so); PD_ERR_ARGUMENT: no path; PD_ERR_SIZE: a path too long. */
 PD_API pd_status pd_file_make_directory(pd_ctx *ctx, const char *path);
-/* Join a directory and a file name: path[PD_PATH_SIZE] = "directory/name". An empty directory gives the name.
- * PD_ERR_SIZE when it does not fit. */
+/* Join a directory and a file name: path[PD_PATH_SIZE] = "directory/name", without a second separator where the
+ * directory ends in one. An empty directory gives the name. PD_ERR_SIZE when it does not fit; path is empty then. */
 PD_API pd_status pd_file_join(pd_ctx *ctx, const char *directory, const char *name, char *path);
 
 #endif
@@ -169,14 +170,17 @@ typedef struct pd_archive_file {
 #define pd_archive_file_open PD_NAME(pd_archive_file_open)
 #define pd_archive_file_close PD_NAME(pd_archive_file_close)
 
-/* Begin to write a checkpoint to a temporary file; a file of this name stays until it is closed. PD_ERR_FILE. */
+/* Zero the store and begin to write a checkpoint to a temporary file; a file of this name stays until it is closed.
+ * PD_ERR_FILE. On failure nothing is open, and no temporary file stays. */
 PD_API pd_status pd_archive_file_create(pd_ctx *ctx, const char *path, pd_archive_file *store);
-/* Open a checkpoint to read. All checksums are verified first. PD_ERR_FILE: it cannot be read, is cut off or damaged.
- * PD_ERR_ARGUMENT: another format, version, dimension or byte order. Reading an item later fails with PD_ERR_ARGUMENT
- * when the next item of the file has another name or length. */
+/* Zero the store and open a checkpoint to read. All checksums of the file are verified first. PD_ERR_FILE: it cannot be
+ * read, is none, cut off or damaged, or has bytes behind its end. PD_ERR_ARGUMENT: another format, version of pdcorr,
+ * dimension or byte order. It is closed on failure. Reading an item later fails with PD_ERR_ARGUMENT when the next item
+ * of the file has another name, count or element size. */
 PD_API pd_status pd_archive_file_open(pd_ctx *ctx, const char *path, pd_archive_file *store);
-/* After writing: end the file and give it its final name. After reading: check that everything was read, else
- * PD_ERR_ARGUMENT. It is closed on failure, too. */
+/* After writing: write the end item and give the file its final name; a checkpoint in memory stays there. After
+ * reading: check that everything was read, else PD_ERR_ARGUMENT. PD_ERR_FILE. It is closed on failure, too; a temporary
+ * file is deleted then. */
 PD_API pd_status pd_archive_file_close(pd_ctx *ctx, pd_archive_file *store);
 
 #endif
@@ -235,10 +239,12 @@ typedef struct pd_image {
 
 /* Free the pixels. A zeroed image is allowed. */
 PD_API void pd_image_free(pd_ctx *ctx, pd_image *image);
-/* Write an image with 1 or 3 channels to a file. PD_ERR_ARGUMENT, PD_ERR_SIZE, PD_ERR_FILE. */
+/* Write an image with 1 or 3 channels to a file, through a temporary one. PD_ERR_ARGUMENT: no pixels, or another number
+ * of channels; PD_ERR_SIZE: more than PD_PNG_MAX_PIXELS; PD_ERR_FILE: an older file stays. */
 PD_API pd_status pd_png_write(pd_ctx *ctx, const char *path, const pd_image *image);
-/* Read an image. Palettes become RGB; an alpha channel is added where they, grey or RGB have transparency. PD_ERR_FILE:
- * not readable; PD_ERR_PARSE: damaged, interlaced, 16 bits a channel, too many pixels. */
+/* Read an image into new memory. Palettes become RGB; an alpha channel is added where they, grey or RGB have
+ * transparency. PD_ERR_FILE: not readable, or above 256 MiB; PD_ERR_PARSE: damaged, interlaced, 16 bits a channel, more
+ * than PD_PNG_MAX_PIXELS. The image is zeroed on failure. */
 PD_API pd_status pd_png_read(pd_ctx *ctx, const char *path, pd_image *image);
 
 #endif
@@ -313,8 +319,9 @@ typedef struct pd_field_plot {
 #define pd_field_plot_write PD_NAME(pd_field_plot_write)
 #define pd_field_plot_draw_image PD_NAME(pd_field_plot_draw_image)
 
-/* Draw into an RGB image (freed by its own function). The axes have equal scales as far as whole pixels allow; a field
- * thinner than 120 pixels is stretched, and the axis label says so. PD_ERR_ARGUMENT, PD_ERR_SIZE. */
+/* Draw into an RGB image (freed by its own function), zeroed on failure. The axes have equal scales as far as whole
+ * pixels allow; a field thinner than 120 pixels is stretched, and the axis label says so. PD_ERR_ARGUMENT: no cells or
+ * values, or a member out of its range; PD_ERR_SIZE: more than PD_PNG_MAX_PIXELS. */
 PD_API pd_status pd_field_plot_draw_image(pd_ctx *ctx, const pd_field_plot *picture, pd_image *image);
 
 /* Draw and write as PNG, or as SVG where the path ends in ".svg". Also PD_ERR_FILE. */
@@ -361,8 +368,9 @@ typedef struct pd_plot {
 #define pd_plot_write PD_NAME(pd_plot_write)
 #define pd_plot_draw_image PD_NAME(pd_plot_draw_image)
 
-/* Draw into an RGB image (freed by its own function); an empty frame where no point can be shown. PD_ERR_ARGUMENT: a
- * bad range or size. */
+/* Draw into an RGB image (freed by its own function), zeroed on failure; an empty frame where no point can be shown.
+ * PD_ERR_ARGUMENT: not 1 to PD_PLOT_MAX_SERIES series, points without data, a range that is reversed, infinite or not
+ * positive on a log axis, a size outside 320 x 240 to 8000 x 8000, or too narrow for the labels of y. */
 PD_API pd_status pd_plot_draw_image(pd_ctx *ctx, const pd_plot *plot, pd_image *image);
 
 /* Draw and write as PNG, or as SVG where the path ends with ".svg". Also PD_ERR_FILE. */
@@ -437,8 +445,10 @@ typedef struct pd_pvd {
 
 #define pd_vti_write PD_NAME(pd_vti_write)
 
-/* Write `count` fields of the box at time [s] to a file. PD_ERR_ARGUMENT: a field without name or data, two of one
- * name, time not finite; PD_ERR_FILE. */
+/* Write `count` fields of the box at time [s] to a file, through a temporary one; ghost nodes are left out.
+ * PD_ERR_ARGUMENT: a field without name or data, of an unknown type, or with a name that is too long or holds a control
+ * character, two of one name, time not finite, an axis without cells; PD_ERR_FILE, PD_CANCELLED: an older file
+ * stays. */
 PD_API pd_status pd_vti_write(pd_ctx *ctx, const char *path, const pd_grid *grid, double time,
                               const pd_vti_field *fields, int count);
 
@@ -485,21 +495,26 @@ typedef struct pd_table {
 #define pd_table_free PD_NAME(pd_table_free)
 
 /* Create a CSV file with its header line, names[columns] such as "time [s]", and open it to append rows. An older file
- * is replaced. PD_ERR_ARGUMENT: names that are empty, occur twice or hold a control character. */
+ * is replaced. PD_ERR_ARGUMENT: columns outside 1..PD_CSV_MAX_COLUMNS; names that are NULL, empty, occur twice or hold
+ * a control character. PD_ERR_FILE. On failure csv is not open. */
 PD_API pd_status pd_csv_create(pd_ctx *ctx, const char *path, const char *const *names, int columns, pd_csv *csv);
-/* Append a row values[columns] and flush it. PD_ERR_FILE. */
+/* Append a row values[columns] and flush it; NaN is written as nan, infinity as inf. PD_ERR_ARGUMENT: the file is not
+ * open; PD_ERR_FILE. */
 PD_API pd_status pd_csv_write_row(pd_ctx *ctx, pd_csv *csv, const double *values);
 /* Close the file. One that is not open is allowed. PD_ERR_FILE. */
 PD_API pd_status pd_csv_close(pd_ctx *ctx, pd_csv *csv);
-/* Read a CSV file into a table. PD_ERR_FILE; PD_ERR_PARSE with file:line: a row with more or fewer fields than the
- * header, an open quote, a column name twice. */
+/* Read a CSV file into a table, which is zeroed on failure. PD_ERR_FILE: unreadable, or larger than
+ * PD_CSV_MAX_FILE_SIZE. PD_ERR_PARSE with file:line: no header line, a byte 0, a column name empty or there twice, more
+ * than PD_CSV_MAX_COLUMNS fields, a row with more or fewer fields than the header, a quote that is open or has text
+ * behind it. */
 PD_API pd_status pd_table_read(pd_ctx *ctx, const char *path, pd_table *table);
-/* Index of a column by name, with its unit, or without it where that is unambiguous; -1: none. */
+/* Index of a column by name, case-sensitive: of the one that equals it, else of the only one that is the name followed
+ * by " ["; -1: none, or several such. */
 PD_API int pd_table_find_column(const pd_table *table, const char *name);
-/* Text of a field; row -1 is the header line. */
+/* Text of a field, owned by the table; row -1 is the header line. Row and column are not checked. */
 PD_API const char *pd_table_get_text(const pd_table *table, int row, int column);
-/* Parse the column of this name into values[rows]. PD_ERR_PARSE with file:line: no such column, or a field that is no
- * number. */
+/* Parse the column of this name (as of pd_table_find_column) into values[rows]; nan and inf are numbers. PD_ERR_PARSE
+ * with file:line: no such column, or a field that is no number; the values before it are set then. */
 PD_API pd_status pd_table_parse_column(pd_ctx *ctx, const pd_table *table, const char *name, double *values);
 /* Free the table. A zeroed one is allowed. */
 PD_API void pd_table_free(pd_ctx *ctx, pd_table *table);
@@ -523,8 +538,9 @@ PD_API void pd_table_free(pd_ctx *ctx, pd_table *table);
 #define pd_points_read PD_NAME(pd_points_read)
 
 /* Read points from a file. scale: lengths of the file times scale are in metres (1e-3: millimetres), and volumes times
- * scale^d. At least one point is read. PD_ERR_ARGUMENT: scale is not positive. PD_ERR_FILE. PD_ERR_PARSE with
- * path:line: a format error, a point or cell without positive volume, a cell that is folded or inverted. */
+ * scale^d. The points are zeroed on failure. PD_ERR_ARGUMENT: scale is not positive, or not below 1e100. PD_ERR_FILE:
+ * unreadable or too large. PD_ERR_PARSE with path:line: a format error, a point or cell without positive volume, a cell
+ * that is folded or inverted, no point at all. */
 PD_API pd_status pd_points_read(pd_ctx *ctx, const char *path, double scale, pd_points *points);
 
 #endif
@@ -537,9 +553,9 @@ PD_API pd_status pd_points_read(pd_ctx *ctx, const char *path, double scale, pd_
 
 #define pd_facets_read PD_NAME(pd_facets_read)
 
-/* Read a surface. Lengths of the file times scale are in metres; the surface is translated by shift[3] [m] (NULL: not).
- * PD_ERR_ARGUMENT: scale is not positive. PD_ERR_FILE. PD_ERR_PARSE: no STL file (path:line), or one that is cut off.
- * Else as pd_facets_build. */
+/* Read a surface, binary or text. Lengths of the file times scale are in metres; the surface is translated by shift[3]
+ * [m] (NULL: not). PD_ERR_ARGUMENT: scale is not positive, or not below 1e100. PD_ERR_FILE: also above 2 GiB.
+ * PD_ERR_PARSE: no STL file (path:line), or one that is cut off. Else as pd_facets_build. */
 PD_API pd_status pd_facets_read(pd_ctx *ctx, const char *path, double scale, const double *shift, pd_facets *facets);
 
 #endif
@@ -694,8 +710,9 @@ typedef struct pd_word_list {
 #define pd_electrolyte_parse PD_NAME(pd_electrolyte_parse)
 
 /* Read an electrolyte from a file, apply overrides ("species.Mg2+.initial=2 mM"), include files, and make its solutions
- * neutral with the given pH (pd_electrolyte_neutralise). Other sections are ignored. On failure it is zero.
- * PD_ERR_FILE, PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line, what was found and what was expected. */
+ * neutral with the given pH (pd_electrolyte_neutralise). Names of other sections and keys are checked, their values
+ * ignored. On failure it is zero. PD_ERR_FILE, PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line, what was found and what
+ * was expected: also a file without species. */
 PD_API pd_status pd_electrolyte_read(pd_ctx *ctx, const char *path, const char *const *overrides, int count,
                                      pd_electrolyte *electrolyte);
 /* Read an electrolyte from a text, as pd_electrolyte_read does from a file; `path` is its name in messages, and
@@ -719,9 +736,10 @@ PD_API pd_status pd_electrolyte_parse(pd_ctx *ctx, const char *path, const char 
 #define pd_scene_read PD_NAME(pd_scene_read)
 #define pd_scene_parse PD_NAME(pd_scene_parse)
 
-/* Read a scene file into setup, for pd_setup_free (on failure it is freed), apply `count` overrides ("key=value",
- * "section.key=value") and check everything that can be checked without a grid. PD_ERR_FILE, PD_ERR_PARSE,
- * PD_ERR_ARGUMENT with file:line, what was found and what was expected. */
+/* Read a scene file, or a flat parameter file, into setup, for pd_setup_free, with `count` overrides ("key=value",
+ * "section.key=value"). On failure setup is freed and zero. Check all that can be checked without a grid. PD_ERR_FILE:
+ * the file cannot be read. PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line, what was found and what was expected: a wrong
+ * or unknown name or value, a key without effect, an empty file, or no physics. */
 PD_API pd_status pd_scene_read(pd_ctx *ctx, const char *path, const char *const *overrides, int count, pd_setup *setup);
 /* Read a scene from a text into a setup, with overrides, as pd_scene_read does from a file; `path` is its name in
  * messages, and files that the scene names are relative to the folder of `path`. */
@@ -918,7 +936,7 @@ PD_API void pd_scalar_outputs_free(pd_ctx *ctx, pd_scalar_outputs *figures);
  *       pd_field_view c;
  *       if (pd_snapshot_get_field(ctx, at, "C", &c) < 0) return 1;
  *       printf("%g s: %g\n", at->time, c.data[0]);
- *       return at->observables->volume_loss > 0.5;
+ *       return at->diagnostics->volume_loss > 0.5;
  *   }
  */
 #ifndef PD_SNAPSHOT_H
@@ -953,7 +971,9 @@ typedef int (*pd_snapshot_fn)(void *user, pd_ctx *ctx, const pd_snapshot *at);
 #define pd_snapshot_get_field PD_NAME(pd_snapshot_get_field)
 #define pd_snapshot_get_outputs PD_NAME(pd_snapshot_get_outputs)
 
-/* Values of an output field (C, v, p, kind, grain, phase, D, rate, density, damage, ...), as for pd_sim_field. */
+/* Values of an output field (C, v, p, kind, grain, phase, D, rate, density, damage, ...), as for pd_sim_field; they
+ * stay in place until the field is asked for again or the run ends. PD_ERR_ARGUMENT: no such field, or the scene has
+ * none. */
 PD_API pd_status pd_snapshot_get_field(pd_ctx *ctx, const pd_snapshot *at, const char *name, pd_field_view *view);
 /* All scalar outputs, with every field of the probes; the same list at each time of a run. Zero-initialise `figures`
  * once: it is filled anew at each call, and freed by pd_scalar_outputs_free. */
@@ -1082,11 +1102,15 @@ typedef struct pd_run_result {
 #define pd_run PD_NAME(pd_run)
 #define pd_run_format_result PD_NAME(pd_run_format_result)
 
-/* Build the model, print the summary, run, write the files. On failure the files hold all steps before it. The
- * checkpoint goes when the run is complete, and when another run begins in its folder. With checkpoints a run that is
- * stopped writes no fields of that instant, which a run that goes on does not have. */
+/* Build the model, print the summary, run, write the files; *result is zeroed first. PD_OK also for a run that is
+ * stopped. result->bad_input: 1: setup, folder or checkpoint is refused before the first step. On failure the files
+ * hold all steps before it. The checkpoint goes when the run is complete, and when another run begins in its folder.
+ * With checkpoints a stopped run writes no fields of that instant. Sets ctx->threads from the setup where it is 0, and
+ * leaves it set. */
 PD_API pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd_run_result *result);
-/* "result case=... dim=2 h=5e-06 m=3 volume_loss=..." into text[size]; the caller appends its times. */
+/* Write "result case=... dim=2 h=5e-06 m=3 volume_loss=..." into text[size], cut off there; the caller appends its
+ * times. Results that the run does not have, and those that are NaN or infinite, are left out. Bond-based corrosion has
+ * front= in place of residual= and evals=. */
 PD_API void pd_run_format_result(const pd_run_result *result, char *text, size_t size);
 
 #endif
@@ -1118,21 +1142,22 @@ typedef struct pd_sim {
  * pd_scene_read. The flow is solved and the balance opened: fields are there. On failure sim is zero. The errors of the
  * reader, of the builders and of the first flow solve. */
 PD_API pd_status pd_sim_open(pd_ctx *ctx, const char *scene, const char *const *overrides, int count, pd_sim *sim);
-/* The second half of it: sim is zero but for its setup, which the caller has read and changed. sim owns it from then
- * on: on failure the setup is freed, too, and sim is zero. */
+/* Build the model and start the time loop. sim is zero but for its setup, which the caller has read and changed, and
+ * which sim owns from then on: on failure the setup is freed, too, and sim is zero. */
 PD_API pd_status pd_sim_start(pd_ctx *ctx, pd_sim *sim);
-/* Make one step, as long as its error allows, that does not pass t_limit [s]; sim->time and steps follow. Statuses of
- * pd_time_loop_step; PD_ERR_ARGUMENT: t_limit lies not ahead. */
+/* Make one step, as long as its error allows, that does not pass t_limit [s]; sim->time and steps follow, on failure,
+ * too. Statuses of pd_time_loop_step. PD_ERR_ARGUMENT: t_limit <= sim->time, and no step is made. */
 PD_API pd_status pd_sim_step(pd_ctx *ctx, pd_sim *sim, double t_limit);
 /* The values of an output field (C, v, p, kind, grain, phase, D, rate, density, damage) as they are now. They stay in
  * place until the field is asked for again or the simulation is closed. PD_ERR_ARGUMENT: no such field, or the scene
  * has none. */
 PD_API pd_status pd_sim_field(pd_ctx *ctx, pd_sim *sim, const char *name, pd_field_view *view);
 /* Take the values of a view out of sim: they stay as they are until pd_sim_free_view, also when the simulation is
- * closed; the next view of the field has others. */
+ * closed; the next view of the field has others. Nothing if sim does not hold them. */
 PD_API void pd_sim_detach_view(pd_sim *sim, const pd_field_view *view);
 /* Free the values of a view that was detached, and zero the view. */
 PD_API void pd_sim_free_view(pd_ctx *ctx, pd_field_view *view);
+/* Free views, model and setup and zero sim. A zeroed one is allowed. Views that were detached stay. */
 PD_API void pd_sim_close(pd_ctx *ctx, pd_sim *sim);
 
 #endif
@@ -1196,12 +1221,14 @@ typedef struct pd_richardson {
 #define pd_richardson_suggest_spacing PD_NAME(pd_richardson_suggest_spacing)
 #define pd_richardson_free PD_NAME(pd_richardson_free)
 
-/* Run the coarser lattices of a run that gave `figures`; desc says when to stop. With desc->check_only they are only
- * built: errors are NaN then, and coarser_runs and missing_reason count. setup is borrowed. Errors of
- * pdi_coarsen_setup_build and pd_run at 2 h: the estimate is freed, the run stands. PD_ERR_STATE: stopped. */
+/* Run the coarser lattices of a run that gave `figures`, which are copied; desc says when to stop. *estimate is zeroed
+ * first. With desc->check_only they are only built: errors are NaN then, and coarser_runs and missing_reason count.
+ * setup is borrowed. Errors of pdi_coarsen_setup_build and pd_run at 2 h: the estimate is freed, the run stands; those
+ * at 4 h only if fatal. PD_ERR_STATE: stopped. */
 PD_API pd_status pd_richardson_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc,
                                    const pd_scalar_outputs *figures, pd_richardson *estimate);
-/* Print a line "result case=... estimate=richardson ..." for the scene and one for each section with figures. */
+/* Print a line "result case=... estimate=richardson ..." for each section with figures and then one for the scene, and
+ * a note if there is no second coarser run. Values that are NaN or infinite are left out. print NULL: nothing. */
 PD_API void pd_richardson_print(const pd_richardson *estimate, pd_print_fn print, void *user);
 /* The largest h[PD_DIM] [m] that divides the boxes of the run and of the coarser ones, and at which no figure but minor
  * ones should be off by more than `accuracy` [-], as far as the orders hold; h of the run when that is so already. */
@@ -1225,9 +1252,10 @@ PD_API void pd_richardson_free(pd_ctx *ctx, pd_richardson *estimate);
 
 #define pd_tolerance_presets_apply PD_NAME(pd_tolerance_presets_apply)
 
-/* Set the tolerances that the scene does not give from accuracy [-], relative, PD_ACCURACY_MIN to PD_ACCURACY_MAX, else
- * PD_ERR_ARGUMENT. Adds it to setup->fingerprint. Into text[size] goes what was picked and what the scene keeps, as
- * "accuracy 1 %: picked flow.steady_tolerance = 0.001; the scene sets run.rtol = 0.004". */
+/* Set the tolerances that the scene does not give from accuracy [-], relative, and append a line with it to
+ * setup->fingerprint. PD_ERR_ARGUMENT, nothing changed: not from PD_ACCURACY_MIN to PD_ACCURACY_MAX. Into text[size]
+ * goes what was picked and what the scene keeps, as "accuracy 1 %: picked flow.steady_tolerance = 0.001; the scene sets
+ * run.rtol = 0.004". */
 PD_API pd_status pd_tolerance_presets_apply(pd_ctx *ctx, double accuracy, pd_setup *setup, char *text, size_t size);
 
 #endif
@@ -1289,14 +1317,17 @@ typedef struct pd_fit {
 #define pd_fit_format_result PD_NAME(pd_fit_format_result)
 #define pd_fit_read_setup PD_NAME(pd_fit_read_setup)
 
-/* PD_ERR_ARGUMENT, PD_ERR_PARSE: a range, a key that the scene does not have, points without spread beside others,
- * fewer points than parameters, a parameter without effect. A run that fails at a trial value ends the fit with its
- * status and the value. PD_NOT_CONVERGED as for pd_least_squares_solve. */
+/* Fit the parameters; *fit is zeroed first. PD_ERR_ARGUMENT, PD_ERR_PARSE: a range, a key that the scene does not have,
+ * points without spread beside others, fewer points than parameters, a parameter without effect; fit->bad_input is 1
+ * then. A run that fails at a trial value ends the fit with its status and the value; one at 4 h or 2 h is only noted.
+ * PD_ERR_STATE: stopped. PD_NOT_CONVERGED as for pd_least_squares_solve; the result is filled. */
 PD_API pd_status pd_fit_run(pd_ctx *ctx, const pd_fit_desc *desc, pd_fit *fit);
-/* Write "result case=... fit=volume_loss points=9 rms=... KEY=1.07 KEY.error=0.02 ..." into text[size]. */
+/* Write "result case=... fit=volume_loss points=9 rms=... KEY=1.07 KEY.error=0.02 ..." into text[size], cut off there;
+ * size 0: nothing. fit=several with several sets. Values that are NaN or infinite are left out. */
 PD_API void pd_fit_format_result(const pd_fit *fit, char *text, size_t size);
-/* Read the setup of the runs with the overrides of desc and `count` more, and with its points, for pd_setup_free; on
- * failure it is freed. PD_ERR_ARGUMENT: it has no points. */
+/* Read the setup of the runs with the overrides of desc and `count` more, which come last, and with its points, for
+ * pd_setup_free; on failure it is freed. PD_ERR_ARGUMENT: it has no points, or there are more than 128 overrides (setup
+ * is not touched then). Errors of pd_scene_read. */
 PD_API pd_status pd_fit_read_setup(pd_ctx *ctx, const pd_fit_desc *desc, const char *const *more, int count,
                                    pd_setup *setup);
 
@@ -1362,20 +1393,25 @@ typedef struct pd_parameter_sweep_count {
 #define pd_parameter_sweep_write PD_NAME(pd_parameter_sweep_write)
 #define pd_parameter_sweep_free PD_NAME(pd_parameter_sweep_free)
 
-/* Parse the axes and read every scene to check it; removes results of a former sweep from the folder. On failure sweep
- * is zero. PD_ERR_ARGUMENT: an axis without key or value, twice the same key, too many runs. Errors of pd_scene_read
- * for the first run whose scene is refused. */
+/* Parse the axes, read every scene to check it, then delete the result files of a former sweep; desc is borrowed. On
+ * failure sweep is zero. PD_ERR_ARGUMENT: an axis without key or value, twice the same key, too many axes, values,
+ * overrides or runs. PD_ERR_FILE: the folder of a run is a link. Errors of pd_scene_read for the first scene that is
+ * refused. */
 PD_API pd_status pd_parameter_sweep_build(pd_ctx *ctx, const pd_parameter_sweep_desc *desc, pd_parameter_sweep *sweep);
 /* Write "run003 mean=0.2 m/s h=10 um" of run `index` into text[size]. */
 PD_API void pd_parameter_sweep_label(const pd_parameter_sweep *sweep, int index, char *text, size_t size);
-/* Make run `index`, 0 .. runs - 1, in its folder run001, run002, ...; `desc` as for pd_run, but for the folder. Returns
- * its status, PD_RETRY when it was stopped: a run that fails is no failure of the sweep. */
+/* Make run `index`, 0 .. runs - 1, in its folder run001, run002, ..., which is created; `desc` as for pd_run, but for
+ * the folder. Leaves how it ended in the result file there, "failed" from the start on until it has ended. Returns its
+ * status, PD_RETRY when it was stopped: a run that fails is no failure of the sweep. PD_ERR_FILE: the folder is a link,
+ * or cannot be written. */
 PD_API pd_status pd_parameter_sweep_run(pd_ctx *ctx, const pd_parameter_sweep *sweep, int index,
                                         const pd_run_desc *desc);
-/* Write sweep.csv, a row for each run with its values and all figures of its result line, and sweep.png, volume loss
- * over time. *count: how they ended; a run that was not begun counts as stopped. PD_ERR_FILE. */
+/* Write sweep.csv, a row for each run with its values and all figures of its result line, and, if metal dissolves,
+ * sweep.png, volume loss over time. *count: how they ended; a run that was not begun, or whose result file cannot be
+ * read, counts as stopped. PD_ERR_FILE. */
 PD_API pd_status pd_parameter_sweep_write(pd_ctx *ctx, const pd_parameter_sweep *sweep,
                                           pd_parameter_sweep_count *count);
+/* Free the texts of the axes and zero the sweep; files stay. A zeroed one is allowed. */
 PD_API void pd_parameter_sweep_free(pd_ctx *ctx, pd_parameter_sweep *sweep);
 
 #endif
@@ -1399,7 +1435,8 @@ typedef struct pd_speciation_report_desc {
 
 /* Print pH, ionic strength, species, saturation of minerals and elements of the start in equilibrium, and a line of
  * results; or, with a reagent, the rows of a table (CSV) and a line of results. Failures as those of
- * pd_electrolyte_read and pd_electrolyte_solve; *bad_input: 1: of the file or the reagent. */
+ * pd_electrolyte_read and pd_electrolyte_solve. PD_ERR_PARSE: the text of the reagent; PD_ERR_ARGUMENT: it takes more
+ * than there is. *bad_input: 1: the file or the text is refused, and not for lack of memory. */
 PD_API pd_status pd_speciation_report_print(pd_ctx *ctx, const pd_speciation_report_desc *desc, int *bad_input);
 
 #endif
@@ -1413,7 +1450,7 @@ PD_API pd_status pd_speciation_report_print(pd_ctx *ctx, const pd_speciation_rep
 /* Paths are UTF-8, separated by '/' and on Windows also by '\\', there also with drive letters. */
 /* Returns 1 when the path exists; links are followed. */
 PDI_FN int pdi_file_exists(const char *path);
-/* Returns 1 when the path is a symbolic link, valid or dangling. */
+/* Returns 1 when the path is a symbolic link, valid or dangling; on Windows always 0. */
 PDI_FN int pdi_file_is_link(const char *path);
 /* Returns 1 for a character that separates the parts of a path. */
 PDI_FN int pdi_file_is_separator(char c);
@@ -1425,36 +1462,45 @@ PDI_FN int pdi_file_is_absolute(const char *path);
  * when the path is no UTF-8. */
 PDI_FN const wchar_t *pdi_file_to_utf16(const char *path, wchar_t *wide);
 #endif
-/* Name of output frame `frame` (0..999999) at time [s] >= 0, into name[PD_PATH_SIZE]: prefix "corr", frame 12, time 6.1
- * and extension "vti" give "corr_000012_t6.1s.vti", the time with one to six decimals. PD_ERR_ARGUMENT: frame or time
- * out of range; PD_ERR_SIZE: the name is too long. */
+/* Name of output frame `frame` (0..999999) at time [s] in 0..1e18, into name[PD_PATH_SIZE]: prefix "corr", frame 12,
+ * time 6.1 and extension "vti" give "corr_000012_t6.1s.vti". The time has as few decimals, one to six, as give it to
+ * 1e-9 of itself. PD_ERR_ARGUMENT: frame or time out of range; PD_ERR_SIZE: the name is too long. The name is empty on
+ * failure. */
 PDI_FN pd_status pdi_file_format_frame_name(pd_ctx *ctx, const char *prefix, int frame, double time,
                                             const char *extension, char *name);
 
 /* Returns 1 for a relative path that stays inside its folder: not absolute, no ':', no part '..'. '\\' separates
- * everywhere. */
+ * everywhere. An empty path counts as one. */
 PDI_FN int pdi_file_is_subpath(const char *path);
-/* Check, without writing, whether a directory and files in it could be created. PD_OK, or PD_ERR_FILE with the
- * reason. */
+/* Check, without writing, whether a directory and files in it could be created: whether access rights allow to write
+ * into it, or into the nearest parent that exists. PD_ERR_FILE with the reason: they do not, or a part of the path is
+ * no directory; PD_ERR_ARGUMENT: no path; PD_ERR_SIZE: a path too long. */
 PDI_FN pd_status pdi_file_check_writable(pd_ctx *ctx, const char *path);
 /* Read a whole regular file of at most `limit` bytes into new memory. data gets size + 1 bytes, the last one 0, so that
- * text can be parsed in place; free with PD_DELETE(ctx, size + 1, data); NULL on failure. PD_ERR_FILE: missing,
- * unreadable, a folder, pipe or device, larger than the limit. */
+ * text can be parsed in place; free with PD_DELETE(ctx, size + 1, data). On failure it is NULL and size 0. PD_ERR_FILE:
+ * missing, unreadable, a folder, pipe or device, larger than the limit. PD_ERR_ARGUMENT: no path; PD_ERR_SIZE: a path
+ * too long. */
 PDI_FN pd_status pdi_file_read_all(pd_ctx *ctx, const char *path, size_t limit, char **data, size_t *size);
 
-/* Open a new temporary file `<path>.part` for writing; an old one is replaced. The final name stays unchanged until the
- * file is committed. PD_ERR_FILE; on failure there is nothing to close. */
+/* Open a new temporary file `<path>.part` for writing; an old one, or a link of that name, is removed. The final name
+ * stays unchanged until the file is committed. PD_ERR_FILE: it cannot be created; PD_ERR_ARGUMENT: no path;
+ * PD_ERR_SIZE: a path too long. On failure there is nothing to close. */
 PDI_FN pd_status pdi_file_create(pd_ctx *ctx, const char *path, pd_file *file);
-/* Open an existing regular file to append to it. PD_ERR_FILE: it is no regular file, or is reached through a link. */
+/* Open an existing regular file itself to append to it. PD_ERR_FILE: it is missing, no regular file, or reached through
+ * a symbolic or hard link (Windows checks none of these, and creates a missing file); PD_ERR_ARGUMENT, PD_ERR_SIZE as
+ * of pdi_file_create. On failure there is nothing to close. */
 PDI_FN pd_status pdi_file_open_append(pd_ctx *ctx, const char *path, pd_file *file);
 /* Truncate an existing file to its first `length` bytes, which must end a line (0 is allowed), by a copy that replaces
  * it, and open it to append. PD_ERR_FILE: it is shorter, or no line ends there; it stays as it is then. */
 PDI_FN pd_status pdi_file_resume(pd_ctx *ctx, const char *path, int64_t length, pd_file *file);
-/* Flush a file that is open to append; *length: its current length [byte]. */
+/* Flush a file that is open to append and move to its end; *length: its current length [byte]. PD_ERR_ARGUMENT: it is
+ * not open; PD_ERR_FILE, also where the length does not fit a long. */
 PDI_FN pd_status pdi_file_get_length(pd_ctx *ctx, pd_file *file, int64_t *length);
-/* Open a regular file to read it in parts; abandoning it closes it. */
+/* Open a regular file to read it in parts; abandoning it closes it. PD_ERR_FILE: missing, unreadable, a folder, pipe or
+ * device; there is nothing to close then. PD_ERR_ARGUMENT, PD_ERR_SIZE as of pdi_file_create. */
 PDI_FN pd_status pdi_file_open_read(pd_ctx *ctx, const char *path, pd_file *file);
-/* Read up to `size` bytes and advance; *got is the number read, less than `size` at the end of the file only. */
+/* Read up to `size` bytes of an open file and advance; *got is the number read, less than `size` at the end of the file
+ * only, which is no error. PD_ERR_FILE: a read error. */
 PDI_FN pd_status pdi_file_read_bytes(pd_ctx *ctx, pd_file *file, void *data, size_t size, size_t *got);
 /* Delete a file and its temporary file `<path>.part`; either may be missing. */
 PDI_FN void pdi_file_remove(const char *path);
@@ -1462,20 +1508,22 @@ PDI_FN void pdi_file_remove(const char *path);
 PDI_FN pd_status pdi_file_write(pd_ctx *ctx, pd_file *file, const void *data, size_t size);
 /* Write a string without its terminating 0. */
 PDI_FN pd_status pdi_file_write_text(pd_ctx *ctx, pd_file *file, const char *text);
-/* Flush the buffer of the C library. */
+/* Flush the buffer of the C library. PD_ERR_ARGUMENT: the file is not open; PD_ERR_FILE. */
 PDI_FN pd_status pdi_file_flush(pd_ctx *ctx, pd_file *file);
-/* Close a written file and rename a temporary one to its final name. PD_ERR_FILE, also where an earlier write failed:
- * the temporary file is removed and the old file stays. PD_ERR_ARGUMENT: it is not open. */
+/* Close a file that was written or appended to, and rename a temporary one to its final name. PD_ERR_FILE, also where
+ * an earlier write failed: the temporary file is removed and the old file stays. PD_ERR_ARGUMENT: it is not open. It is
+ * closed in any case. */
 PDI_FN pd_status pdi_file_commit(pd_ctx *ctx, pd_file *file);
 /* Close a file and delete its temporary file. A closed or zeroed file is allowed. */
 PDI_FN void pdi_file_abandon(pd_file *file);
 
 #define PDI_FILE_NUMBER_SIZE 40 /* [byte] of a number as text with its end */
-/* Format a number as the shortest decimal text, text[PDI_FILE_NUMBER_SIZE], that reads back as the same bits ("0.1",
- * "1e-09", "nan"), in any locale. */
+/* Format a number as decimal text, text[PDI_FILE_NUMBER_SIZE], with the fewest of 15 to 17 digits that read back as the
+ * same value, without zeros at its end ("0.1", "1e-09"), in any locale; else "nan", "inf", "-inf". */
 PDI_FN void pdi_file_format_number(double value, char *text);
-/* Parse text[0..length) as one number, in any locale; inf and nan are numbers, hexadecimal ones are not. Returns 1 when
- * the whole text, of at most 63 bytes, is one number; else 0, and *value may have changed. */
+/* Parse text[0..length) as one number, in any locale; inf and nan are numbers, a number beyond the range of double is
+ * inf. Returns 1 when the whole text, of 1 to 63 bytes, is one number; else 0, and *value may have changed: for white
+ * space at either end, hexadecimal digits, a comma, nan(...). */
 PDI_FN int pdi_file_parse_number(const char *text, size_t length, double *value);
 
 /* ======== >>io/zlib.h ======== */
@@ -1495,22 +1543,25 @@ typedef struct pdi_bytes {
     size_t size, capacity;
 } pdi_bytes;
 
-/* Make room for `more` bytes behind the size, which stays. */
+/* Make room for `more` bytes behind the size, which stays, as does the content. The capacity grows to at least 1.5
+ * times the size; nothing where there is room. */
 PDI_FN pd_status pdi_bytes_reserve(pd_ctx *ctx, pdi_bytes *bytes, size_t more);
 /* Append bytes. */
 PDI_FN pd_status pdi_bytes_add(pd_ctx *ctx, pdi_bytes *bytes, const void *data, size_t size);
 /* Free the buffer and set it to empty. A zeroed one is allowed. */
 PDI_FN void pdi_bytes_free(pd_ctx *ctx, pdi_bytes *bytes);
 
-/* Compress data[0..size) and append the zlib stream to out. PD_ERR_SIZE above 1 GiB. */
+/* Compress data[0..size) and append the zlib stream to out; size 0 is allowed. The stream does not depend on the number
+ * of threads. PD_ERR_SIZE above 1 GiB, and nothing is appended; where memory runs out, out may hold a part. */
 PDI_FN pd_status pdi_zlib_deflate(pd_ctx *ctx, const uint8_t *data, size_t size, pdi_bytes *out);
-/* Decompress a zlib stream data[size] that must give exactly out[out_size], and verify its checksum. PD_ERR_PARSE:
- * damaged, or of another length. name: of the file, for the message. */
+/* Decompress a zlib stream data[size] that must give exactly out[out_size], and verify its checksum; bytes behind the
+ * stream are ignored. PD_ERR_PARSE: damaged, cut off, with a preset dictionary, or of another length; out may hold a
+ * part then. name: of the file, for the message. */
 PDI_FN pd_status pdi_zlib_inflate(pd_ctx *ctx, const char *name, const uint8_t *data, size_t size, uint8_t *out,
                                   size_t out_size);
 /* Update a CRC-32 (ISO 3309) with more data; start with 0. */
 PDI_FN uint32_t pdi_zlib_crc32(uint32_t crc, const uint8_t *data, size_t size);
-/* Adler-32 checksum (RFC 1950). */
+/* Adler-32 checksum (RFC 1950) of data[size]; 1 for none. */
 PDI_FN uint32_t pdi_zlib_adler32(const uint8_t *data, size_t size);
 #endif
 
@@ -1523,33 +1574,39 @@ PDI_FN void pdi_archive_file_abandon(pd_archive_file *store);
 /* Begin to write a checkpoint in memory, over the one held there, whose buffer is used again; closing ends it and keeps
  * it. The store is zeroed before the first time. */
 PDI_FN pd_status pdi_archive_file_begin_in_memory(pd_ctx *ctx, pd_archive_file *store);
-/* Write the checkpoint held in memory, which has been closed, to the file `path`. Sets the checksums of its items in
- * memory first; it stays in memory. PD_ERR_FILE. */
+/* Write the checkpoint held in memory, which has been closed, to the file `path` by way of a temporary one. Sets the
+ * checksums of its items in memory first; it stays in memory. PD_ERR_FILE: an older file of that name stays, and the
+ * temporary one is deleted. */
 PDI_FN pd_status pdi_archive_file_write_memory(pd_ctx *ctx, pd_archive_file *store, const char *path);
 /* Free the checkpoint held in memory and zero the store. A zeroed store is allowed. */
 PDI_FN void pdi_archive_file_free_memory(pd_ctx *ctx, pd_archive_file *store);
 
 /* ======== >>io/output_folder.h, internal ======== */
-/* Create and lock the output folder `path` of a run, delete the files of its previous run and begin the list of files;
- * on failure the folder is closed. PD_ERR_STATE: another run writes there, or its lock file is none. PD_ERR_ARGUMENT:
- * it holds the files of a run of another name. */
+/* Create and lock the output folder `path` of a run, delete the files that the list of its previous run names, and
+ * begin a new list; removed_count: how many there were. On failure the folder is closed. PD_ERR_STATE: another run
+ * writes there, or its lock file is none. PD_ERR_ARGUMENT: it holds the files of a run of another name. PD_ERR_FILE,
+ * also where the list is none of a run; PD_ERR_SIZE: path or name too long. */
 PDI_FN pd_status pdi_output_folder_open(pd_ctx *ctx, const char *path, const char *run_name, pd_output_folder *folder);
-/* Check whether the folder could be opened, and write nothing; a lock file that no run holds is deleted. Same
- * errors. */
+/* Check whether the folder, which may be missing, could be opened, and write nothing; a lock file that no run holds is
+ * deleted. Same errors as pdi_output_folder_open. */
 PDI_FN pd_status pdi_output_folder_check(pd_ctx *ctx, const char *path, const char *run_name);
-/* Set path and name, and lock the existing output folder of a run that restarts from a checkpoint. A folder without a
- * list of files, or a missing one, is no error and is not locked. */
+/* Zero the folder, set path and name, and lock the existing output folder of a run that restarts from a checkpoint;
+ * files and list stay. A folder without a list of files, or a missing one, is no error and is not locked. PD_ERR_STATE:
+ * another run writes there, or its lock file is none; PD_ERR_FILE; PD_ERR_SIZE. */
 PDI_FN pd_status pdi_output_folder_lock_existing(pd_ctx *ctx, const char *path, const char *run_name,
                                                  pd_output_folder *folder);
 /* Enter an output file in the list and flush it, before the file is written. name: the ParaView script, or one without
- * folder and with an extension of output files. path[PD_PATH_SIZE]: its path. */
+ * folder and with an extension of output files. path[PD_PATH_SIZE]: its path. PD_ERR_SIZE: that is too long;
+ * PD_ERR_ARGUMENT: the list is not open; PD_ERR_FILE. */
 PDI_FN pd_status pdi_output_folder_add_file(pd_ctx *ctx, pd_output_folder *folder, const char *name, char *path);
 /* Write the length [byte] of the list of files to the checkpoint, or read it back; folder->list_length gets it. */
 PDI_FN pd_status pdi_output_folder_store(pd_ctx *ctx, pd_output_folder *folder, pd_archive *archive);
 /* After a restart: delete the files that were listed after the checkpoint, cut the list to its length then, and open it
- * to append. removed_count becomes 0. PD_ERR_FILE: no list; PD_ERR_ARGUMENT: that of another run. */
+ * to append. removed_count becomes 0. PD_ERR_FILE: no list, none of a run, or no line of it ends at that length;
+ * PD_ERR_ARGUMENT: that of another run, and nothing is deleted. */
 PDI_FN pd_status pdi_output_folder_resume_list(pd_ctx *ctx, pd_output_folder *folder);
-/* Close the list and release the lock. A zeroed folder is allowed, and closing twice. */
+/* Close the list, delete the lock file and release the lock, where this run holds it. A zeroed folder is allowed, and
+ * closing twice. */
 PDI_FN void pdi_output_folder_close(pd_output_folder *folder);
 
 /* ======== >>io/png.h, internal ======== */
@@ -1565,8 +1622,8 @@ PDI_FN pd_status pdi_png_check_image(pd_ctx *ctx, const pd_image *image);
 PDI_FN pd_status pdi_png_write_header(pd_ctx *ctx, pd_file *file, const pd_image *image);
 /* Write a chunk with its length and CRC; type: four letters; data may be NULL where size is 0. */
 PDI_FN pd_status pdi_png_write_chunk(pd_ctx *ctx, pd_file *file, const char *type, const uint8_t *data, size_t size);
-/* Append an image as a whole PNG file to a buffer. Errors as of pdi_png_check_image; the buffer may hold a part
- * then. */
+/* Append an image as a whole PNG file to a buffer, behind what it holds. Errors as of pdi_png_check_image, when nothing
+ * is appended; the buffer may hold a part of the file where memory runs out. */
 PDI_FN pd_status pdi_png_encode(pd_ctx *ctx, const pd_image *image, pdi_bytes *out);
 /* Append the filtered and compressed pixels of an image, which has been checked, to a buffer, as one zlib stream. */
 PDI_FN pd_status pdi_png_compress_pixels(pd_ctx *ctx, const pd_image *image, pdi_bytes *packed);
@@ -1591,11 +1648,13 @@ typedef struct pdi_apng {
 } pdi_apng;
 
 /* Zero `film` and open the temporary file of an animation of `count` frames (at least 1) of `delay` [ms] (1 to 6000).
- * The first frame writes the header. The last frame stays ten times as long; then the animation repeats.
- * PD_ERR_ARGUMENT, PD_ERR_FILE. */
+ * Nothing is written yet. The last frame stays ten times as long; then the animation repeats without end.
+ * PD_ERR_ARGUMENT: count or delay out of range, no path; PD_ERR_FILE. On failure there is nothing to close. */
 PDI_FN pd_status pdi_apng_create(pd_ctx *ctx, const char *path, int count, int delay, pdi_apng *film);
-/* Append a frame of 1 or 3 channels. Errors as of a single PNG; PD_ERR_ARGUMENT also: another size or number of
- * channels than the first frame, or one frame too many. The file stays open on failure. */
+/* Append a frame of 1 or 3 channels. The first frame writes the header, and sets the size and the number of channels
+ * that all others must have. PD_ERR_ARGUMENT: another size or number of channels, one frame too many, no pixels,
+ * neither 1 nor 3 channels; PD_ERR_SIZE: more than PD_PNG_MAX_PIXELS; PD_ERR_FILE. The file stays open on failure; it
+ * is useless when writing has failed. */
 PDI_FN pd_status pdi_apng_add_frame(pd_ctx *ctx, pdi_apng *film, const pd_image *image);
 /* End the file and give it its final name. On failure it is closed and the temporary file deleted. PD_ERR_ARGUMENT:
  * frames are missing. */
@@ -1637,15 +1696,19 @@ PDI_FN void pdi_svg_begin_path(pdi_svg *svg);
 PDI_FN void pdi_svg_add_stroke(pdi_svg *svg, double xa, double ya, double xb, double yb);
 /* End the path and set its line width and colour. */
 PDI_FN void pdi_svg_end_path(pdi_svg *svg, double width, uint32_t colour);
-/* Add a UTF-8 text with (x, y) on its baseline. anchor: "start", "middle" or "end"; upward 1: rotated to read upward;
- * bold 1: in bold. Characters that XML does not allow become question marks. */
+/* Add a UTF-8 text with (x, y) on its baseline; nothing for an empty text. anchor: "start", "middle" or "end"; upward
+ * 1: rotated to read upward; bold 1: in bold. &, < and > are escaped; control characters, also newlines and tabs, and
+ * bytes that are no UTF-8 or not allowed in XML become question marks. */
 PDI_FN void pdi_svg_add_text(pdi_svg *svg, double x, double y, const char *anchor, int upward, int bold,
                              uint32_t colour, const char *text);
-/* Embed an image of 1 or 3 channels, as PNG in base64, with its upper left corner at (left, top). */
+/* Embed an image of 1 or 3 channels, as PNG in base64, with its upper left corner at (left, top). An error of
+ * pdi_png_encode becomes the status. */
 PDI_FN void pdi_svg_add_image(pdi_svg *svg, int left, int top, const pd_image *image);
-/* Clip what follows to the rectangle, until the next call; width 0: no clipping. */
+/* Clip what follows to the rectangle, until the next call, which ends this group; width 0 or less: no clipping. A
+ * rectangle of a width without height hides all. */
 PDI_FN void pdi_svg_set_clip(pdi_svg *svg, int left, int top, int width, int height);
-/* End the drawing and write it to a file; the drawing stays until pdi_svg_free. Returns the first failure. */
+/* End the drawing and write it to a file; call it once. The drawing stays until pdi_svg_free. Returns the first failure
+ * of the drawing, and no file is written then; PD_ERR_FILE. */
 PDI_FN pd_status pdi_svg_write(pdi_svg *svg, const char *path);
 /* Free the drawing. A zeroed one is allowed. */
 PDI_FN void pdi_svg_free(pdi_svg *svg);
@@ -1698,32 +1761,40 @@ PDI_FN pd_status pdi_canvas_build_image(pd_ctx *ctx, int width, int height, pdi_
 PDI_FN pd_status pdi_canvas_build_svg(pd_ctx *ctx, int width, int height, pdi_svg *svg, pdi_canvas *canvas);
 /* Embed an image in an SVG drawing, its upper left corner at (left, top). The canvas has to be of SVG. */
 PDI_FN void pdi_canvas_draw_image(pdi_canvas *canvas, int left, int top, const pd_image *image);
-/* Draw `what` with the callback `draw` into a new image, which the caller frees; on failure it is zeroed. */
+/* Draw `what` with the callback `draw` into a new RGB image, which the caller frees. Errors are those of the callback;
+ * the image is zeroed then, and there is nothing to free. */
 PDI_FN pd_status pdi_canvas_draw_to_image(pd_ctx *ctx, pdi_canvas_draw_fn draw, const void *what, pd_image *image);
-/* Draw `what` with the callback `draw` into a file: SVG where its name ends in .svg, else PNG. */
+/* Draw `what` with the callback `draw` into a file: SVG where its name ends in ".svg" (lower case), else PNG. Errors
+ * are those of the callback, and PD_ERR_FILE; an older file of that name stays then. */
 PDI_FN pd_status pdi_canvas_draw_to_file(pd_ctx *ctx, const char *path, pdi_canvas_draw_fn draw, const void *what);
-/* Set the clip rectangle [left, right) x [top, bottom), cut to the canvas. */
+/* Set the clip rectangle [left, right) x [top, bottom), cut to the canvas. In SVG this ends the group that was clipped
+ * before and begins another one, except for a rectangle that is the whole canvas or has no width: what follows is not
+ * clipped then. */
 PDI_FN void pdi_canvas_set_clip(pdi_canvas *canvas, int left, int top, int right, int bottom);
 /* Set the clip rectangle to the whole canvas. */
 PDI_FN void pdi_canvas_reset_clip(pdi_canvas *canvas);
-/* Fill the rectangle [left, right) x [top, bottom); an empty one is allowed. */
+/* Fill the part of the rectangle [left, right) x [top, bottom) inside the clip rectangle, without blending; nothing
+ * where it is empty. */
 PDI_FN void pdi_canvas_fill_rectangle(pdi_canvas *canvas, int left, int top, int right, int bottom, uint32_t colour);
 /* Draw a frame of one pixel just outside the rectangle [left, right) x [top, bottom). */
 PDI_FN void pdi_canvas_draw_frame(pdi_canvas *canvas, int left, int top, int right, int bottom, uint32_t colour);
 /* Draw a straight antialiased line of this width [pixel] from (xa, ya) to (xb, yb) with round ends; pixel centres lie
- * at half-integers. Ends at one point give a disc. Where a set of strokes is open, the line is added to it. */
+ * at half-integers. Ends at one point give a disc. Nothing is drawn for NaN, for coordinates of 1e300 and more, or
+ * outside the clip rectangle. Where a set of strokes is open, the line is added to it: with the colour of the set, and
+ * in SVG with its width. */
 PDI_FN void pdi_canvas_draw_line(pdi_canvas *canvas, double xa, double ya, double xb, double yb, double width,
                                  uint32_t colour);
-/* Begin a set of strokes of one width [pixel] and colour; pixels where they overlap are blended once. Allocates the
- * coverage of an image. Add strokes, then end the set, also after a failure in between. */
+/* Begin a set of strokes of one width [pixel] and colour; none may be open. Pixels where they overlap are blended once.
+ * Allocates the coverage of an image, which ending the set frees; on failure no set is open. Add strokes, then end the
+ * set, also after a failure in between. */
 PDI_FN pd_status pdi_canvas_begin_strokes(pd_ctx *ctx, pdi_canvas *canvas, double width, uint32_t colour);
 /* Add a straight stroke from (xa, ya) to (xb, yb), clipped, to the open set. */
 PDI_FN void pdi_canvas_add_stroke(pdi_canvas *canvas, double xa, double ya, double xb, double yb);
-/* Blend the set of strokes into the image and free its coverage; of SVG: close its path. Nothing happens without an
- * open set. */
+/* Blend the set of strokes into the image, inside the present clip rectangle, and free its coverage; of SVG: close its
+ * path. Nothing happens without an open set. */
 PDI_FN void pdi_canvas_end_strokes(pd_ctx *ctx, pdi_canvas *canvas);
-/* Draw a UTF-8 text (ASCII, µ, ·, °, × and superscript digits; in an image others become '?'); (x, y): anchor, at the
- * top of the capitals. */
+/* Draw a UTF-8 text; (x, y): anchor, at the top of the capitals. The bitmap font has ASCII, µ, ·, °, ×, superscript
+ * digits, superscript + and -; in an image other characters become '?'. */
 PDI_FN void pdi_canvas_draw_text(pdi_canvas *canvas, int x, int y, pdi_align align, uint32_t colour, const char *text);
 /* Draw a text rotated to read upward; x: top of the capitals (their left side), y: anchor; the text starts at its lower
  * end. */
@@ -1731,7 +1802,8 @@ PDI_FN void pdi_canvas_draw_text_upward(pdi_canvas *canvas, int x, int y, pdi_al
                                         const char *text);
 /* Draw a bold text from x on to the right; y: top of the capitals. */
 PDI_FN void pdi_canvas_draw_bold_text(pdi_canvas *canvas, int x, int y, uint32_t colour, const char *text);
-/* Width [pixel] of a text in the bitmap font. */
+/* Width [pixel] of a UTF-8 text in the bitmap font, without the gap behind its last character; 0 for an empty text.
+ * SVG, whose font differs, is laid out with it, too. */
 PDI_FN int pdi_canvas_compute_text_width(const char *text);
 #endif
 
@@ -1747,10 +1819,11 @@ PDI_FN int pdi_canvas_compute_text_width(const char *text);
 
 /* UTF-8 text of a superscript digit, or of a superscript minus sign for any other character. */
 PDI_FN const char *pdi_unit_label_get_superscript(char sign);
-/* Typeset a label whose units stand in brackets, into out[PDI_UNIT_LABEL_SIZE], UTF-8; what does not fit is cut off.
- * Returns out. */
+/* Typeset a label whose units stand in brackets, into out[PDI_UNIT_LABEL_SIZE], UTF-8; text outside of brackets stays.
+ * What does not fit is left out. Returns out. */
 PDI_FN const char *pdi_unit_label_format(const char *text, char *out);
-/* Typeset a number with its unit, "1.3 um/h", in the same way; the unit begins at the first space. */
+/* Typeset a number with its unit, "1.3 um/h", in the same way; the unit begins at the first space. A text without a
+ * space is typeset as a label. Returns out. */
 PDI_FN const char *pdi_unit_label_format_value(const char *text, char *out);
 #endif
 
@@ -1775,18 +1848,20 @@ typedef struct pdi_axis_ticks {
 } pdi_axis_ticks;
 
 /* Set count, values, labels and exponent of an axis from its lo, hi and log: ticks inside lo..hi with about
- * `max_labels` labels at most, at multiples of 1, 2 or 5 times a power of ten, or at decades. A logarithmic axis has
- * minor ticks, too, and linear ticks within a decade. There are none where lo == hi. */
+ * `max_labels` labels at most (below 1: as 1), at multiples of 1, 2 or 5 times a power of ten, or at decades. A
+ * logarithmic axis has minor ticks, too, with empty labels; where fewer than two of its labels result, it has linear
+ * ticks instead. count is 0 where lo == hi or a linear axis has an infinite end. */
 PDI_FN void pdi_axis_ticks_compute(int max_labels, pdi_axis_ticks *axis);
 /* Format 10^exponent as UTF-8, "10" with superscript digits and sign (of the last three digits of the exponent), into
  * text, which has room for 15 bytes. */
 PDI_FN void pdi_axis_ticks_format_power(int exponent, char *text);
 /* Position of a value along the axis: 0 at lo, 1 at hi, linear or logarithmic; values beyond lie outside 0..1. A
- * logarithmic axis needs a positive value. */
+ * logarithmic axis needs a positive value, and any axis lo != hi: else NaN or infinite. */
 PDI_FN double pdi_axis_ticks_value_to_fraction(const pdi_axis_ticks *axis, double value);
-/* Change lo and hi. A range that is practically empty is widened first: linear, of less than 1e-9 of its larger
- * magnitude, by 5 % of that on both sides (zero alone: 0..1); logarithmic: to lo/2 .. 2 hi. Then it is extended on both
- * sides by `margin_fraction` times its length (logarithmic: that of its logarithm), a linear one not across zero. */
+/* Change lo and hi. A range that is practically empty, or reversed, is widened first: linear, of at most 1e-9 of its
+ * larger magnitude, by 5 % of that on both sides (both ends below 1e-300: 0..1); logarithmic, hi below (1 + 1e-9) lo,
+ * to lo/2 .. 2 hi. Then it is extended on both sides by `margin_fraction` times its length (logarithmic: that of its
+ * logarithm). A linear end of that margin which would cross zero becomes 0. */
 PDI_FN void pdi_axis_ticks_widen_range(double margin_fraction, pdi_axis_ticks *axis);
 #endif
 
@@ -1797,8 +1872,8 @@ PDI_FN void pdi_axis_ticks_widen_range(double margin_fraction, pdi_axis_ticks *a
 /* Fill table[PDI_COLOUR_TABLE_SIZE] with the colours 0xRRGGBB of a map from low to high, at equal distances in OKLab.
  * Not for PD_COLOUR_MAP_LABELS. */
 PDI_FN void pdi_colour_fill_table(pd_colour_map map, uint32_t *table);
-/* Colour 0xRRGGBB of a whole number of either sign, for PD_COLOUR_MAP_LABELS; neighbours differ in hue and
- * lightness. */
+/* Colour 0xRRGGBB of a whole number of either sign, for PD_COLOUR_MAP_LABELS: hue by the golden angle, one of three
+ * lightnesses by the number modulo 3. So neighbours differ in both. */
 PDI_FN uint32_t pdi_colour_get_label_colour(int64_t number);
 /* Colour 0xRRGGBB of curve k >= 0 of a plot (Okabe and Ito 2008: distinguishable for colour-blind readers); the six
  * colours repeat. */
@@ -1821,12 +1896,13 @@ typedef struct pdi_colour_bar {
     const char *label;      /* NULL: none */
 } pdi_colour_bar;
 
-/* Width [pixel] of the widest tick label of an axis. */
+/* Width [pixel] of the widest tick label of an axis; 0 without ticks. */
 PDI_FN int pdi_colour_bar_label_width(const pdi_axis_ticks *axis);
 /* Colour 0xRRGGBB at a fraction of table[PDI_COLOUR_TABLE_SIZE], 0 (low end) to 1 (high end); fractions beyond are
  * clamped, NaN gives the low end. */
 PDI_FN uint32_t pdi_colour_bar_get_colour(const uint32_t *table, double fraction);
-/* Draw the bar, its frame, its ticks with their labels on the right, their common power of ten above, and its label. */
+/* Draw the bar, the high end on top, its frame, its ticks with their labels on the right, their common power of ten
+ * above it unless the exponent is 0, and its label upward unless it is NULL. */
 PDI_FN void pdi_colour_bar_draw(const pdi_colour_bar *bar, pdi_canvas *canvas);
 #endif
 
@@ -1850,14 +1926,17 @@ typedef struct pdi_legend {
     uint8_t shown[PDI_LEGEND_MAX_LABELS]; /* 1: label k occurs in this picture */
 } pdi_legend;
 
-/* Mark the label that a value of the field rounds to as shown; values outside 0..PDI_LEGEND_MAX_LABELS - 1 are
+/* Mark the label that a value of the field rounds to as shown; NaN and values outside 0..PDI_LEGEND_MAX_LABELS - 1 are
  * ignored. */
 PDI_FN void pdi_legend_mark_shown(pdi_legend *legend, double value);
-/* Colour 0xRRGGBB of the label that a value rounds to; the magnitude of the value is below 9e15. */
+/* Colour 0xRRGGBB of the label that a value rounds to: the given one where `colours` has it, else that of
+ * pdi_colour_get_label_colour. The magnitude of the value is below 9e15. */
 PDI_FN uint32_t pdi_legend_get_colour(const pdi_legend *legend, double value);
-/* Width [pixel] of the legend, with all labels of the series, so that all its pictures have one size. */
+/* Width [pixel] of the legend, with all labels of the series, shown or not, so that all its pictures have one size;
+ * that of the range as a text where the series has too many. */
 PDI_FN int pdi_legend_compute_width(const pdi_legend *legend);
-/* Draw the labels that are shown, from (left, top) down; the range lo to hi as a text where the series has too many. */
+/* Draw squares and names of the labels that are shown, in rows from (left, top) down without gaps. Where the series has
+ * too many labels for the height, more than PDI_LEGEND_MAX_LABELS, or negative ones: the range lo to hi as a text. */
 PDI_FN void pdi_legend_draw(const pdi_legend *legend, int left, int top, pdi_canvas *canvas);
 #endif
 
@@ -1883,8 +1962,9 @@ typedef struct pdi_contour {
  * grid. */
 typedef void (*pdi_contour_segment_fn)(void *user, const double *a, const double *b);
 
-/* Call add_segment(user, a, b) for all segments of the contour lines of this level, in the unit of the values; cell by
- * cell, not in order along a line. A level of NaN has none. */
+/* Call add_segment(user, a, b) for all segments of the contour lines of this level, in the unit of the values; quarter
+ * cell by quarter cell, not in order along a line. Values equal to the level count as above it. Cells of NaN have none,
+ * nor has a level of NaN. */
 PDI_FN void pdi_contour_find_segments(const pdi_contour *contour, double level, pdi_contour_segment_fn add_segment,
                                       void *user);
 #endif
@@ -1930,14 +2010,16 @@ typedef struct pdi_streamlines {
     double *point;                       /* [point_capacity][2] [pixel] points of all lines, in flow direction */
 } pdi_streamlines;
 
-/* Interpolated velocity[2] at position[2] [pixel], scaled to the picture [pixel/s]. Returns 1; 0: no fluid there, or
- * outside, and velocity is unchanged. */
+/* Velocity[2] at position[2] [pixel], bilinear between cell centres, scaled to the picture [pixel/s]. Beyond an open
+ * side the outer cells go on; at a face without flow the normal component is 0. Returns 1; 0: the cell there has no
+ * fluid, or it lies outside the grid, and velocity is unchanged. */
 PDI_FN int pdi_streamline_interpolate_velocity(const pdi_streamline_field *stream, const double *position,
                                                double *velocity);
-/* Largest speed of a cell [m/s], of the components at its centre; 0 without any fluid. */
+/* Largest speed of a cell [m/s], of the components at its centre; cells without fluid (NaN) are skipped. 0 without
+ * any. */
 PDI_FN double pdi_streamline_compute_max_speed(const pdi_streamline_field *stream);
-/* Compute evenly spaced streamlines of a field, spacing > 0, into zeroed `lines`; none where nothing flows. Free the
- * lines also on failure. */
+/* Compute evenly spaced streamlines of a field, spacing > 0, into zeroed `lines`; none, and PD_OK, where nothing flows.
+ * Fluid slower than 1e-4 of the largest speed in the picture is at rest. Free the lines also on failure. */
 PDI_FN pd_status pdi_streamlines_compute(pd_ctx *ctx, const pdi_streamline_field *stream, pdi_streamlines *lines);
 /* Free the lines. A zeroed set is allowed. */
 PDI_FN void pdi_streamlines_free(pd_ctx *ctx, pdi_streamlines *lines);
@@ -1959,24 +2041,26 @@ typedef struct pdi_velocity_plot {
     double max_length;        /* [pixel] length of the longest arrow, and distance between arrows */
 } pdi_velocity_plot;
 
-/* Draw evenly spaced streamlines with arrow heads; where the field is mirrored, also their mirror images below. */
+/* Draw evenly spaced streamlines with arrow heads over a light outline of them; where the field is mirrored, also their
+ * mirror images below `bottom`. Nothing where nothing flows. */
 PDI_FN pd_status pdi_velocity_plot_draw_streamlines(pd_ctx *ctx, const pdi_velocity_plot *arrows, pdi_canvas *canvas);
-/* Draw arrows centred on a regular grid, about max_length apart, with lengths proportional to the speed; short ones are
- * left out. */
+/* Draw arrows centred on a regular grid, at least max_length apart (at least one along each axis), with lengths
+ * proportional to the speed; those shorter than 3 pixels are left out, and all where max_speed is not positive. */
 PDI_FN pd_status pdi_velocity_plot_draw_arrows(pd_ctx *ctx, const pdi_velocity_plot *arrows, pdi_canvas *canvas);
 /* Speed [m/s] of the reference arrow in the key: the largest of 1, 2 and 5 times a power of ten that does not exceed
- * `max_speed` [m/s] > 0. text[32]: its label, "2 mm/s". */
+ * `max_speed` [m/s] > 0, up to 1e-9 of it. text[32]: its label, "2 mm/s", in the largest unit from nm/s to km/s of
+ * which it is at least 0.04. */
 PDI_FN double pdi_velocity_plot_reference_speed(double max_speed, char *text);
-/* Draw one arrow from (x, y) to the right, its length in pixels. */
+/* Draw one arrow, without outline, from (x, y) to the right, its length in pixels and positive. */
 PDI_FN pd_status pdi_velocity_plot_draw_one_arrow(pd_ctx *ctx, pdi_canvas *canvas, double x, double y, double length);
 #endif
 
 #endif
 
 /* ======== >>io/field_plot.h, internal ======== */
-/* Turn the smallest and largest value (log_scale: positive ones) into the ends of the range of colours: a diverging map
- * is symmetric to 0, a logarithmic range has at most eight decades. lo > hi: there is no value, and a default range
- * results. */
+/* Turn the smallest and largest value (log_scale: positive ones) into the ends of the range of colours. Logarithmic: lo
+ * is raised to 1e-8 hi. Else diverging: symmetric to 0, -1..1 where both are 0. Other maps: unchanged. lo > hi: there
+ * is no value; 0..1 results, logarithmic 1..10. */
 PDI_FN void pdi_field_plot_adjust_range(pd_colour_map map, int log_scale, double *lo, double *hi);
 
 /* ======== >>io/deformed_plot.h ======== */
@@ -1998,13 +2082,15 @@ typedef struct pdi_deformed_plot {
     double lo[2], hi[2];     /* [m] extent of the picture; lo == hi: large enough for all displaced cells */
 } pdi_deformed_plot;
 
-/* Extend lo[2] .. hi[2] [m] to the undeformed picture and all displaced cells; start with lo above hi. PD_ERR_ARGUMENT:
- * displacements of more than ten times the size of the picture. */
+/* Extend lo[2] .. hi[2] [m] to the undeformed picture and all displaced corners; start with lo above hi. Cells of NaN
+ * are skipped. PD_ERR_ARGUMENT: a displaced corner lies farther from the low corner of the picture, along an axis, than
+ * ten times its size there; lo and hi may have changed. */
 PDI_FN pd_status pdi_deformed_plot_extend_range(pd_ctx *ctx, const pdi_deformed_plot *warp, double *lo, double *hi);
 
-/* Draw into an RGB image (freed by its own function); what moves beyond the extent is cut off. The undeformed picture
- * has no streamlines and arrows. PD_ERR_ARGUMENT also, where no extent is given: displacements of more than ten times
- * the size of the picture. */
+/* Draw into an RGB image (freed by its own function), zeroed on failure; what moves beyond the extent is cut off. Where
+ * displaced cells overlap, the later one is seen; cells of NaN are drawn in place, below. The undeformed picture has no
+ * streamlines and arrows. Errors as of pd_field_plot_draw_image. PD_ERR_ARGUMENT also, where no extent is given: as of
+ * pdi_deformed_plot_extend_range. */
 PDI_FN pd_status pdi_deformed_plot_draw_image(pd_ctx *ctx, const pdi_deformed_plot *warp, pd_image *image);
 /* Draw and write as PNG, or as SVG where the path ends in ".svg". */
 PDI_FN pd_status pdi_deformed_plot_write(pd_ctx *ctx, const char *path, const pdi_deformed_plot *warp);
@@ -2049,8 +2135,8 @@ typedef struct pdi_surface_nets_mesh {
     float *corner_normal;
 } pdi_surface_nets_mesh;
 
-/* Zero `shell` and build the smoothed mesh with normals and values, in new memory; on failure nothing stays.
- * PD_ERR_SIZE: more vertices than int32 counts. */
+/* Zero `shell` and build the smoothed mesh with normals and values, in new memory; on failure nothing stays. An empty
+ * set has a mesh without vertices. PD_ERR_SIZE: more vertices than int32 counts; PD_CANCELLED. */
 PDI_FN pd_status pdi_surface_nets_build(pd_ctx *ctx, const pdi_surface_nets_desc *desc, pdi_surface_nets_mesh *shell);
 /* Free the mesh. A zeroed one is allowed. */
 PDI_FN void pdi_surface_nets_free(pd_ctx *ctx, pdi_surface_nets_mesh *shell);
@@ -2068,11 +2154,14 @@ PDI_FN pd_status pdi_renderer_build(pd_ctx *ctx, const double *lo, const double 
                                     pd_rendering *shade);
 /* Free the image. A zeroed one is allowed. */
 PDI_FN void pdi_renderer_free(pd_ctx *ctx, pd_rendering *shade);
-/* Zero `shade` and set up the view alone, as above, without memory: vectors, box, scale and size in pixels. */
+/* Zero `shade` and set up the view alone, without memory: unit vectors, box, corner, scale and size in pixels. z is up
+ * in the image; where the direction lies within 1e-6 of the z axis, y. The box with margins is `width` pixels wide, or
+ * less where its height would exceed 0.9 of that. */
 PDI_FN void pdi_renderer_init_view(const double *lo, const double *hi, const double *direction, int width,
                                    pd_rendering *shade);
-/* Render a surface mesh and the edges of the box: set value, brightness, coverage and edge of all pixels. labels 1:
- * each face has its own value; 0: values are interpolated between corners (faces without a value have none). */
+/* Render a surface mesh and the edges of the box: set value, brightness, coverage and edge of all pixels, whatever they
+ * held. labels 1: each face has its own value, and a pixel that of its first sample; 0: values are interpolated between
+ * corners (faces without a value have none). Pixels off the body have NaN, 0 and 0. */
 PDI_FN pd_status pdi_renderer_draw_surface(pd_ctx *ctx, const pdi_surface_nets_mesh *shell, int labels,
                                            pd_rendering *shade);
 /* Project a point x[3] [m]: position[0], [1]: its pixel position, y down; position[2]: its depth [m] from the low
@@ -2081,8 +2170,8 @@ PDI_FN void pdi_renderer_project_point(const pd_rendering *shade, const double *
 /* Project the ends of edge k of the box along axis d, low end a[3], high end b[3]. Bit 0 of k: at the high side of axis
  * d + 1, bit 1: of axis d + 2 (modulo 3). */
 PDI_FN void pdi_renderer_project_box_edge(const pd_rendering *shade, int d, int k, double *a, double *b);
-/* Brightness of a surface with this outward unit normal (Lambert): PDI_RENDERER_AMBIENT_LIGHT where it faces away from
- * the light, up to 1. */
+/* Brightness 0..1 of a surface with this outward unit normal (Lambert): PDI_RENDERER_AMBIENT_LIGHT where it faces away
+ * from the light, which comes from the upper left of the image, else more by the cosine of the angle to it, up to 1. */
 PDI_FN double pdi_renderer_compute_brightness(const pd_rendering *shade, const double *normal);
 
 /* ======== >>io/surface_plot.h ======== */
@@ -2107,9 +2196,9 @@ typedef struct pdi_surface_plot {
     const char *widest_stamp; /* longest stamp of a series, so that all its pictures have one size; NULL: stamp */
 } pdi_surface_plot;
 
-/* Draw into an RGB image (freed by its own function). */
+/* Draw into an RGB image (freed by its own function), zeroed on failure. PD_ERR_SIZE: more than PD_PNG_MAX_PIXELS. */
 PDI_FN pd_status pdi_surface_plot_draw_image(pd_ctx *ctx, const pdi_surface_plot *relief, pd_image *image);
-/* Draw and write as PNG, or as SVG where the path ends in ".svg". */
+/* Draw and write as PNG, or as SVG where the path ends in ".svg". Also PD_ERR_FILE: an older file stays. */
 PDI_FN pd_status pdi_surface_plot_write(pd_ctx *ctx, const char *path, const pdi_surface_plot *relief);
 #endif
 
@@ -2119,8 +2208,10 @@ PDI_FN pd_status pdi_surface_plot_write(pd_ctx *ctx, const char *path, const pdi
 /* Zero the collection and set its path; its file is written with the first entry. PD_ERR_ARGUMENT: no path, or too
  * long. */
 PDI_FN pd_status pdi_pvd_init(pd_ctx *ctx, const char *path, pd_pvd *pvd);
-/* Add a file at time [s] and rewrite the collection; on failure it is unchanged. Times must increase: PD_ERR_ARGUMENT.
- * A file in the folder of the collection is listed by its name alone, so that the folder can be moved. */
+/* Add a file at time [s] and rewrite the collection; on failure it is unchanged. PD_ERR_ARGUMENT: not initialised, a
+ * time that is not finite or not greater than the last one, a name that is too long or holds a control character;
+ * PD_ERR_FILE. A file below the folder of the collection is listed relative to that, so that the folder can be
+ * moved. */
 PDI_FN pd_status pdi_pvd_add_file(pd_ctx *ctx, pd_pvd *pvd, double time, const char *file);
 /* Free the collection. A zeroed one is allowed. */
 PDI_FN void pdi_pvd_free(pd_ctx *ctx, pd_pvd *pvd);
@@ -2143,7 +2234,7 @@ PDI_FN pd_status pdi_paraview_write_script(pd_ctx *ctx, const char *path);
 /* ======== >>io/csv.h, internal ======== */
 
 /* Write a whole table values[rows][columns] through a temporary file; values may be NULL where rows is 0. Errors as of
- * pd_csv_create; PD_ERR_FILE. */
+ * pd_csv_create; PD_ERR_FILE: an older file stays, and the temporary one is deleted. */
 PDI_FN pd_status pdi_csv_write_table(pd_ctx *ctx, const char *path, const char *const *names, int columns,
                                      const double *values, int64_t rows);
 
@@ -2175,24 +2266,29 @@ typedef struct pdi_tokenizer {
  * name of the module for messages. */
 PDI_FN pdi_tokenizer pdi_tokenizer_init(pd_ctx *ctx, const char *where, const char *path, const char *text,
                                         size_t size);
-/* Report an error at a position of the text as PD_ERR_PARSE "path:line: ...". */
+/* Report an error at a position of the text as PD_ERR_PARSE "path:line: ..."; the line is counted from 1 at the start
+ * of the text. Text and path are cut off at 299 and 250 bytes. */
 PDI_FN pd_status pdi_tokenizer_fail(const pdi_tokenizer *scan, const char *position, const char *format, ...)
     PD_PRINTF_LIKE(3, 4);
 /* Read the next word. *word: its start in the text, not terminated. Returns its length, 0 at the end of the text. */
 PDI_FN size_t pdi_tokenizer_read_word(pdi_tokenizer *scan, const char **word);
-/* Skip to the next line. Returns 1 when the rest of the line was blank, else 0. */
+/* Skip to the start of the next line, or to the end of the text. Returns 1 when the rest of the line was blank (also
+ * empty), else 0. */
 PDI_FN int pdi_tokenizer_skip_line(pdi_tokenizer *scan);
-/* Read the next word as a finite number. what: its name for the message. */
+/* Read the next word, also on a later line, as a finite number. what: its name for the message. PD_ERR_PARSE: there is
+ * none, or it is no number, infinite or NaN; *value may have changed, and the word is passed. */
 PDI_FN pd_status pdi_tokenizer_read_number(pdi_tokenizer *scan, const char *what, double *value);
-/* Read the next word as an integer from low to high, of at most 18 digits. */
+/* Read the next word, also on a later line, as an integer from low to high, of at most 18 digits, with a sign or none.
+ * PD_ERR_PARSE: there is none, or another word; *value has changed, and the word is passed. */
 PDI_FN pd_status pdi_tokenizer_read_integer(pdi_tokenizer *scan, const char *what, int64_t low, int64_t high,
                                             int64_t *value);
-/* Read the next word as a number of entries of at least `bytes` bytes each, at most INT32_MAX. A count that the rest of
- * the file cannot hold is refused before memory is allocated. */
+/* Read the next word as a number of entries of at least `bytes` bytes each, 0 to INT32_MAX. PD_ERR_PARSE: it is none,
+ * or so large that the rest of the file cannot hold the entries; so it is refused before memory is allocated. */
 PDI_FN pd_status pdi_tokenizer_read_count(pdi_tokenizer *scan, const char *what, int bytes, int64_t *count);
 /* Returns 1 when the word of `size` characters equals `name` (in lower case where ignore_case is set), else 0. */
 PDI_FN int pdi_tokenizer_is_word(const pdi_tokenizer *scan, const char *word, size_t size, const char *name);
-/* Read the next word, which must equal `word`. */
+/* Read the next word, which must equal `word` as of pdi_tokenizer_is_word. PD_ERR_PARSE: another one, or none; it is
+ * passed all the same. */
 PDI_FN pd_status pdi_tokenizer_expect_word(pdi_tokenizer *scan, const char *word);
 #endif
 
@@ -2230,7 +2326,9 @@ PDI_FN pd_status pdi_gmsh_read(pdi_tokenizer *scan, double scale, pd_points *poi
 
 #ifdef PDI_APP_INTERNAL
 /* Add the cells or points of all pieces of the grid, and set the boundary faces of `points`; lengths times scale are in
- * metres. On failure some points may have been added. PD_ERR_PARSE with path:line. */
+ * metres. On failure some points may have been added. PD_ERR_PARSE with path:line: no unstructured grid, damaged or
+ * missing arrays, cells of more than PD_DIM dimensions or not straight, folded or inverted cells, a volume that is not
+ * positive. */
 PDI_FN pd_status pdi_vtu_read(pdi_tokenizer *scan, double scale, pd_points *points);
 #endif
 
@@ -2244,8 +2342,8 @@ PDI_FN pd_status pdi_vtu_read(pdi_tokenizer *scan, double scale, pd_points *poin
 
 #ifdef PDI_APP_INTERNAL
 /* Format a progress bar: line[size] = "dissolve [####........] 36.1 % 2 min 05 s, 3 min 41 s left". fraction: 0..1,
- * clamped (NaN is 0); elapsed [s]. The time left assumes the mean rate so far; it is left out below 0.1 % or 1 s.
- * Always terminated by 0, cut off when size is too small. */
+ * clamped (NaN is 0); elapsed [s]. The time left assumes the mean rate so far; it is left out at a fraction of 1 or
+ * below 0.1 %, or before 1 s. Always terminated by 0, cut off when size is too small. */
 PDI_FN void pdi_progress_format_line(double fraction, double elapsed, const char *label, char *line, size_t size);
 /* Format a time [s]: text[size] = "0.25 s", "12.3 s", "2 min 05 s", "3 h 07 min" or "12 d 4 h"; "?": it is negative,
  * NaN, or 3e11 and more. */
@@ -2260,15 +2358,18 @@ PDI_FN void pdi_progress_format_duration(double seconds, char *text, size_t size
 #define PDI_KEYS_MAX_POINTS 100000 /* most points of a line */
 /* Find the section of this name in the table. NULL: there is none. */
 PDI_FN const pd_key_section *pdi_keys_find_section(const char *name);
-/* Find it among the physics that are registered with the context, else in that table. NULL: there is none. */
+/* Find the section of this name among the physics that are registered with the context, which go first, else in the
+ * table. NULL: there is none. */
 PDI_FN const pd_key_section *pdi_keys_find_known_section(const pd_ctx *ctx, const char *name);
 /* 1: a physics that is registered with the context has a field of this name. */
 PDI_FN int pdi_keys_is_field(const pd_ctx *ctx, const char *name);
-/* Find the row of a key in the table of a section; a row of the unit "any" takes every name. NULL: there is none. */
+/* Find the first row of a section's table that lists the key; a row may list several, and one of the unit "any" takes
+ * every name. Former names are not known here. NULL: there is none. */
 PDI_FN const pd_key *pdi_keys_find_key(const pd_key_section *section, const char *key);
 #ifdef PD_DEBUG
-/* Consistency check of a look-up with the table. 1: the table has this key with this unit (NULL: not checked) and this
- * default (NULL: not checked; one that the table tells in words: any), or the section has no name and no such key. */
+/* Consistency check of a look-up with the table. 1: the table has this key with this unit (NULL: not checked; "": a
+ * plain number; a unit "any" or m^(d-1) of the table: any) and this default (NULL: not checked; one that the table
+ * tells in words: any), or the table has no such key and the section has no name. 0: else. */
 PDI_FN int pdi_keys_is_consistent(const char *section, const char *key, const char *unit, const char *fallback);
 #endif
 
@@ -2295,10 +2396,12 @@ typedef enum pdi_text_charset {
     PDI_TEXT_CHARSET_FORMULA
 } pdi_text_charset;
 
-/* Parse a copy of bytes[size] into text, for pdi_text_free; on failure text is zero. name: file name in messages.
- * PD_ERR_PARSE: control bytes, wrong format, a duplicate key, too many pairs. PD_ERR_SIZE: larger than PD_TEXT_SIZE. */
+/* Parse a copy of bytes[size] into text, for pdi_text_free; on failure text is zero. name: file name in messages. A
+ * file without section lines is flat, and its numbers may lack units; an empty one is admitted. PD_ERR_PARSE: control
+ * bytes, wrong format, a duplicate key, too many pairs or sections. PD_ERR_SIZE: larger than PD_TEXT_SIZE. */
 PDI_FN pd_status pdi_text_build(pd_ctx *ctx, const char *name, const char *bytes, size_t size, pd_text *text);
-/* Read a file and parse it as pdi_text_build does. PD_ERR_FILE: it cannot be read or is larger than PD_TEXT_SIZE. */
+/* Read a file and parse it as pdi_text_build does; the path is its name. PD_ERR_FILE: it cannot be read or is larger
+ * than PD_TEXT_SIZE. On failure text is zero. */
 PDI_FN pd_status pdi_text_read(pd_ctx *ctx, const char *path, pd_text *text);
 /* Free all memory of the text, which includes the strings that look-ups returned, and zero it. */
 PDI_FN void pdi_text_free(pd_ctx *ctx, pd_text *text);
@@ -2308,8 +2411,9 @@ PDI_FN int pdi_text_is_flat(const pd_text *text);
 /* Index of the section [name label] for the look-ups below; label NULL is "". A missing section is created empty. All
  * sections of that name then count as looked up. -1: out of memory; the next call that returns a status reports it. */
 PDI_FN int pdi_text_get_section(pd_ctx *ctx, pd_text *text, const char *name, const char *label);
-/* Iterate over the sections of that name that are present, in file order: index of the next one after `after` (-1:
- * first). -1: no more, or out of memory. The name counts as looked up. */
+/* Iterate over the sections of that name, the present one, that are in the file or have a pair, in the order of the
+ * text: index of the next one after `after` (-1: first). -1: no more, or out of memory. The first call creates the
+ * section without label, empty, and the name counts as looked up. */
 PDI_FN int pdi_text_next_section(pd_ctx *ctx, pd_text *text, const char *name, int after);
 /* 1: the section has the key; key NULL: the section is in the file or has a pair. The key is recorded as asked for, and
  * its value stays unread. Section -1: 0. Out of memory: 0, reported by the next call with a status. */
@@ -2322,26 +2426,30 @@ PDI_FN int pdi_text_has_key(pd_ctx *ctx, pd_text *text, int section, const char 
 /* The value as a string, unparsed. It lives as long as the text (or is fallback itself). */
 PDI_FN pd_status pdi_text_get_string(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
                                      const char **value);
-/* A number: a constant, finite expression. */
+/* A number: a constant expression of that dimension, which must be finite. */
 PDI_FN pd_status pdi_text_get_number(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
                                      const char *fallback, double *value);
-/* A list `a, b, c` of 1 to max numbers into values[max]; *count: how many. */
+/* A list `a, b, c` of 1 to max numbers into values[max]; *count: how many. A comma inside parentheses separates
+ * nothing. PD_ERR_PARSE: more than max, or an empty item; values before it are then stored and counted. */
 PDI_FN pd_status pdi_text_get_numbers(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
                                       const char *fallback, int max, double *values, int *count);
-/* A whole number in low .. high. */
+/* A whole number in low .. high, both included. PD_ERR_PARSE: another number. */
 PDI_FN pd_status pdi_text_get_integer(pd_ctx *ctx, pd_text *text, int section, const char *key, int low, int high,
                                       const char *fallback, int *value);
-/* Read yes, true, on as *value 1 and no, false, off as 0. */
+/* Read yes, true, on as *value 1 and no, false, off as 0. PD_ERR_PARSE: another word, also in capitals. */
 PDI_FN pd_status pdi_text_get_bool(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
                                    int *value);
-/* One of the words in names, which ends with NULL; *index: its position. */
+/* One of the words in names, which ends with NULL; *index: its position, from 0 on. PD_ERR_PARSE: another word; the
+ * message lists the names. */
 PDI_FN pd_status pdi_text_get_choice(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *const *names,
                                      const char *fallback, int *index);
 /* A list `C, v, Mg(OH)2(s)` of 1 to PD_TEXT_WORDS words of letters, digits and _ + - . and, behind the first character,
- * ( ) : */
+ * parentheses and colons. PD_ERR_PARSE: more words, an empty one, one of PD_TEXT_WORD bytes or more, or another
+ * character. */
 PDI_FN pd_status pdi_text_get_words(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
                                     pd_word_list *list);
-/* A list `a .. b, c .. d` of 1 to max ranges with a < b into low[max] and high[max]; *count: how many. */
+/* A list `a .. b, c .. d` of 1 to max ranges with a < b into low[max] and high[max]; *count: how many. PD_ERR_PARSE:
+ * also a range with a >= b, or three dots. */
 PDI_FN pd_status pdi_text_get_ranges(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
                                      const char *fallback, int max, double *low, double *high, int *count);
 /* An expression in the variables vars[var_count]; unit NULL: any dimension. The caller frees it with pd_expr_free; on
@@ -2353,12 +2461,14 @@ PDI_FN pd_status pdi_text_get_expr(pd_ctx *ctx, pd_text *text, int section, cons
 PDI_FN pd_status pdi_text_get_exprs(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
                                     const pd_expr_symbol *vars, int var_count, const char *fallback, int max,
                                     pd_expr *exprs, int *count);
-/* Report an inadmissible value of a key: sets the message "file:line: key: ...", printf style. Returns
- * PD_ERR_ARGUMENT. */
+/* Report an inadmissible value of a key: sets the message "file:line: key: ...", printf style, with the line of the
+ * pair, else of its section, else 1. Returns PD_ERR_ARGUMENT, or the status of a pending error (out of memory), which
+ * goes first. */
 PDI_FN pd_status pdi_text_fail_key(pd_ctx *ctx, const pd_text *text, int section, const char *key, const char *format,
                                    ...) PD_PRINTF_LIKE(5, 6);
 /* Check after all readers that each pair was read and each section that is present was looked up. PD_ERR_PARSE: one was
- * not; the message suggests the nearest name that was looked up. */
+ * not; the message suggests the nearest name that was looked up, or says that the key has no effect in this scene. A
+ * pending error (out of memory) goes first. */
 PDI_FN pd_status pdi_text_check_unused(pd_ctx *ctx, const pd_text *text);
 
 /* For modules that change a text: command-line overrides, included files. */
@@ -2370,18 +2480,19 @@ PDI_FN pd_status pdi_text_fail_line(pd_ctx *ctx, const char *file, int line, con
 /* Set a message with line and column: what stands at t[at], and what was expected. Returns PD_ERR_PARSE. */
 PDI_FN pd_status pdi_text_fail_expected(pd_ctx *ctx, const pd_text *text, int line, const char *t, size_t at,
                                         const char *expected);
-/* Append a name to the list of names in a message, list[PDI_TEXT_LIST_SIZE]; "..." when it is full. */
+/* Append a name to the list of names in a message, list[PDI_TEXT_LIST_SIZE], with the separator before it if the list
+ * is not empty. A name that does not fit is left out; then the list ends with "...", once. */
 PDI_FN void pdi_text_add_to_list(char *list, const char *separator, const char *name);
-/* Find the section [name label], or create it empty and not present; *index: its position. A former name stands for the
- * present one. */
+/* Find the section [name label], or create it empty and not present, with copies of both; *index: its position. label
+ * is not NULL. A former name stands for the present one and is recorded for the notes. */
 PDI_FN pd_status pdi_text_find_or_add_section(pd_ctx *ctx, pd_text *text, const char *name, const char *label,
                                               int *index);
 /* Present names of a section, and of a key of a section; a former one is recorded for the notes. A name that is none of
  * the former ones is returned as it is. */
 PDI_FN const char *pdi_text_get_present_section(pd_text *text, const char *name);
 PDI_FN const char *pdi_text_get_present_key(pd_text *text, int section, const char *key);
-/* Set the value of a pair. A former word is replaced by its present one and recorded for the notes. value must live as
- * long as text. */
+/* Set the value of a pair; whether it was read and its location stay. A former word is replaced by its present one and
+ * recorded for the notes. value must live as long as text. */
 PDI_FN void pdi_text_set_value(pd_text *text, pd_text_entry *entry, const char *value);
 /* Find the pair of a key, given by its present or a former name, in a section. NULL: there is none. */
 PDI_FN pd_text_entry *pdi_text_find_entry(const pd_text *text, int section, const char *key);
@@ -2393,10 +2504,11 @@ PDI_FN pd_status pdi_text_add_entry(pd_ctx *ctx, pd_text *text, int section, con
 PDI_FN size_t pdi_text_skip_blanks(const char *t, size_t at);
 /* Character set of the labels of sections of this name. */
 PDI_FN pdi_text_charset pdi_text_get_label_charset(const char *section);
-/* Length [byte] of the word at the start of t; 0: none. */
+/* Length [byte] of the longest word of that character set at the start of t; 0: none. An identifier does not begin with
+ * a digit, a formula not with ( ) ^ or : */
 PDI_FN size_t pdi_text_scan_word(const char *t, pdi_text_charset kind);
-/* Check that t[size] holds no control bytes but tabs and line ends, to reject binary files. PD_ERR_PARSE with the line.
- */
+/* Check that t[size] holds no bytes below 0x20 or 0x7f but tabs, newlines and a carriage return before a newline or the
+ * end, to reject binary files. PD_ERR_PARSE with the line. */
 PDI_FN pd_status pdi_text_check_bytes(pd_ctx *ctx, const pd_text *text, const char *t, size_t size);
 
 /* ======== >>scene/key_value.h ======== */
@@ -2410,7 +2522,7 @@ PDI_FN pd_status pdi_text_check_bytes(pd_ctx *ctx, const pd_text *text, const ch
 
 #ifdef PDI_APP_INTERNAL
 /* A number [SI] within the bounds of its key, with the default of the table. PD_ERR_ARGUMENT with file:line: out of
- * bounds. PD_ERR_INTERNAL: the table has no such number. Others: pdi_text_get_number. */
+ * bounds, or NaN. PD_ERR_INTERNAL: the table has no such number, or section is -1. Others: pdi_text_get_number. */
 PDI_FN pd_status pdi_key_value_get_number(pd_ctx *ctx, pd_text *text, int section, const char *key, double *value);
 /* The same with a default that depends on the scene; fallback NULL: the key is required. */
 PDI_FN pd_status pdi_key_value_get_number_or(pd_ctx *ctx, pd_text *text, int section, const char *key,
@@ -2418,14 +2530,15 @@ PDI_FN pd_status pdi_key_value_get_number_or(pd_ctx *ctx, pd_text *text, int sec
 /* The same with an upper bound [SI] that depends on the scene; the smaller of it and that of the table counts. */
 PDI_FN pd_status pdi_key_value_get_number_up_to(pd_ctx *ctx, pd_text *text, int section, const char *key, double high,
                                                 double *value);
-/* A whole number within the bounds of its key, or the position of a word among its choices, from 0 on ("no, yes": 0,
- * 1). */
+/* A whole number within the bounds of its key, or the position of a word among its choices, from 0 on ("no, yes": 0, 1;
+ * there true, on, false, off are words, too). PD_ERR_PARSE with file:line: out of bounds, or another word.
+ * PD_ERR_INTERNAL: the table has no such key of this type, or section is -1. */
 PDI_FN pd_status pdi_key_value_get_index(pd_ctx *ctx, pd_text *text, int section, const char *key, int *value);
 /* The same with a default that depends on the scene; fallback NULL: the key is required. */
 PDI_FN pd_status pdi_key_value_get_index_or(pd_ctx *ctx, pd_text *text, int section, const char *key,
                                             const char *fallback, int *value);
-/* Check a value [SI] against the bounds of its key. PD_ERR_ARGUMENT with file:line: it is out of them. A key without
- * bounds admits any value. */
+/* Check a value [SI] against the bounds of its key, of which the lower one may be open and the upper one is included.
+ * PD_ERR_ARGUMENT with file:line: it is out of them, or NaN. A key without bounds admits any value. */
 PDI_FN pd_status pdi_key_value_check_bounds(pd_ctx *ctx, const pd_text *text, int section, const pd_key *key,
                                             double value);
 #endif
@@ -2439,8 +2552,9 @@ PDI_FN pd_status pdi_key_value_check_bounds(pd_ctx *ctx, const pd_text *text, in
 
 #ifdef PDI_APP_INTERNAL
 /* Apply one command-line argument `key=value`, `section.key=value` or `section.label.key=value` to the text. A bare key
- * must be in exactly one section; a labelled section must exist; `section.key` may be new, and a misspelt one is then
- * reported by pdi_text_check_unused. PD_ERR_PARSE. */
+ * must be in exactly one section, in a flat file it may be new; a labelled section must exist; `section.key` may be
+ * new, and a misspelt one is reported by later checks. The pair then has line 0. PD_ERR_PARSE: also an empty value, or
+ * control bytes. */
 PDI_FN pd_status pdi_override_apply(pd_ctx *ctx, pd_text *text, const char *argument);
 #endif
 
@@ -2453,9 +2567,9 @@ PDI_FN pd_status pdi_override_apply(pd_ctx *ctx, pd_text *text, const char *argu
 
 #ifdef PDI_APP_INTERNAL
 /* Read the files listed under `include` of [chemistry], relative to the folder of `text`, and those that they include,
- * and add their pairs to text. A pair of the including file has priority over the same pair of the included file.
- * PD_ERR_PARSE, PD_ERR_ARGUMENT, PD_ERR_FILE with file:line: a file is missing or includes itself, it has other
- * sections than [chemistry], [species], [reaction] and [mineral], or two files of one list give the same pair. */
+ * each once, and add their pairs to text; without that key do nothing. A pair of a file at a smaller nesting depth has
+ * priority. PD_ERR_PARSE with file:line: a file is missing, includes itself or cannot be parsed, it has other sections
+ * than [chemistry], [species], [reaction] and [mineral], or two files at the same depth give a pair. */
 PDI_FN pd_status pdi_include_files_read(pd_ctx *ctx, pd_text *text);
 #endif
 
@@ -2475,12 +2589,13 @@ PDI_FN pd_status pdi_input_files_get_path(pd_ctx *ctx, pd_text *text, int sectio
 /* Prefix the message of a failed call with "file:line: key", since the value of that key caused it. Returns
  * PD_ERR_ARGUMENT, or the status of the call where that is fatal (out of memory, cancelled). */
 PDI_FN pd_status pdi_input_files_fail(pd_ctx *ctx, const pd_text *text, int section, const char *key);
-/* Read the output folder from a key into setup->folder, by default output/NAME of the setup. PD_ERR_ARGUMENT with
- * file:line: it is not below the current folder. */
+/* Read the output folder from a key into setup->folder, by default output/NAME of the setup, or output where NAME gives
+ * no path below it. PD_ERR_ARGUMENT with file:line: it is absolute, has a part '..' or a ':', or is too long. */
 PDI_FN pd_status pdi_input_files_read_output_folder(pd_ctx *ctx, pd_text *text, int section, const char *key,
                                                     pd_setup *setup);
-/* Split a path: file name without ending into name[PD_SETUP_NAME], cut to fit, with _ for blanks and =; and its folder
- * with a '/' at the end, when `folder` is not NULL, into folder[PD_PATH_SIZE] ("": none, or too long). */
+/* Split a path at its last / or \: file name without its last ending into name[PD_SETUP_NAME], cut to fit, with _ for
+ * blanks, tabs and =; and its folder with that separator at the end, when `folder` is not NULL, into
+ * folder[PD_PATH_SIZE] ("": none, or too long). A dot that begins the file name begins no ending. */
 PDI_FN void pdi_input_files_split_path(const char *path, char *name, char *folder);
 #endif
 
@@ -2493,8 +2608,9 @@ PDI_FN void pdi_input_files_split_path(const char *path, char *name, char *folde
 #define PD_PICTURE_MEMORY_H
 
 #ifdef PDI_APP_INTERNAL
-/* [byte] Memory of the largest picture that the setup asks for, 0: none; they are drawn one by one. A callback of
- * pd_setup. */
+/* [byte] Estimated memory of the largest picture that the setup asks for, 0: none; they are drawn one by one. Of
+ * curves, the view of the metal surface (3D) and images of fields (2D, 3D, with both halves of an axisymmetric box) the
+ * largest counts. A callback of pd_setup. */
 PDI_FN double pdi_picture_memory_estimate(const pd_setup *setup);
 #endif
 
@@ -2507,8 +2623,10 @@ PDI_FN double pdi_picture_memory_estimate(const pd_setup *setup);
 #define PD_KEY_CHECK_H
 
 #ifdef PDI_APP_INTERNAL
-/* Check that each section and each key is in the table of keys. PD_ERR_PARSE or PD_ERR_ARGUMENT with file:line and the
- * nearest known name. Whether a key has an effect in this scene is checked later by pdi_text_check_unused. */
+/* Check that each section and each key of a section is in the table of keys or of a registered physics.
+ * PD_ERR_ARGUMENT: unknown section, PD_ERR_PARSE: unknown key, with file:line, the known names and the nearest one.
+ * Sections are checked first; pairs before the first section are not. Whether a key has an effect in this scene is
+ * checked later by pdi_text_check_unused. */
 PDI_FN pd_status pdi_key_check_all(pd_ctx *ctx, const pd_text *text);
 #endif
 
@@ -2533,31 +2651,35 @@ typedef struct pdi_read_constants_table {
     int count;
 } pdi_read_constants_table;
 
-/* Read all constants in the order of the file; each may use those before it. From then on `text` knows them, as long as
- * `named` lives. PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line. */
+/* Read all constants in the order of the file into `named`, which is emptied first; each may use those before it. From
+ * then on `text` knows them, as long as `named` lives. PD_ERR_ARGUMENT with file:line: a name that is reserved or a
+ * unit, fractional exponents, more than PDI_READ_CONSTANTS_MAX. PD_ERR_PARSE with file:line: no constant expression. */
 PDI_FN pd_status pdi_read_constants_read(pd_ctx *ctx, pd_text *text, pdi_read_constants_table *named);
 /* Append a constant of the program (Cs, Csat, T, ...) with its value in SI to the named constants and to those that
- * `text` knows; the strings `name` and `unit` must live as long. */
+ * `text` knows; the strings `name` and `unit` must live as long. At most PDI_READ_CONSTANTS_EXTRA of them: more is a
+ * fault of the caller, which an assertion catches. */
 PDI_FN void pdi_read_constants_add_builtin(pd_text *text, pdi_read_constants_table *named, const char *name,
                                            const char *unit, double value);
-/* SI unit of a dimension as expressions parse it, into unit[PD_UNITS_TEXT]. 1: done; 0: exponents too fractional to
- * print exactly. */
+/* SI unit of a dimension as expressions parse it, into unit[PD_UNITS_TEXT]; "" for a plain number. 1: done; 0: the text
+ * does not give the same dimension again, since its exponents are too fractional. */
 PDI_FN int pdi_read_constants_format_unit(pd_ctx *ctx, const pd_dims *dims, char *unit);
-/* 1: the name is reserved: a variable, constant or function of expressions. */
+/* 1: the name is reserved: t, x, y, z, C, Cs, Csat, rho_m, M_m, z_m, or a function or constant of expressions. */
 PDI_FN int pdi_read_constants_is_reserved(const char *name);
 #endif
 
 #endif
 
 /* ======== >>scene/read_electrolyte.h, internal ======== */
-/* 1: the text has a section of chemistry. */
+/* 1: the text has a section [chemistry], [species ...], [reaction ...] or [mineral ...]. All four names count as looked
+ * up. */
 PDI_FN int pdi_read_electrolyte_has_sections(pd_ctx *ctx, pd_text *text);
 /* Read the electrolyte, which is zeroed first, from a text whose constants are declared and whose files are included.
- * Declares the temperature T as a constant. Its solutions become neutral with their pH. */
+ * Declare the temperature T as a constant. Its solutions become neutral with their pH, NaN where none is given.
+ * PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line; what was read so far then stays in it. */
 PDI_FN pd_status pdi_read_electrolyte_sections(pd_ctx *ctx, pd_text *text, pdi_read_constants_table *named,
                                                pd_electrolyte *electrolyte);
-/* Include the files of [chemistry] into text and apply all overrides[count]; one of chemistry.include is applied before
- * the files are read. */
+/* Include the files of [chemistry] into text and apply all overrides[count]. Those that begin with "chemistry.include"
+ * are applied before the files are read, all others after, so that they replace pairs of included files. */
 PDI_FN pd_status pdi_read_electrolyte_prepare(pd_ctx *ctx, pd_text *text, const char *const *overrides, int count);
 
 /* ======== >>scene/read_tables.h ======== */
@@ -2583,12 +2705,14 @@ typedef struct pdi_read_tables_state {
 
 /* Read the column that the key selects as "heading", "heading in unit" or column number from 1. values [rows]: not yet
  * converted; unit [PD_UNITS_TEXT], *scale its size in SI, *dims its dimension. fallback: default column, NULL:
- * required. bracket 1: without "in" the unit is taken from the heading, "loss [%]". */
+ * required. bracket 1: without "in" the unit is taken from the heading, "loss [%]". PD_ERR_ARGUMENT: no such column, no
+ * unit, or a field that is no number. */
 PDI_FN pd_status pdi_read_tables_column(const pdi_read_tables_state *tables, const char *key, const char *fallback,
                                         int bracket, double *values, char *unit, double *scale, pd_dims *dims);
-/* Read all [table NAME] sections into setup->table and setup->function, which are allocated; the expressions of `text`
- * know the functions from then on. folder: of the scene. PD_ERR_PARSE, PD_ERR_ARGUMENT with the lines of the scene and
- * of the table. */
+/* Read all [table NAME] sections into setup->table and setup->function, which are allocated for pd_setup_free; the
+ * expressions of `text` know the functions after the last. Without such sections do nothing. folder: of the scene.
+ * PD_ERR_PARSE, PD_ERR_ARGUMENT with the lines of the scene and of the table: x that does not rise, a name that is
+ * taken. */
 PDI_FN pd_status pdi_read_tables_read(pd_ctx *ctx, pd_text *text, const char *folder, pd_setup *setup);
 #endif
 
@@ -2603,13 +2727,16 @@ PDI_FN pd_status pdi_read_tables_read(pd_ctx *ctx, pd_text *text, const char *fo
 #define PD_FINGERPRINT_H
 
 #ifdef PDI_APP_INTERNAL
-/* Append the lines of a text that was read, and checksums of the masks and surfaces of the setup, to
- * setup->fingerprint. */
+/* Append to setup->fingerprint, a line each: the name of the setup, sections that are present, pairs in the order of
+ * the text (not threads and output folder), checksums of masks and surfaces, and of a flat file the scale of the rate.
+ * Lines that are there stay. pd_setup_free frees it. */
 PDI_FN pd_status pdi_fingerprint_build(pd_ctx *ctx, const pd_text *text, pd_setup *setup);
-/* Append one line, given without newline, to setup->fingerprint. */
+/* Append one line, given without newline, to setup->fingerprint, which grows. On failure (out of memory) it is
+ * unchanged. */
 PDI_FN pd_status pdi_fingerprint_add_line(pd_ctx *ctx, pd_setup *setup, const char *line);
-/* Compare the fingerprint of the setup with the stored one, `kept`. PD_ERR_ARGUMENT: they differ; the message, which
- * starts with `where`, has the first difference. Either may be NULL: input that is no file. */
+/* Compare the fingerprint of the setup with the stored one, `kept`. PD_ERR_ARGUMENT: they differ, if only in the order
+ * of lines; the message, which starts with `where`, has the first stored line that the setup lacks, with its line of
+ * the same key. Either may be NULL and counts as empty: input that is no file. */
 PDI_FN pd_status pdi_fingerprint_check(pd_ctx *ctx, const pd_setup *setup, const char *kept, const char *where);
 #endif
 
@@ -2632,7 +2759,8 @@ typedef struct pdi_reader {
 /* 1: a and b differ by at most 1e-12 of the larger magnitude, the rounding of unit conversions. */
 PDI_FN int pdi_reader_is_equal(double a, double b);
 /* Read the key `initial` of a section, a concentration [mol/m3] as an expression in x, y, z (default 0), into
- * setup->initial_c. A constant must lie within the bounds of the key. */
+ * setup->initial_c, for pd_setup_free. PD_ERR_ARGUMENT: it is constant and out of the bounds of the key. An expression
+ * is not checked here. */
 PDI_FN pd_status pdi_reader_read_initial(pdi_reader *reader, int section);
 #endif
 
@@ -2645,14 +2773,18 @@ PDI_FN pd_status pdi_reader_read_initial(pdi_reader *reader, int section);
 #define PD_READ_MECHANICS_H
 
 #ifdef PDI_APP_INTERNAL
-/* Read the section [solid], if there is one, and the loads of sides, after shapes, sides and metals. Adds monitors of
- * the body and of each mechanical boundary condition. PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line. */
+/* Read the section [solid], if there is one, and the loads of sides, after shapes, sides and metals. Add monitors of
+ * the body and of each mechanical boundary condition. PD_ERR_ARGUMENT with file:line: an axisymmetric box, no solid
+ * shape, spacings that differ by more than 1e-9, a periodic side, nothing that loads the metal, or a material that does
+ * not support a key. PD_ERR_PARSE with file:line. */
 PDI_FN pd_status pdi_read_mechanics_read(pdi_reader *reader);
-/* Read a shape of kind = grip: prescribed displacements [m] of the metal in shape `shape`, at least along one axis.
- * Called before [solid] is read. */
+/* Read a shape of kind = grip: append the prescribed displacements [m] of the metal in shape `shape` to the boundary
+ * conditions. Called before [solid] is read. PD_ERR_ARGUMENT: no [solid] section, no displacement along any axis, or
+ * too many conditions. */
 PDI_FN pd_status pdi_read_mechanics_shape_bc(pd_ctx *ctx, pd_text *text, int section, int shape, pd_setup *setup);
-/* Add notes on known limits: several metals with one E, toughness without a pre-crack (initiation depends on h),
- * volumetric locking near nu = 1/2. */
+/* Add notes on known limits, if there is a [solid]: one for each metal behind the first, which has the E of the first;
+ * toughness without a pre-crack (initiation depends on h); volumetric locking, for nu above 0.45 (above 0.48 with a
+ * horizon of 1 h), not in 1D, in plane stress, or of the bond-based and ordinary materials. */
 PDI_FN void pdi_read_mechanics_add_notes(pdi_reader *reader);
 #endif
 
@@ -2665,8 +2797,8 @@ PDI_FN void pdi_read_mechanics_add_notes(pdi_reader *reader);
 #define PD_READ_PRECRACKS_H
 
 #ifdef PDI_APP_INTERNAL
-/* Read all [crack NAME] sections, after [solid]; adds a monitor for each crack that is recorded. PD_ERR_PARSE,
- * PD_ERR_ARGUMENT with file:line. */
+/* Read all [crack NAME] sections, after [solid]; add a monitor for each crack that is recorded: all in 2D, those with a
+ * direction in 3D. PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line. */
 PDI_FN pd_status pdi_read_precracks_read(pdi_reader *reader);
 #endif
 
@@ -2680,8 +2812,8 @@ PDI_FN pd_status pdi_read_precracks_read(pdi_reader *reader);
 
 #ifdef PDI_APP_INTERNAL
 /* Read all [shape ...] sections: geometry, solids, walls, materials and grains. folder: relative paths of masks and
- * surfaces start there. PD_ERR_PARSE, PD_ERR_ARGUMENT, PD_ERR_FILE with file:line; also for a part that no shape uses.
- */
+ * surfaces start there. PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line: also a shape of kind = part that no other shape
+ * uses. A scene without shapes is admitted. */
 PDI_FN pd_status pdi_read_shapes_read(pd_ctx *ctx, pd_text *text, const char *folder, pd_setup *setup);
 #endif
 
@@ -2697,11 +2829,13 @@ PDI_FN pd_status pdi_read_shapes_read(pd_ctx *ctx, pd_text *text, const char *fo
 #define PD_READ_SURFACE_STATES_H
 
 #ifdef PDI_APP_INTERNAL
-/* Read names, units, initial values and bounds of all surface states, after the species. PD_ERR_PARSE, PD_ERR_ARGUMENT
- * with file:line. */
+/* Read names, units, initial values and bounds of all surface states, after the species. PD_ERR_ARGUMENT with
+ * file:line: a state without species, without electrodes and dissolution, or in steady chemistry, a name that is taken,
+ * too many states. PD_ERR_PARSE with file:line. */
 PDI_FN pd_status pdi_read_surface_states_read(pdi_reader *reader);
-/* Read the rate laws of all surface states and the electrodes that carry them, after metals and electrodes. Adds a
- * monitor for each. Checks that each state is carried wherever a law or factor uses it. */
+/* Read the rate laws of all surface states and the electrodes that carry them, after metals and electrodes. Add a
+ * monitor for each. PD_ERR_ARGUMENT: a rate of another dimension, or a law or factor that uses a state where an
+ * electrode does not carry it. */
 PDI_FN pd_status pdi_read_surface_states_rates(pdi_reader *reader);
 /* Append the species that the expression under `key` names as [H+] to the symbol table vars[*count], whose names name[]
  * stores, each once. species_index[*species]: their indices in the electrolyte; *species: their number.
@@ -2716,7 +2850,8 @@ PDI_FN pd_status pdi_read_surface_states_symbols(pdi_reader *reader, int section
                                                  char (*name)[PD_SPECIES_NAME + 2], int *count, int *species_index,
                                                  int *species);
 /* Read the factor of the current density of an electrode (key `current_factor`) [-], an expression in x, y, z, t and
- * the surface states, if it is given. electrode: its index. */
+ * the surface states, if it is given, and set has_current_factor. electrode: its index. PD_ERR_ARGUMENT: there are no
+ * states, the curve is primary, or the factor names species. */
 PDI_FN pd_status pdi_read_surface_states_current_factor(pdi_reader *reader, int section, int electrode);
 #endif
 
@@ -2728,11 +2863,14 @@ PDI_FN pd_status pdi_read_surface_states_current_factor(pdi_reader *reader, int 
 #define PD_READ_PHYSICS_H
 
 #ifdef PDI_APP_INTERNAL
-/* Read the sections of all physics that are registered with the context, and the values that sides hold. After species
- * and states of surfaces, before rate laws. PD_ERR_ARGUMENT, PD_ERR_PARSE with file:line. */
+/* Append all physics that are registered with the context and whose section is present to setup->registered: keys of
+ * the section, and the values that sides hold. After species and states of surfaces, before rate laws. PD_ERR_ARGUMENT
+ * with file:line: a field name that is taken, too many fields, a constant out of bounds. PD_ERR_PARSE with
+ * file:line. */
 PDI_FN pd_status pdi_read_physics_read(pdi_reader *s);
-/* Give the places of a table of rate symbols the names and units of the fields; unit [PD_PHYSICS_TYPE_FIELDS]: room for
- * the units as long as the table is used. */
+/* Give the places of a table of rate symbols, from PD_SETUP_RATE_FIELD on, the names and units of the fields of
+ * registered physics in the setup; other symbols stay. unit [PD_PHYSICS_TYPE_FIELDS]: room for the units as long as the
+ * table is used. */
 PDI_FN void pdi_read_physics_set_symbols(const pd_setup *setup, pd_expr_symbol *symbols, char (*unit)[PD_UNITS_TEXT]);
 #endif
 
@@ -2749,27 +2887,34 @@ PDI_FN void pdi_read_physics_set_symbols(const pd_setup *setup, pd_expr_symbol *
 #define PD_READ_DISSOLUTION_H
 
 #ifdef PDI_APP_INTERNAL
-/* 1: the scene has a section of that name, with or without the label of a metal. */
+/* 1: the scene has a section of that name, with or without the label of a metal. An empty section header counts. */
 PDI_FN int pdi_read_dissolution_has_section(pdi_reader *reader, const char *name);
-/* Read Cs, charge and Csat. Declare Cs, Csat and the material data rho_m, M_m, z_m of the first metal as named
- * constants of all later expressions. */
+/* Read Cs, charge and Csat. Declare rho_m, M_m, z_m and Cs of the first metal, and Csat if it is given, as named
+ * constants of all later expressions. Without dissolution the keys are not read. PD_ERR_ARGUMENT: a labelled section of
+ * no metal of the shapes, or in one a key that all metals share. */
 PDI_FN pd_status pdi_read_dissolution_constants(pdi_reader *reader);
 /* Section of metal m in the text: the one with its label if that has the key (NULL: if it is present), else the one
  * without label, which is created empty where it is missing. */
 PDI_FN int pdi_read_dissolution_find_section(pdi_reader *reader, int m, const char *key);
-/* Read the dissolution rate law of each metal with its factor, with the constants of that metal. PD_ERR_ARGUMENT: laws
- * that the physics does not support, or, with [corrode], Csat not below Cs. */
+/* Read the dissolution rate law of each metal with its factor, with the constants of that metal; those of the first
+ * metal hold again afterwards. Without dissolution do nothing. PD_ERR_ARGUMENT: laws that the physics does not support,
+ * or, with [corrode], Cs of a metal not above Csat. */
 PDI_FN pd_status pdi_read_dissolution_rates(pdi_reader *reader);
-/* Before other sections are read: [corrode] switches transport and dissolution on. PD_ERR_ARGUMENT: beside
- * [dissolve]. */
+/* Set has_transport and has_dissolve if there is a [corrode] section, before other sections are read. PD_ERR_ARGUMENT:
+ * it stands beside [dissolve]. */
 PDI_FN pd_status pdi_read_dissolution_begin(pdi_reader *reader);
-/* Read the horizons over h of the fluid operators (from section `grid`) into fluid_m and of the bonds of metal (from
- * [dissolve] or [corrode]) into metal_m. [corrode] has one for both unless both are given. */
+/* Read the horizons over h of the fluid operators (section `grid`) into fluid_m and of the bonds of metal (of
+ * [dissolve] or [corrode]) into metal_m. Defaults: with [corrode] both 3, or the one that is given; else 1 of the
+ * fluid, and of metal 3 or that of the fluid, whichever is larger. PD_ERR_ARGUMENT: without [corrode] that of metal is
+ * below that of the fluid. */
 PDI_FN pd_status pdi_read_dissolution_horizons(pdi_reader *reader, int grid);
-/* Read the section [dissolve]: threshold of conversion and factor of grain boundaries. Rate laws are read
- * separately. */
+/* Read the section [dissolve]: threshold of conversion and factor of grain boundaries; rate laws are read separately.
+ * Without [dissolve] do nothing. PD_ERR_ARGUMENT: no [transport], no solid shape, or a factor other than 1 without
+ * grains. */
 PDI_FN pd_status pdi_read_dissolution_dissolve(pdi_reader *reader);
-/* Read the section [corrode]: form of the bond-based model, Csat, bulk, repassivation. */
+/* Read the section [corrode]: form of the bond-based model, factor of grain boundaries, D, initial and bulk
+ * concentration, repassivation. Without [corrode] do nothing. PD_ERR_ARGUMENT: no solid shape, Csat above Cs of the
+ * first metal, bulk or repassivation above Csat, repassivation with control = activation. */
 PDI_FN pd_status pdi_read_dissolution_corrode(pdi_reader *reader);
 #endif
 
@@ -2783,13 +2928,18 @@ PDI_FN pd_status pdi_read_dissolution_corrode(pdi_reader *reader);
 
 #ifdef PDI_APP_INTERNAL
 /* Read the sections of chemistry into the setup, if there are any: species, reactions, minerals, time treatment,
- * migration. Declares the temperature T as a constant. Solids that are no minerals are left out, with a note.
- * PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line. */
+ * migration. Set has_chemistry and declare the temperature T as a constant. Solids that are no minerals are left out,
+ * with a note. PD_ERR_ARGUMENT with file:line: no [grid], a gas, time = steady beside metal that dissolves, and values
+ * that are refused. PD_ERR_PARSE with file:line. */
 PDI_FN pd_status pdi_read_chemistry_read(pdi_reader *reader);
-/* Read the dissolution reactions of metals, after all other physics; check combinations that are not supported. */
+/* Read the dissolution reactions of metals, after all other physics. Without chemistry, or without any key `reaction`,
+ * nothing is read. PD_ERR_ARGUMENT: a reaction without chemistry, species beside a medium, several metals whose rate
+ * laws do not depend on E or species, control = activation, or a metal that dissolves by such a law without a
+ * reaction. */
 PDI_FN pd_status pdi_read_chemistry_surface_reactions(pdi_reader *reader);
 /* Read the half-reaction of an electrode. shed [species] [-]: moles of each species released (negative: consumed) per
- * mole of electrons that pass from the fluid to the metal. */
+ * mole of electrons that pass from the fluid to the metal. PD_ERR_ARGUMENT: no chemistry, a reaction without e-, or,
+ * without migration, time = steady or a reaction of a metal beside it. */
 PDI_FN pd_status pdi_read_chemistry_electrode_reaction(pdi_reader *reader, int section, double *shed);
 #endif
 
@@ -2802,10 +2952,11 @@ PDI_FN pd_status pdi_read_chemistry_electrode_reaction(pdi_reader *reader, int s
 #define PD_READ_POTENTIAL_H
 
 #ifdef PDI_APP_INTERNAL
-/* 1: the scene has a section [potential] or [electrode NAME]. */
+/* 1: the scene has a section [potential] or [electrode NAME], also without keys. */
 PDI_FN int pdi_read_potential_has_sections(pdi_reader *reader);
-/* Read all of it, if setup->has_potential, after shapes, sides, species and metals. Adds a monitor for each electrode.
- * PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line. */
+/* Read all of it, if setup->has_potential, after shapes, sides, species and metals. Add a monitor for each electrode.
+ * PD_ERR_ARGUMENT with file:line: a gas, no electrode, a constant named E or i, two prescribed values in one circuit,
+ * and values that are refused. PD_ERR_PARSE with file:line. */
 PDI_FN pd_status pdi_read_potential_read(pdi_reader *reader);
 #endif
 
@@ -2817,14 +2968,15 @@ PDI_FN pd_status pdi_read_potential_read(pdi_reader *reader);
 #define PD_READ_GAS_H
 
 #ifdef PDI_APP_INTERNAL
-/* Read the section [gas] (Euler equations), if setup->has_gas, after the sides. Sides that are walls become mirrors.
- * PD_ERR_ARGUMENT, PD_ERR_PARSE with file:line. */
+/* Read the section [gas] (Euler equations) after the sides, if setup->has_gas: gamma, density, pressure, velocity (0 by
+ * default), order, CFL number. Sides that are walls become mirrors. PD_ERR_ARGUMENT: in an axisymmetric box, or a value
+ * out of bounds. PD_ERR_PARSE with file:line. */
 PDI_FN pd_status pdi_read_gas_read(pd_ctx *ctx, pd_text *text, pd_setup *setup);
-/* Check that no flow, transport or dissolution stands beside a gas: the inviscid gas is not coupled to them.
- * PD_ERR_ARGUMENT. */
+/* Check that no [flow], [transport], [dissolve] or [corrode] stands beside a gas: the inviscid gas is not coupled to
+ * them. Without a gas do nothing. PD_ERR_ARGUMENT. */
 PDI_FN pd_status pdi_read_gas_check_alone(pd_ctx *ctx, pd_text *text, const pd_setup *setup);
-/* Read the boundary condition of a side for a gas into side->kind: slip (as a wall), inlet, outlet, periodic or mirror.
- */
+/* Read the boundary condition of a side for a gas (key `flow`) into side->kind: slip, the default, which is stored as a
+ * wall, inlet, outlet, periodic or mirror. PD_ERR_PARSE: another word. */
 PDI_FN pd_status pdi_read_gas_side(pd_ctx *ctx, pd_text *text, int section, pd_setup_side *side);
 #endif
 
@@ -2850,7 +3002,9 @@ PDI_FN pd_status pdi_read_gas_side(pd_ctx *ctx, pd_text *text, int section, pd_s
 
 #ifdef PDI_APP_INTERNAL
 /* Fill the setup from a flat text. Overrides are applied here, because k_corr refers to dx as it stands in the file. A
- * key without effect on this solver adds a note. PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line. */
+ * known key without effect on this solver adds a note. PD_ERR_PARSE with file:line: an unknown key. PD_ERR_ARGUMENT
+ * with file:line: in 1D, a number out of bounds, a box that is not of whole cells, R_wire not below R_tube, C_thresh
+ * not below C_solid_init. */
 PDI_FN pd_status pdi_read_param_file_read(pd_ctx *ctx, pd_text *text, const char *const *overrides, int count,
                                           pd_setup *setup);
 #endif
@@ -2866,11 +3020,13 @@ PDI_FN pd_status pdi_read_param_file_read(pd_ctx *ctx, pd_text *text, const char
 #ifdef PDI_APP_INTERNAL
 /* Read all of these sections, after physics, sides and box are known. PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line. */
 PDI_FN pd_status pdi_read_monitors_read(pd_ctx *ctx, pd_text *text, pd_setup *setup);
-/* Read a list of field names as a set of bits; the word none alone is 0. PD_ERR_ARGUMENT: a listed field does not exist
- * in this scene. Those of the fallback that do not exist are left out. */
+/* Read a list of field names as a set of bits *bits; the word none alone is 0. PD_ERR_ARGUMENT: a name is no field,
+ * also in the fallback, or a listed field does not exist in this scene. Fields of the fallback that do not exist are
+ * left out, where the key is absent. */
 PDI_FN pd_status pdi_read_monitors_fields(pd_ctx *ctx, pd_text *text, const pd_setup *setup, int section,
                                           const char *key, const char *fallback, pd_fields *bits);
-/* Read an axis-aligned plane "x 1 mm": *axis, and its coordinate *at [m], inside the box. */
+/* Read an axis-aligned plane "x 1 mm": *axis, and its coordinate *at [m]. PD_ERR_ARGUMENT: no axis of PD_DIM with a
+ * blank behind it, no length, or a place that is not inside the box; its sides are refused. */
 PDI_FN pd_status pdi_read_monitors_plane_position(pd_ctx *ctx, pd_text *text, const pd_setup *setup, int section,
                                                   const char *key, int *axis, double *at);
 #endif
@@ -2884,8 +3040,9 @@ PDI_FN pd_status pdi_read_monitors_plane_position(pd_ctx *ctx, pd_text *text, co
 #define PD_READ_IMAGE_OPTIONS_H
 
 #ifdef PDI_APP_INTERNAL
-/* Read the image options of the section [output] into setup->drawing, after setup->images is known. PD_ERR_PARSE,
- * PD_ERR_ARGUMENT with file:line. */
+/* Read the image options of the section [output] into setup->drawing, after setup->images is known. images = none also
+ * switches the view of the surface off. Where neither is drawn, the other options have no effect. PD_ERR_PARSE,
+ * PD_ERR_ARGUMENT with file:line: also a percentile that is not above 0 and at most 100 %. */
 PDI_FN pd_status pdi_read_image_options_read(pd_ctx *ctx, pd_text *text, int section, pd_setup *setup);
 #endif
 
@@ -2905,17 +3062,21 @@ PDI_FN pd_status pdi_read_image_options_read(pd_ctx *ctx, pd_text *text, int sec
 #define PD_READ_MEASURED_H
 
 #ifdef PDI_APP_INTERNAL
-/* Read all [measured NAME] sections, after the end time of the run is known, into setup->measured. folder: of the
- * scene. Whether the run has the figure is checked when the model is built. PD_ERR_PARSE, PD_ERR_ARGUMENT with the
- * lines of the scene and of the data file. */
+/* Read all [measured NAME] sections, after the end time of the run is known, and append them to setup->measured;
+ * pd_setup_free_measured frees their arrays. folder: of the scene. Whether the run has the figure is checked when the
+ * model is built. PD_ERR_PARSE, PD_ERR_ARGUMENT with the lines of the scene and of the data file: also where no point
+ * of a section lies in the run. */
 PDI_FN pd_status pdi_read_measured_read(pd_ctx *ctx, pd_text *text, const char *folder, pd_setup *setup);
 /* Replace all measured sections of the setup by one of a command-line text, as it would follow "file =": "wire.csv
- * start = 0.7 h". Its line is 0. `where` is the location at the start of messages. */
+ * start = 0.7 h". Its line is 0. `where` is the location at the start of messages. PD_ERR_ARGUMENT: a text that is too
+ * long or has a newline; the old sections stay. After any other error they are gone. */
 PDI_FN pd_status pdi_read_measured_replace(pd_ctx *ctx, const char *where, const char *text, pd_setup *setup);
-/* 1: the time of a data point lies in the run, 0 < t <= until [s]; such points enter the comparison. */
+/* 1: the time of a data point lies in the run, 0 < t <= until [s], with a relative tolerance of 1e-9 at the end; such
+ * points enter the comparison. */
 PDI_FN int pdi_read_measured_is_in_run(const pd_setup_measured *record, int point, double until);
-/* Plot series of the data points with 0 <= t <= last [s]: markers with error bars, in units of x_unit [s] and y_unit
- * [SI]. work [3 points]: memory of the series. */
+/* Make the plot series of the data points with 0 <= t <= last [s]: markers with error bars, of length 0 without a
+ * spread, in units of x_unit [s] and y_unit [SI]. work [3 points]: memory that the series refers to. series->count may
+ * be 0. */
 PDI_FN void pdi_read_measured_build_series(const pd_setup_measured *record, double x_unit, double y_unit, double last,
                                            double *work, pd_series *series);
 #endif
@@ -2945,8 +3106,9 @@ PDI_FN void pdi_result_line_remove_nonfinite(char *figures);
 
 #ifdef PDI_APP_INTERNAL
 /* Store or load the state of a model, between two steps or right after its build: the time loop then continues with the
- * same bits for any number of threads. Loading checks scene, end time, interval and tolerances. PD_ERR_ARGUMENT:
- * another scene (the message names the difference). After a failure the model may only be freed. */
+ * same bits for any number of threads. Loading checks that scene, end time, output interval, rtol, max_node_fraction
+ * and max_step are the same. PD_ERR_ARGUMENT: they are not (the message names the difference). After a failure the
+ * model may only be freed. */
 PDI_FN pd_status pdi_checkpoint_store_model(pd_ctx *ctx, pd_model *model, pd_archive *archive);
 #endif
 
@@ -2954,7 +3116,8 @@ PDI_FN pd_status pdi_checkpoint_store_model(pd_ctx *ctx, pd_model *model, pd_arc
 
 /* ======== >>run/field_view.h, internal ======== */
 /* Compute a field as it is now into views->field, which is allocated at its first request, and describe it in view; the
- * values stay in place until it is requested again. PD_ERR_ARGUMENT: no such field, or the scene has none. */
+ * values stay in place until it is requested again. Velocities are 0 outside the fluid. PD_ERR_ARGUMENT, view zero: no
+ * such field, or the scene has none. */
 PDI_FN pd_status pdi_field_view_get(pd_ctx *ctx, pd_model *model, pd_field_views *views, const char *name,
                                     pd_field_view *view);
 /* Free the values of all fields and zero views; every view of them is invalid then. */
@@ -2967,14 +3130,15 @@ PDI_FN void pdi_field_view_free(pd_ctx *ctx, pd_field_views *views);
 
 #ifdef PDI_APP_INTERNAL
 
-/* 1: the scene requests pictures of the surface. */
+/* 1: the scene requests pictures of the surface; 0 always in 1D and 2D. */
 PDI_FN int pdi_surface_view_is_requested(const pd_setup *setup);
 /* The field that colours the surface; PD_FIELD_COUNT: none. */
 PDI_FN pd_field pdi_surface_view_get_colour_field(const pd_setup *setup);
-/* Allocate the pixels of the rendering; freed by pdi_renderer_free. */
+/* Allocate the pixels of the rendering for the box and view direction of the setup, of its image width or the default;
+ * freed by pdi_renderer_free. */
 PDI_FN pd_status pdi_surface_view_build(pd_ctx *ctx, const pd_setup *setup, pd_rendering *shade);
-/* Mesh and render the metal surface as it is now into the pixels of shade; call pd_sample_prepare before. The mesh is
- * freed. PD_CANCELLED. */
+/* Mesh the metal surface as it is now, and render it into the pixels of shade, coloured if there is a colour field;
+ * call pd_sample_prepare before. The mesh is freed. PD_CANCELLED. */
 PDI_FN pd_status pdi_surface_view_draw(pd_ctx *ctx, const pd_model *model, pd_rendering *shade);
 #endif
 
@@ -2984,26 +3148,32 @@ PDI_FN pd_status pdi_surface_view_draw(pd_ctx *ctx, const pd_model *model, pd_re
 /* Colour map by how the values of a field lie: labels for categories, diverging where they have both signs, else
  * sequential. */
 PDI_FN pd_colour_map pdi_pictures_get_scale_map(pd_field_scale scale);
-/* Prepare the pictures that the setup requests and allocate their work; model and folder are borrowed. */
+/* Zero images, prepare the pictures that the setup requests and allocate their work; model and folder are borrowed.
+ * Without pictures only these are set. No file is written. On failure pdi_pictures_free. */
 PDI_FN pd_status pdi_pictures_build(pd_ctx *ctx, const pd_model *model, pd_output_folder *folder,
                                     pd_output_pictures *images);
-/* Begin the file of frames of a new run and enter it in the list of the folder; nothing where no frames are stored. */
+/* Create an empty file of frames for a new run, in place of an older one, enter it in the list of the folder and open
+ * it to append; nothing where no frames are stored. */
 PDI_FN pd_status pdi_pictures_begin_frame_file(pd_ctx *ctx, pd_output_pictures *images);
-/* Store the state of the pictures in a checkpoint, or load it and continue the file of frames as it was then. */
+/* Store the state of the pictures in a checkpoint, or load it, cut the file of frames to its length then and open it to
+ * append. PD_ERR_FILE: it is missing or shorter. */
 PDI_FN pd_status pdi_pictures_store(pd_ctx *ctx, pd_output_pictures *images, pd_archive *archive);
-/* Draw the pictures of all fields now and extend their colour ranges; call pd_sample_prepare before. frame: number of
- * the output time. Frames are appended to their file. PD_CANCELLED. */
+/* Draw the pictures of all requested fields now, with the range of the frames so far and this one, and write their
+ * files; call pd_sample_prepare before. frame: number of the output time. The frames are appended to their file where
+ * they are stored. PD_CANCELLED: some fields are drawn, and the frame is not counted. */
 PDI_FN pd_status pdi_pictures_draw_frames(pd_ctx *ctx, pd_output_pictures *images, int frame);
-/* After the last frame: redraw those whose colour range has grown since, and make films. PD_CANCELLED. */
+/* After the last frame: close the file of frames, redraw those whose colour range or extent has changed since, and make
+ * films. Nothing where no frames are stored. PD_CANCELLED. */
 PDI_FN pd_status pdi_pictures_finish(pd_ctx *ctx, pd_output_pictures *images);
-/* Remove the file of frames, once the run is complete. A file that cannot be removed stays. PD_ERR_SIZE: its path is
- * too long. */
+/* Remove the file of frames, once the run is complete; nothing where none are stored, and afterwards none are. A file
+ * that cannot be removed stays. PD_ERR_SIZE: its path is too long. */
 PDI_FN pd_status pdi_pictures_remove_frame_file(pd_ctx *ctx, pd_output_pictures *images);
 /* Close the file of frames, which stays, free all memory and zero images. Zeroed ones are allowed. */
 PDI_FN void pdi_pictures_free(pd_ctx *ctx, pd_output_pictures *images);
 
 /* ======== >>run/output.h, internal ======== */
-/* Create the tables and prepare pictures. model and folder, which is open, are borrowed. PD_ERR_FILE. */
+/* Zero out, create diagnostics.csv, probes.csv (with probes), the file of frames and, with fields, the ParaView script,
+ * and prepare pictures. model and folder, which is open, are borrowed. On failure pdi_output_free. PD_ERR_FILE. */
 PDI_FN pd_status pdi_output_open(pd_ctx *ctx, pd_model *model, pd_output_folder *folder, pd_output *out);
 /* Store the lengths of the files and the loss curve in a checkpoint. */
 PDI_FN pd_status pdi_output_save(pd_ctx *ctx, pd_output *out, pd_archive *archive);
@@ -3011,13 +3181,14 @@ PDI_FN pd_status pdi_output_save(pd_ctx *ctx, pd_output *out, pd_archive *archiv
  * cut off. PD_ERR_FILE: a table is missing or shorter. */
 PDI_FN pd_status pdi_output_resume(pd_ctx *ctx, pd_model *model, pd_output_folder *folder, pd_archive *archive,
                                    pd_output *out);
-/* Write a row of the diagnostics and probe tables, and append the volume loss to the curve. */
+/* Write a row of the diagnostics table and, with probes, of the probe table, sampled now; append the volume loss to the
+ * curve, also without dissolution. */
 PDI_FN pd_status pdi_output_write_rows(pd_ctx *ctx, pd_output *out, const pd_step_diagnostics *o);
-/* Write fields and pictures now and count the frame; a second call at the same time does nothing. With updates_latest
- * the loss curve is drawn, too. */
+/* Write fields and pictures now and count the frame; nothing if the last ones are of this time or a later one. On
+ * failure the frame does not count. With updates_latest the loss curve is drawn, too. */
 PDI_FN pd_status pdi_output_write_frame(pd_ctx *ctx, pd_output *out);
-/* Draw the loss curve and close the tables. over: 1: the run is complete, and its pictures get a common range.
- * PD_CANCELLED: interrupted meanwhile. */
+/* Draw the loss curve and close the tables. over: 1: the run is complete, and its pictures get a common range before.
+ * PD_CANCELLED: interrupted meanwhile; after a failure the tables may still be open, until pdi_output_free. */
 PDI_FN pd_status pdi_output_close(pd_ctx *ctx, pd_output *out, int over);
 /* Close the tables, free all memory and zero out. A zeroed one is allowed. */
 PDI_FN void pdi_output_free(pd_ctx *ctx, pd_output *out);
@@ -3031,8 +3202,8 @@ PDI_FN void pdi_output_free(pd_ctx *ctx, pd_output *out);
 
 #ifdef PDI_APP_INTERNAL
 /* Write "no step for 10.0 s, at t = 3 s: species in time tries a step of 2 ms from t = 3 s, attempt 7; the error of the
- * one before was 12 of what is allowed (GMRES 40)" into line[size]. waited [s]; doing, count: as the poll function gets
- * them. */
+ * one before was 12 of what is allowed (GMRES 40)" into line[size]; before the start is done "the start takes 10.0 s so
+ * far". waited [s]; doing, count: as the poll function gets them. */
 PDI_FN void pdi_stall_note_format(const pd_time_loop *couple, double waited, const char *doing, int64_t count,
                                   char *line, size_t size);
 #endif
@@ -3040,28 +3211,33 @@ PDI_FN void pdi_stall_note_format(const pd_time_loop *couple, double waited, con
 #endif
 
 /* ======== >>run/monitor.h, internal ======== */
-/* Build all monitors of the setup and compute their outputs once; model is borrowed. On failure all are freed, and
- * error_line says where the scene asks for what failed. PD_ERR_GEOMETRY: a probe in the wall, a box around a body that
- * comes too close to other walls. */
+/* Zero monitors, build all of the setup and compute their outputs once; model is borrowed. On failure all are freed,
+ * and error_line says where the scene asks for what failed. PD_ERR_GEOMETRY: a probe deep in a wall, a box around a
+ * body that comes too close to other walls. */
 PDI_FN pd_status pdi_monitors_build(pd_ctx *ctx, pd_model *model, pd_monitors *monitors);
-/* Start the tables in an open folder, which is borrowed. PD_ERR_FILE. */
+/* Create the tables in an open folder, which is borrowed. A monitor without outputs, as a line, has none.
+ * PD_ERR_FILE. */
 PDI_FN pd_status pdi_monitors_open(pd_ctx *ctx, pd_monitors *monitors, pd_output_folder *folder);
-/* Store the lengths of the tables in a checkpoint. */
+/* Flush the tables and store their lengths in a checkpoint; the tables have to be open. */
 PDI_FN pd_status pdi_monitors_save(pd_ctx *ctx, pd_monitors *monitors, pd_archive *archive);
-/* In place of pdi_monitors_open: continue the tables at the lengths that the checkpoint holds. PD_ERR_FILE: one is
- * missing or shorter. */
+/* In place of pdi_monitors_open: cut the tables to the lengths that the checkpoint holds and open them to append.
+ * PD_ERR_FILE: one is missing or shorter. */
 PDI_FN pd_status pdi_monitors_resume(pd_ctx *ctx, pd_monitors *monitors, pd_output_folder *folder, pd_archive *archive);
-/* Compute all outputs now and write a row of the tables that are open. Before the first step the sources of dissolution
- * are computed, too. */
+/* Compute all outputs now and write a row to each table that is open; without open tables only compute. Nothing without
+ * monitors. Fills the ghosts of concentrations; before the first step the sources of dissolution are computed, too. At
+ * the first error the remaining monitors keep their old outputs. */
 PDI_FN pd_status pdi_monitors_step(pd_ctx *ctx, pd_monitors *monitors);
-/* Write profiles and plots of lines, and of transfers along an axis, at output time number `frame`, after the step. */
+/* Write profiles and plots of lines, and of transfers along an axis, at output time number `frame`, after
+ * pdi_monitors_step. Monitors of fewer than two rows are skipped: a transfer without axis or with one layer. */
 PDI_FN pd_status pdi_monitors_write_frame(pd_ctx *ctx, pd_monitors *monitors, int frame);
 /* State of an electrode now (potential, currents, charge), from the potential solver or, with migrating ions, from the
  * species solver. */
 PDI_FN void pdi_monitor_get_electrode(const pd_model *model, int electrode, pd_cell_electrode *e);
-/* Close all tables. PD_ERR_FILE: rows could not be written. */
+/* Close all tables; those not open are allowed. PD_ERR_FILE: rows could not be written; the tables behind stay open
+ * until pdi_monitors_free. */
 PDI_FN pd_status pdi_monitors_close(pd_ctx *ctx, pd_monitors *monitors);
-/* Close the tables, free all memory and zero monitors. Zeroed ones are allowed. */
+/* Close the tables, free all memory and zero monitors. Zeroed ones are allowed. A table that fails to close is no
+ * error, and the message of ctx stays. */
 PDI_FN void pdi_monitors_free(pd_ctx *ctx, pd_monitors *monitors);
 
 /* ======== >>run/monitor_report.h ======== */
@@ -3072,51 +3248,59 @@ PDI_FN void pdi_monitors_free(pd_ctx *ctx, pd_monitors *monitors);
 #define PD_MONITOR_REPORT_H
 
 #ifdef PDI_APP_INTERNAL
-/* Print a line "result case=... plane=up time=... flow=..." with the last outputs of each monitor, and notes where they
- * are doubtful; print NULL: nothing. */
+/* Print notes on numerical diffusion and ionic strength of the model, then for each monitor that has outputs a line
+ * "result case=... plane=up time=... flow=..." with the last ones, and its notes. Outputs that are NaN or infinite are
+ * left out. print NULL: nothing. */
 PDI_FN void pdi_monitor_report_print(const pd_monitors *monitors, pd_print_fn print, void *user);
 #endif
 
 #endif
 
 /* ======== >>run/scalar_outputs.h, internal ======== */
-/* Append all scalar outputs to a list that was zero-initialised once, and set its order; the monitors hold those of the
- * last step. all: 0: of probes only smooth fields (flow, C, pH, solutes), NaN in the metal; 1: all fields of probes, 0
- * in the metal for fields of the fluid. */
+/* Append all scalar outputs to a list that was zero-initialised once, and set its order: volume loss with dissolution,
+ * monitors, probes. The monitors hold those of the last step; probes are sampled now. all: 0: of probes only smooth
+ * fields (v, p, C, pH, solutes), NaN in the metal; 1: all fields of probes, 0 in the metal for fields of the fluid. */
 PDI_FN pd_status pdi_scalar_outputs_collect(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors, int all,
                                             pd_scalar_outputs *figures);
 
 /* ======== >>run/compare_measured.h, internal ======== */
-/* Build the comparison; model and monitors, which are built, and share, the weight [-] of each monitor (NULL: 1), are
- * borrowed. curves 1: keep outputs after every step. On failure compare is zero but for error_line. PD_ERR_ARGUMENT: a
- * figure that the run does not watch, or of another dimension than the points. */
+/* Zero and build the comparison; model and monitors, which are built, and share, the weight [-] of each monitor (NULL:
+ * 1), are borrowed. curves 1: keep outputs after every step. Without measured sets it stays empty. On failure compare
+ * is zero but for error_line. PD_ERR_ARGUMENT: a figure that the run does not watch, or of another dimension than the
+ * points. */
 PDI_FN pd_status pdi_compare_measured_build(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors,
                                             const double *share, int curves, pd_measured_comparison *compare);
 /* Free the comparison and zero it. A zeroed one is allowed. */
 PDI_FN void pdi_compare_measured_free(pd_ctx *ctx, pd_measured_comparison *compare);
-/* Time [s] of the next measured point behind `time` [s] and the start; t_end [s] where there is none before it. */
+/* Smallest time [s] of a measured point that is positive, behind `time` [s] by more than 1e-9 of it, and below t_end
+ * [s]; t_end where there is none. */
 PDI_FN double pdi_compare_measured_find_next_time(const pd_measured_comparison *compare, double time, double t_end);
-/* 1 when pdi_compare_measured_step will need the scalar outputs at `time` [s]. */
+/* 1: pdi_compare_measured_step needs the scalar outputs at `time` [s]: curves are kept, or a point lies at this time
+ * within 1e-9 of it. 0 without measured points, and before the build. */
 PDI_FN int pdi_compare_measured_needs_output(const pd_measured_comparison *compare, double time);
 /* Record the present outputs, which the monitors hold, at the measured points of this time, and, if curves are kept, as
- * a new row of each curve. */
+ * a new row of each curve. Points of other times keep their values. Nothing without measured sets. */
 PDI_FN pd_status pdi_compare_measured_step(pd_ctx *ctx, pd_measured_comparison *compare);
-/* Root mean square and largest difference of computed and measured values of one set, in the unit of its column; NaN
- * where no point was reached. Points without a computed value do not count. */
+/* Root mean square and largest absolute difference of computed and measured values of one set, in the unit of its
+ * column, not weighted by the spread; within_spread counts differences <= spread, 0 without spread. Points whose
+ * computed value is NaN do not count; without others rms, largest difference and its time are NaN. At equal differences
+ * the first time counts. */
 PDI_FN void pdi_compare_measured_compute_error(const pd_measured_set *compared, pd_measured_error *result);
-/* Write a table and a plot for each set and enter them in the list of the folder. PD_ERR_FILE. */
+/* Write a table for each set and a plot where it has a curve of two rows or more and is not of the volume loss; enter
+ * them in the list of the folder. PD_ERR_FILE. */
 PDI_FN pd_status pdi_compare_measured_write(pd_ctx *ctx, const pd_measured_comparison *compare,
                                             pd_output_folder *folder);
 /* Print a line "result case=... measured=wire of=volume_loss unit=% points=9 rms=... largest=..." for each section;
- * print NULL: nothing. */
+ * values that are NaN are left out, blanks of the unit become *. print NULL, or no section: nothing. */
 PDI_FN void pdi_compare_measured_print(const pd_measured_comparison *compare, pd_print_fn print, void *user);
 
-/* Store or load the values so far in a checkpoint. */
+/* Store the computed values and curves in a checkpoint, or load them, growing the curves. PD_ERR_ARGUMENT: the
+ * checkpoint has another number of points. */
 PDI_FN pd_status pdi_compare_measured_store(pd_ctx *ctx, pd_measured_comparison *compare, pd_archive *archive);
 
 /* ======== >>run/run.h, internal ======== */
-/* Put file and line (0: the file alone) of the scene before the message of a setup that cannot be built; nothing where
- * the setup has no file. */
+/* Put file and line (0 or less: the file alone) of the scene before the message in ctx, whose status stays; nothing
+ * where the setup has no file. */
 PDI_FN void pdi_run_prefix_message(pd_ctx *ctx, const pd_setup *setup, int line);
 
 /* ======== >>run/coarsen_setup.h, internal ======== */
@@ -3393,7 +3577,7 @@ PDI_FN int pdi_file_is_absolute(const char *path)
     return pdi_file_is_separator(path[0]);
 }
 
-/* Returns 1 for an existing directory. */
+/* Returns 1 for an existing directory, also through a link; else 0. */
 static int pdi_file_is_directory(const char *path)
 {
 #if defined(_WIN32)
@@ -3593,7 +3777,8 @@ PDI_FN pd_status pdi_file_create(pd_ctx *ctx, const char *path, pd_file *file)
     return status;
 }
 
-/* Open the file itself, without a temporary one, to append (append 1) or to read (0). verb: for the message. */
+/* Zero `file` and open the file `path` itself, without a temporary one, to append (append 1) or to read (0). verb: for
+ * the message. PD_ERR_FILE; PD_ERR_ARGUMENT: no path; PD_ERR_SIZE: a path too long. */
 static pd_status pdi_file_open_in_place(pd_ctx *ctx, const char *path, int append, const char *verb, pd_file *file)
 {
     double size;
@@ -4194,8 +4379,9 @@ static void pdi_zlib_write_stored(pdi_zlib_writer *s, size_t length)
     s->used += length;
 }
 
-/* End the current block, write it as the shortest of the three kinds, and begin an empty one at `end`, the input
- * position behind it. last 1: final block. */
+/* End the current block and write it as the shortest of the three kinds, then begin an empty one at `end`, the input
+ * position behind it. Stored: only below 65536 bytes, and where that is shorter than both codes; fixed codes: also
+ * where the dynamic ones are as short. last 1: final block. Resets frequencies and symbols. */
 static void pdi_zlib_write_block(pdi_zlib_writer *s, size_t end, int last)
 {
     pdi_zlib_codes dynamic, fixed;
@@ -4261,8 +4447,9 @@ static uint32_t pdi_zlib_count_equal(const uint8_t *here, const uint8_t *there, 
     return length;
 }
 
-/* Longest match of at least 3 bytes for the position just inserted; the nearest among equal ones, and none of 3 bytes
- * farther than 4096. Returns its length, and *distance; 0: none. */
+/* Longest match of at least 3 bytes for the position just inserted, among the PDI_ZLIB_MAX_CHAIN latest positions of
+ * its hash chain within the window; the nearest among equal ones, and none of 3 bytes farther than 4096. Returns its
+ * length, and *distance; 0: none. */
 static uint32_t pdi_zlib_find_match(const pdi_zlib_writer *s, size_t position, uint32_t *distance)
 {
     uint32_t best = 2, max_length = PDI_ZLIB_MAX_MATCH;
@@ -4300,7 +4487,8 @@ static void pdi_zlib_add_symbol(pdi_zlib_writer *s, uint32_t length, uint32_t di
     if (s->symbol_count == PDI_ZLIB_BLOCK_SYMBOLS) pdi_zlib_write_block(s, end, 0);
 }
 
-/* Compress a chunk: LZ77 with one step of lazy matching. The last block stays open. */
+/* Compress a chunk: LZ77 with one step of lazy matching. A match is taken where none at the next position is longer
+ * (from PDI_ZLIB_GOOD_MATCH on without looking), else a literal. The last block stays open. */
 static void pdi_zlib_compress(pdi_zlib_writer *s)
 {
     size_t at = s->start;
@@ -4443,7 +4631,7 @@ static uint32_t pdi_zlib_read_bits(pdi_zlib_reader *s, int count)
 }
 
 /* Build a decoder from the code lengths[n]. Returns 1 for a complete code; single 1: also for no code, or a single code
- * of one bit. Else 0. */
+ * of one bit. Else 0: more codes than the lengths allow, or fewer. */
 static int pdi_zlib_build_decoder(pdi_zlib_decoder *codes, const uint8_t *lengths, int n, int single)
 {
     int offset[16], left = 1, used = 0;
@@ -4586,8 +4774,9 @@ static int pdi_zlib_read_dynamic(pdi_zlib_reader *s)
     return pdi_zlib_read_coded(s, &literals, &distances);
 }
 
-/* Read all blocks of a stream into the output and verify size and checksum; s->error tells what is wrong, NULL:
- * nothing. */
+/* Read all blocks of a stream into the output, verify that they fill it, and its Adler-32. s->error tells what is
+ * wrong, NULL: nothing. Wrong are also another header than of deflate with a window up to 32 KiB, a preset dictionary,
+ * and a block of type 3. */
 static void pdi_zlib_inflate_stream(pdi_zlib_reader *s)
 {
     uint32_t head = pdi_zlib_read_bits(s, 8) << 8;
@@ -4796,8 +4985,9 @@ static pd_status pdi_archive_file_check_elements(pd_ctx *ctx, pd_archive_file *s
                                                   : pdi_archive_file_fail_damaged_item(ctx, s, "damaged", item->name);
 }
 
-/* Read a whole file from its start; verify all checksums, the number of items, and that nothing follows the last one.
- * PD_ERR_FILE, PD_ERR_ARGUMENT. */
+/* Read a whole file from its start; verify the header, all checksums, the number of items, and that nothing follows the
+ * last one. The elements are not kept. PD_ERR_FILE: cut off, damaged, items lost, bytes behind the end; PD_ERR_ARGUMENT
+ * as of the header. */
 static pd_status pdi_archive_file_check_file(pd_ctx *ctx, pd_archive_file *s)
 {
     pdi_archive_file_item item;
@@ -4821,7 +5011,8 @@ static pd_status pdi_archive_file_check_file(pd_ctx *ctx, pd_archive_file *s)
 
 /* ---- in memory ---- */
 
-/* Append bytes to the file; where in_memory is 1, to the checkpoint in memory, whose buffer grows when it is full. */
+/* Append bytes to the file; where in_memory is 1, to the checkpoint in memory, whose buffer grows to 9/8 of what is
+ * needed when it is full. */
 static pd_status pdi_archive_file_write_bytes(pd_ctx *ctx, pd_archive_file *s, const void *data, size_t size)
 {
     if (!s->in_memory) return pdi_file_write(ctx, &s->file, data, size);
@@ -4880,7 +5071,8 @@ static pd_status pdi_archive_file_read_item(pd_ctx *ctx, pd_archive_file *s, con
     return PD_OK;
 }
 
-/* Callback of the archive: write or read an item, whichever the store (`user`) is open for, and count it. */
+/* Callback of the archive: write or read an item, whichever the store (`user`) is open for. item_count is incremented
+ * first, also where that fails. */
 static pd_status pdi_archive_file_item_callback(pd_ctx *ctx, void *user, const char *name, void *data, size_t size,
                                                 int64_t count)
 {
@@ -4890,8 +5082,8 @@ static pd_status pdi_archive_file_item_callback(pd_ctx *ctx, void *user, const c
                                  : pdi_archive_file_write_item(ctx, s, name, data, size, count);
 }
 
-/* Callback of the archive: write a number as an item; or read it and compare its bits with those of `value`, so that
- * NaN equals itself. PD_ERR_ARGUMENT: they differ. */
+/* Callback of the archive: write a number as an item of one double; or read it and compare its bits with those of
+ * `value`, so that NaN equals itself and 0 differs from -0. PD_ERR_ARGUMENT: they differ. */
 static pd_status pdi_archive_file_check_callback(pd_ctx *ctx, void *user, const char *name, double value)
 {
     pd_archive_file *s = (pd_archive_file *)user;
@@ -4991,8 +5183,8 @@ pd_status pd_archive_file_open(pd_ctx *ctx, const char *path, pd_archive_file *s
 
 PDI_FN void pdi_archive_file_abandon(pd_archive_file *s) { pdi_file_abandon(&s->file); }
 
-/* Reading: check that the end item comes next, else PD_ERR_ARGUMENT. Writing: write the end item and, except in memory,
- * commit the file. */
+/* Reading: check that the end item comes next. PD_ERR_ARGUMENT: another item comes; PD_ERR_FILE: cut off or damaged.
+ * Writing: write the end item with the number of items and, except in memory, commit the file. */
 static pd_status pdi_archive_file_end(pd_ctx *ctx, pd_archive_file *s)
 {
     pdi_archive_file_item item;
@@ -5122,8 +5314,9 @@ static int pdi_output_folder_is_lock(const char *path, int lock, const struct st
     return 1;
 }
 
-/* Try to lock the lock file at `path`. create 1: create it when it is missing; 0: one that cannot be opened counts as
- * missing. *lock: its descriptor, open only when the lock is ours. */
+/* Try once to lock the lock file at `path`. create 1: create it when it is missing; 0: one that cannot be opened counts
+ * as missing. Also missing: it was deleted or replaced meanwhile. Foreign: a link, or a file with anything but a
+ * process id. *lock: its descriptor, open only when the lock is ours. */
 static pdi_output_folder_lock_state pdi_output_folder_try_lock(const char *path, int create, int *lock)
 {
     struct stat ours, there;
@@ -5191,7 +5384,8 @@ static pd_status pdi_output_folder_fail_not_lock(pd_ctx *ctx, const char *lock)
                    "'%.300s' is a link or holds something else, expected the lock of a run or none: remove it", lock);
 }
 
-/* Lock the folder, note that in it, and write the process id into the lock file. PD_ERR_STATE, PD_ERR_FILE. */
+/* Lock the folder, note that in it, and write the process id into the lock file. PD_ERR_STATE: another run holds the
+ * lock, the lock file is none, or it keeps vanishing (8 attempts). PD_ERR_FILE: it cannot be created; PD_ERR_SIZE. */
 static pd_status pdi_output_folder_acquire_lock(pd_ctx *ctx, pd_output_folder *f)
 {
     char path[PD_PATH_SIZE], number[32];
@@ -5212,8 +5406,8 @@ static pd_status pdi_output_folder_acquire_lock(pd_ctx *ctx, pd_output_folder *f
 
 /* ---- the list ---- */
 
-/* Returns 1 for a name that a run may write: the ParaView script, or a name without folder and with a known
- * extension. */
+/* Returns 1 for a name that a run may write: the ParaView script, or a name without '/', '\\' and ':' that ends in
+ * .csv, .png, .svg, .vti, .pvd or .bin (lower case) behind at least one character; else 0. */
 static int pdi_output_folder_is_output_name(const char *name)
 {
     static const char *const ends[] = {".csv", ".png", ".svg", ".vti", ".pvd", ".bin"};
@@ -5277,8 +5471,8 @@ static pd_status pdi_output_folder_check_run_name(pd_ctx *ctx, const char *folde
                    "folder, or remove '%.200s'", folder, found_name, run_name, folder);
 }
 
-/* Delete the files of the previous run, write a new list and leave it open to append. PD_ERR_ARGUMENT: a run of another
- * name. */
+/* Delete the files of the previous run, write a new list and leave it open to append; without an old list nothing is
+ * deleted. PD_ERR_ARGUMENT: that of a run of another name, and nothing is deleted; PD_ERR_FILE. */
 static pd_status pdi_output_folder_begin_list(pd_ctx *ctx, pd_output_folder *f)
 {
     char path[PD_PATH_SIZE], found[PD_PATH_SIZE];
@@ -5519,8 +5713,8 @@ static uint64_t pdi_png_sum_magnitudes(int filter, const uint8_t *row, const uin
     return sum;
 }
 
-/* Filter a row with the filter of the smallest sum of magnitudes (heuristic of PNG 12.8), or with "up" where it equals
- * the row above. out[stride + 1]: the filter, then the residuals. */
+/* Filter a row with the filter of the smallest sum of magnitudes (heuristic of PNG 12.8), of equal ones the first; with
+ * "up" where it equals the row above, zeros for the first row. out[stride + 1]: the filter, then the residuals. */
 static void pdi_png_filter_row(const uint8_t *row, const uint8_t *above, size_t stride, size_t step, uint8_t *out)
 {
     uint64_t sum[PDI_PNG_FILTERS];
@@ -5574,7 +5768,8 @@ PDI_FN pd_status pdi_png_write_header(pd_ctx *ctx, pd_file *file, const pd_image
     return pdi_png_write_chunk(ctx, file, "IHDR", header, sizeof header);
 }
 
-/* Write a PNG file of compressed pixels; the image gives size and channels alone. */
+/* Write a PNG file of compressed pixels through a temporary file, deleted on failure; the image gives size and channels
+ * alone. */
 static pd_status pdi_png_write_file(pd_ctx *ctx, const char *path, const pd_image *image, const pdi_bytes *packed)
 {
     pd_file file;
@@ -5681,8 +5876,9 @@ static pd_status pdi_png_fail(pd_ctx *ctx, const pdi_png_reader *png, const char
     return pd_fail(ctx, PD_ERR_PARSE, "png", "%s: %s", png->path, text);
 }
 
-/* Take size, depth and colour type from the IHDR chunk. PD_ERR_PARSE: it is wrong, or what it asks for is not
- * supported. */
+/* Take size, depth and colour type from the IHDR chunk. PD_ERR_PARSE: a second one, a wrong length, no pixels or more
+ * than PD_PNG_MAX_PIXELS, an unknown colour type, compression or filter, a depth other than 8 bits (grey and palette:
+ * or 1, 2, 4), or interlacing. */
 static pd_status pdi_png_parse_header(pd_ctx *ctx, pdi_png_reader *png, const uint8_t *data, size_t size)
 {
     if (png->width) return pdi_png_fail(ctx, png, "a second IHDR chunk");
@@ -5712,8 +5908,9 @@ static pd_status pdi_png_parse_header(pd_ctx *ctx, pdi_png_reader *png, const ui
     return PD_OK;
 }
 
-/* Take one chunk into the reader: IHDR, PLTE, tRNS, IDAT (its data are appended) or IEND; unknown optional ones are
- * ignored. PD_ERR_PARSE. */
+/* Take one chunk into the reader: IHDR, PLTE, tRNS (of grey, RGB and palette), IDAT (its data are appended) or IEND;
+ * others are ignored. PD_ERR_PARSE: another chunk before IHDR, a wrong length, or an unknown chunk that is critical (a
+ * capital first letter). */
 static pd_status pdi_png_parse_chunk(pd_ctx *ctx, pdi_png_reader *png, const uint8_t *type, const uint8_t *data,
                                      size_t size)
 {
@@ -5835,7 +6032,9 @@ static pd_status pdi_png_expand_pixels(pd_ctx *ctx, const pdi_png_reader *png, c
     return PD_OK;
 }
 
-/* Decompress, unfilter and convert the pixels into a new image; nothing stays on failure. PD_ERR_PARSE. */
+/* Decompress, unfilter and convert the pixels into a new image; nothing stays on failure. PD_ERR_PARSE: fewer
+ * compressed bytes than 1/1032 of the pixels, which is found before memory is allocated, damaged data, or an index
+ * beyond the palette. */
 static pd_status pdi_png_decode_pixels(pd_ctx *ctx, const pdi_png_reader *png, pd_image *image)
 {
     size_t bits = (size_t)png->samples * (size_t)png->depth;
@@ -6093,7 +6292,8 @@ PDI_FN void pdi_svg_end_path(pdi_svg *svg, double width, uint32_t colour)
     pdi_svg_add_string(svg, " stroke-linecap=\"round\" stroke-linejoin=\"round\"/>\n");
 }
 
-/* Number of bytes of the UTF-8 character at `text`; 0: invalid, or not allowed in XML. */
+/* Number of bytes of the UTF-8 character at `text`, 1 to 4; 0: invalid (also overlong, a surrogate, cut off), a control
+ * character, or not allowed in XML. */
 static size_t pdi_svg_count_character_bytes(const char *text)
 {
     const unsigned char *p = (const unsigned char *)text;
@@ -6134,7 +6334,7 @@ PDI_FN void pdi_svg_add_text(pdi_svg *svg, double x, double y, const char *ancho
     pdi_svg_add_string(svg, "</text>\n");
 }
 
-/* Append bytes in base64 (RFC 4648). */
+/* Append bytes in base64 (RFC 4648), padded with '=', without line breaks. */
 static void pdi_svg_add_base64(pdi_svg *svg, const uint8_t *data, size_t size)
 {
     static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -6389,7 +6589,8 @@ PDI_FN void pdi_canvas_draw_frame(pdi_canvas *canvas, int left, int top, int rig
     pdi_canvas_fill_rectangle(canvas, right, top, right + 1, bottom, colour);
 }
 
-/* Distance of the point (x, y) from the segment that starts at (xa, ya) with the vector (dx, dy). */
+/* Distance of the point (x, y) from the segment that starts at (xa, ya) with the vector (dx, dy), not from its line; a
+ * zero vector is a point. */
 static double pdi_canvas_segment_distance(double x, double y, double xa, double ya, double dx, double dy)
 {
     double length2 = dx * dx + dy * dy, s = length2 > 0 ? ((x - xa) * dx + (y - ya) * dy) / length2 : 0;
@@ -6533,7 +6734,7 @@ static void pdi_canvas_scale2x(uint8_t dots[PDI_CANVAS_BITMAP_SIZE][PDI_CANVAS_B
 }
 
 /* First column with ink of a character (as of pdi_canvas_find_character), and number of columns from there to the last
- * one; digits take all columns so that numbers line up, a space takes two. */
+ * one. Digits, also superscript ones, take all columns so that numbers line up: first is 0. A space takes two. */
 static void pdi_canvas_glyph_extent(int letter, int *first, int *columns)
 {
     uint64_t glyph = pdi_canvas_glyphs[letter % PDI_CANVAS_SUPERSCRIPT - 32];
@@ -6577,8 +6778,8 @@ static int pdi_canvas_find_character(uint32_t code)
     return code >= 32 && code < 127 ? (int)code : '?';
 }
 
-/* Read the next character of a UTF-8 text and move *text behind it. Returns it as pdi_canvas_find_character does; 0 at
- * the end of the text. */
+/* Read the next character of a UTF-8 text and move *text behind it. Returns it as pdi_canvas_find_character does, so
+ * '?' for one that the font lacks; 0 at the end of the text, where *text stays. The encoding is not verified. */
 static int pdi_canvas_read_character(const char **text)
 {
     const unsigned char *p = (const unsigned char *)*text;
@@ -6615,8 +6816,9 @@ static void pdi_canvas_build_glyph_bitmap(int letter, uint8_t dots[PDI_CANVAS_BI
     pdi_canvas_scale2x(dots, 2 * PDI_CANVAS_GLYPH_COLUMNS, 2 * PDI_CANVAS_GLYPH_ROWS, square);
 }
 
-/* Draw a text with the bitmap font into an image. (x, y): where it starts, at the top of its capitals; it runs along
- * +x, or along -y where upward is 1. */
+/* Draw a text with the bitmap font into an image, blended by its coverage and clipped. (x, y): where it starts, at the
+ * top of its capitals; it runs along +x, or along -y where upward is 1. Superscripts are smaller and raised by two
+ * pixels. */
 static void pdi_canvas_draw_bitmap_text(pdi_canvas *canvas, int x, int y, int upward, uint32_t colour, const char *text)
 {
     uint8_t dots[PDI_CANVAS_BITMAP_SIZE][PDI_CANVAS_BITMAP_SIZE];
@@ -6653,7 +6855,8 @@ static int pdi_canvas_try_svg_text(pdi_canvas *canvas, int x, int y, pdi_align a
     return 1;
 }
 
-/* Pixels from the start of a text to its anchor, in the bitmap font. */
+/* Pixels from the start of a text to its anchor, in the bitmap font: 0, half of its width or all of it, for start,
+ * centre and end. */
 static int pdi_canvas_alignment_shift(pdi_align align, const char *text)
 {
     int width = align == PDI_ALIGN_START ? 0 : pdi_canvas_compute_text_width(text);
@@ -6717,8 +6920,9 @@ PDI_FN const char *pdi_unit_label_get_superscript(char sign)
     return raised[pdi_unit_label_is_digit(sign) ? sign - '0' : 10];
 }
 
-/* Typeset the characters of a unit at text[position]: u to µ, exponents to superscripts. Returns how many characters
- * were read. */
+/* Typeset the characters of a unit at text[position]: u before a letter, and not behind a letter or digit, becomes µ;
+ * digits behind a letter, with a minus sign or none, become superscripts; another character stays. Returns how many
+ * characters were read, at least 1. */
 static size_t pdi_unit_label_format_unit(const char *text, size_t position, char *out, size_t *used)
 {
     char before = position ? text[position - 1] : ' ', here = text[position], after = here ? text[position + 1] : '\0';
@@ -6778,7 +6982,8 @@ PDI_FN const char *pdi_unit_label_format_value(const char *text, char *out)
 #include <stdio.h>
 #include <string.h>
 
-/* Append a tick at a value, where there is room for one; an empty label makes a minor tick. */
+/* Append a tick at a value; nothing where there are PDI_AXIS_TICKS_MAX_COUNT. An empty label makes a minor tick; a
+ * label is cut to 31 bytes. */
 static void pdi_axis_ticks_add_tick(pdi_axis_ticks *axis, double value, const char *label)
 {
     if (axis->count >= PDI_AXIS_TICKS_MAX_COUNT) return;
@@ -6802,8 +7007,10 @@ static double pdi_axis_ticks_round_step(double x)
     return power * (mantissa <= 1 ? 1 : mantissa <= 2 ? 2 : mantissa <= 5 ? 5 : 10);
 }
 
-/* Append the ticks of a linear axis, or of a logarithmic one within a decade. Sets the exponent: a multiple of 3 where
- * numbers have six digits or many zeros, else 0. */
+/* Append the ticks of a linear axis, or of a logarithmic one within a decade: multiples of the smallest step of 1, 2 or
+ * 5 times a power of ten with at most max_labels steps over lo..hi. Sets the exponent: 0 where the larger magnitude is
+ * at least 0.01 and below 1e5, else the largest multiple of 3 up to its decimal logarithm. No tick where lo >= hi or an
+ * end is infinite; the exponent is 0 then. */
 static void pdi_axis_ticks_compute_linear(int max_labels, pdi_axis_ticks *axis)
 {
     char label[64];
@@ -6826,8 +7033,10 @@ static void pdi_axis_ticks_compute_linear(int max_labels, pdi_axis_ticks *axis)
     }
 }
 
-/* Append the ticks of a logarithmic axis: decades with labels, and up to eight decades minor ticks at 2..9 times a
- * power of ten, of which up to two decades 2 and 5 have labels. Linear ticks where fewer than two labels result. */
+/* Append the ticks of a logarithmic axis: at decades, every n-th with a label so that max_labels suffice; up to eight
+ * decades also minor ticks at 2..9 times a power of ten, of which up to two decades 2 and 5 have labels. Decades
+ * without a label are left out beyond 48. Labels are plain numbers within 1e-3..1e5, else powers of ten. Fewer than two
+ * labels: linear ticks replace them all. */
 static void pdi_axis_ticks_compute_logarithmic(int max_labels, pdi_axis_ticks *axis)
 {
     int first = (int)floor(log10(axis->lo) + 1e-9), last = (int)ceil(log10(axis->hi) - 1e-9);
@@ -6972,8 +7181,8 @@ static uint32_t pdi_colour_oklab_to_srgb(pdi_colour_oklab c)
     return packed;
 }
 
-/* OKLab colour from lightness, chroma and hue [degree]; the chroma is reduced until the colour lies in the sRGB
- * gamut. */
+/* OKLab colour from lightness, chroma and hue [degree]; the chroma is reduced in steps of 0.5 % until the colour lies
+ * in the sRGB gamut, or the chroma is below 1e-3. */
 static pdi_colour_oklab pdi_colour_lch_to_oklab(double lightness, double chroma, double hue)
 {
     pdi_colour_oklab c;
@@ -7008,7 +7217,8 @@ static pdi_colour_oklab pdi_colour_interpolate_viridis(double t)
     return a;
 }
 
-/* OKLab colour of a map at its parameter t = 0..1, before equalising the arc length. */
+/* OKLab colour of a map at its parameter t = 0..1, before equalising the arc length; PD_COLOUR_MAP_LABELS is taken as
+ * the diverging map. */
 static pdi_colour_oklab pdi_colour_evaluate_map(pd_colour_map map, double t)
 {
     static const double chroma[5] = {0.120, 0.100, 0.088, 0.150, 0.180}, hue[5] = {316, 268, 194, 152, 106};
@@ -7136,7 +7346,8 @@ PDI_FN uint32_t pdi_legend_get_colour(const pdi_legend *legend, double value)
                                                                   : pdi_colour_get_label_colour(label);
 }
 
-/* Number of rows for all labels of the series; 0: more than fit, or negative labels. */
+/* Number of rows for all labels of the series: the number of names, or without names hi + 1. 0: none, more than
+ * PDI_LEGEND_MAX_LABELS, more than max_height holds, or negative labels (lo <= -0.5). */
 static int pdi_legend_count_rows(const pdi_legend *l)
 {
     double rows = l->names ? l->count : floor(l->hi + 0.5) + 1;
@@ -7208,7 +7419,8 @@ static double pdi_contour_get_value(const pdi_contour *c, int i, int j)
 }
 
 /* Value in the middle of the face of a cell with a value towards its neighbour (di, dj), one of them 1 or -1, the other
- * 0: interpolated, or extrapolated when the neighbour has none. */
+ * 0: mean with the neighbour; where that has none, extrapolated linearly from the cell on the opposite side; where that
+ * has none either, the value of the cell. */
 static double pdi_contour_interpolate_face(const pdi_contour *c, int i, int j, int di, int dj)
 {
     double own = pdi_contour_get_value(c, i, j), next = pdi_contour_get_value(c, i + di, j + dj);
@@ -7217,8 +7429,10 @@ static double pdi_contour_interpolate_face(const pdi_contour *c, int i, int j, i
     return isnan(back) ? own : own + 0.5 * (own - back);
 }
 
-/* Value in the corner of a cell with a value towards (di, dj), each 1 or -1. All cells with a value that share a face
- * get the same one. */
+/* Value in the corner of a cell with a value towards (di, dj), each 1 or -1, from the four cells there. All have
+ * values: their mean. Three: the mean of the two on one diagonal. The cell and one that shares a face: mean of what
+ * both extrapolate to. Else the cell extrapolates alone, along both axes. All cells with a value that share a face get
+ * the same value. */
 static double pdi_contour_interpolate_corner(const pdi_contour *c, int i, int j, int di, int dj)
 {
     double own = pdi_contour_get_value(c, i, j), x = pdi_contour_get_value(c, i + di, j),
@@ -7247,8 +7461,8 @@ static void pdi_contour_interpolate_crossing(const pdi_contour_square *s, double
     point[1] = s->y[k] + fraction * (s->y[next] - s->y[k]);
 }
 
-/* Call add_segment for the segments of a contour in one square, none to two (marching squares); a saddle is decided by
- * the mean of its corners. */
+/* Call add_segment for the segments of a contour in one square, none to two (marching squares). A corner is inside
+ * where its value >= level; at a saddle the corners that agree in that with the mean of the four are connected. */
 static void pdi_contour_march_square(const pdi_contour_square *s, double level, pdi_contour_segment_fn add_segment,
                                      void *user)
 {
@@ -7372,7 +7586,8 @@ static double pdi_streamline_interpolate_face(const pdi_streamline_field *f, int
 }
 
 /* Velocity component d at the corner of four cells, at least one with fluid, cell[k]: of the other column for k & 1, of
- * the other row for k & 2; -1: no fluid. 0 at a face without flow across d. */
+ * the other row for k & 2; -1: no fluid. Mean of the cells with fluid; 0 where the face across d between one of these
+ * and a cell without fluid meets the corner. */
 static double pdi_streamline_interpolate_corner(const pdi_streamline_field *f, const int64_t *cell, int d)
 {
     double sum = 0.0;
@@ -7469,8 +7684,9 @@ static void pdi_streamline_remove_from_buckets(pdi_streamline_work *s, int64_t m
     }
 }
 
-/* Returns 1 when a point lies within `distance` [pixel], at most the spacing, of the position. own 1: points of the
- * current line, more than half a turn from arc_length [pixel] along it; 0: points of other lines. */
+/* Returns 1 when a stored point lies nearer than `distance` [pixel], at most the spacing, to the position; else 0. own
+ * 1: points of the current line whose arc length differs from arc_length [pixel] by at least that of a half circle of
+ * half the spacing as radius; 0: points of other lines. */
 static int pdi_streamline_is_point_near(const pdi_streamline_work *s, const double *position, double distance, int own,
                                         double arc_length)
 {
@@ -7492,7 +7708,7 @@ static int pdi_streamline_is_point_near(const pdi_streamline_work *s, const doub
 /* ---- one line ---- */
 
 /* Unit vector direction[2] of the velocity in the picture, times sense (1 downstream, -1 upstream). Returns 1; 0: no
- * fluid, or at rest. */
+ * fluid, outside, or a speed of at most min_speed, and direction is unchanged. */
 static int pdi_streamline_compute_direction(const pdi_streamline_work *s, const double *position, double sense,
                                             double *direction)
 {
@@ -7505,8 +7721,8 @@ static int pdi_streamline_compute_direction(const pdi_streamline_work *s, const 
     return 1;
 }
 
-/* A step of this length [pixel] of the classical Runge-Kutta method of order 4 along the line. Returns 1; 0: it leaves
- * the fluid, or comes to rest. */
+/* A step of this length [pixel] of the classical Runge-Kutta method of order 4 along the line, with unit velocity.
+ * Returns 1; 0: a stage or the end lies outside the fluid or where it is at rest. */
 static int pdi_streamline_step_rk4(const pdi_streamline_work *s, const double *from, double sense, double step,
                                    double *to)
 {
@@ -7535,7 +7751,8 @@ static pd_status pdi_streamline_add_point(pdi_streamline_work *s, const double *
     return pdi_streamline_add_to_bucket(s, point, arc_length);
 }
 
-/* Returns 1 when the segment a-b passes the seed within PDI_STREAMLINE_CLOSURE_DISTANCE, so that the line is closed. */
+/* Returns 1 when the segment a-b passes beside the seed (its foot lies on the segment) nearer than
+ * PDI_STREAMLINE_CLOSURE_DISTANCE times the spacing, so that the line is closed; else 0. */
 static int pdi_streamline_is_passing_seed(const pdi_streamline_work *s, const double *seed, const double *a,
                                           const double *b)
 {
@@ -7545,7 +7762,8 @@ static int pdi_streamline_is_passing_seed(const pdi_streamline_work *s, const do
     return fabs(x * dy - y * dx) < PDI_STREAMLINE_CLOSURE_DISTANCE * s->field->spacing * pdi_canvas_hypot(dx, dy);
 }
 
-/* Returns 1 when a face without flow is near on one side alone; a line there would be drawn on that face. */
+/* Returns 1 when along an axis a cell without fluid, or a closed side, lies at PDI_STREAMLINE_FACE_CLEARANCE times the
+ * spacing on one side alone; a line there would be drawn on that face. In a gap, with one on both sides, 0. */
 static int pdi_streamline_is_beside_face(const pdi_streamline_field *f, const double *position)
 {
     for (int d = 0; d < 2; d++) {
@@ -7561,8 +7779,8 @@ static int pdi_streamline_is_beside_face(const pdi_streamline_field *f, const do
     return 0;
 }
 
-/* Returns 1 when another line is nearer than `distance` [pixel], or the mirror line nearer than half of that; else
- * 0. */
+/* Returns 1 when another line is nearer than `distance` [pixel], or in a mirrored field the mirror line, so y below
+ * half of that; else 0. The current line does not count. */
 static int pdi_streamline_is_crowded(const pdi_streamline_work *s, const double *position, double distance)
 {
     return pdi_streamline_is_point_near(s, position, distance, 0, 0.0) ||
@@ -7570,8 +7788,9 @@ static int pdi_streamline_is_crowded(const pdi_streamline_work *s, const double 
 }
 
 /* Trace the line from its seed downstream (sense 1) or upstream (-1) and append its points after the seed. *length
- * [pixel]: its length, *closed 1: a closed loop. A line that comes near itself is traced on for a while, since it may
- * close, and cut back there otherwise. */
+ * [pixel]: its length, *closed 1: it returns to the seed. It ends where steps halved six times still leave the fluid or
+ * come to rest, or nearer than half the spacing to another line. Where it comes that near to itself it is traced on by
+ * pi times the spacing, since it may close, and cut back there otherwise. */
 static pd_status pdi_streamline_trace_half(pdi_streamline_work *s, const double *seed, double sense, double *length,
                                            int *closed)
 {
@@ -7622,8 +7841,9 @@ static void pdi_streamline_reverse_points(double *points, int64_t count)
         }
 }
 
-/* Trace a line through the seed, where the fluid moves, and no other line and no face on one side alone is near, and
- * add it to the lines if it is long enough or closed; else its points are removed. */
+/* Trace a line through the seed in both directions and add it to the lines. PD_OK, and nothing is added: the fluid is
+ * at rest at the seed, another line is nearer than the spacing, a face without flow is near on one side alone, or the
+ * line is open and shorter than PDI_STREAMLINE_MIN_LENGTH times the spacing. */
 static pd_status pdi_streamline_try_seed(pdi_streamline_work *s, const double *seed)
 {
     pdi_streamlines *l = s->lines;
@@ -7653,7 +7873,8 @@ static pd_status pdi_streamline_try_seed(pdi_streamline_work *s, const double *s
     return PD_OK;
 }
 
-/* Try seeds at both sides of all lines from index `from` on, and of the lines that this adds. */
+/* Try seeds at the distance of the spacing on both sides of each point, but the last, of all lines from index `from`
+ * on, and of the lines that this adds. */
 static pd_status pdi_streamline_seed_beside_lines(pdi_streamline_work *s, int64_t from)
 {
     pdi_streamlines *l = s->lines;
@@ -7668,8 +7889,8 @@ static pd_status pdi_streamline_seed_beside_lines(pdi_streamline_work *s, int64_
     return PD_OK;
 }
 
-/* Compute all lines: first through the middle of the cell `fastest` and beside it, then from a grid of seeds in what is
- * not connected with these. */
+/* Compute all lines: first through the middle of the cell `fastest` and beside it, then from a grid of seeds, half the
+ * spacing apart, in what is not connected with these. */
 static pd_status pdi_streamline_trace_all(pdi_streamline_work *s, int64_t fastest)
 {
     const pdi_streamline_field *f = s->field;
@@ -7790,7 +8011,8 @@ static pd_status pdi_velocity_plot_begin_strokes(pd_ctx *ctx, pdi_canvas *canvas
 /* ---- streamlines ---- */
 
 /* Add one streamline of `count` points point[][2] to the open strokes; y_sign 1: as it is, -1: mirrored at the bottom.
- * One arrow head stands in its middle, others at equal distances from there. */
+ * One arrow head stands near its middle, others at equal distances from there, but none within about half the spacing
+ * of its start or a quarter of it of its end. Fewer than two points: nothing. */
 static void pdi_velocity_plot_draw_streamline(const pdi_velocity_plot *a, pdi_canvas *canvas, const double *point,
                                               int64_t count, int y_sign)
 {
@@ -7830,8 +8052,8 @@ PDI_FN pd_status pdi_velocity_plot_draw_streamlines(pd_ctx *ctx, const pdi_veloc
 
 /* ---- arrows ---- */
 
-/* Arrow end[2] [pixel], relative to its start, y upward, for the velocity at a position[2] [pixel]. Returns 1; 0:
- * nothing flows there, or the arrow is too short. */
+/* Arrow end[2] [pixel], relative to its start, y upward, for the velocity at a position[2] [pixel]. Returns 1; 0: no
+ * fluid is there, or the arrow is shorter than PDI_VELOCITY_PLOT_MIN_LENGTH. */
 static int pdi_velocity_plot_compute_arrow(const pdi_velocity_plot *a, const double *position, double *end)
 {
     const pdi_streamline_field *f = a->field;
@@ -7937,7 +8159,10 @@ typedef struct pdi_field_plot_layout {
     pdi_legend legend;
 } pdi_field_plot_layout;
 
-/* Check all members of a picture; PD_ERR_ARGUMENT names the wrong one. */
+/* Check a picture; PD_ERR_ARGUMENT names what is wrong: no cells or values; an extent that is not positive or not
+ * finite; width neither 0 nor in its limits; magnification outside 0..256; a colour range reversed, infinite, or not
+ * positive on a log scale; an unknown map or paint; too many contours, or any of labels; a density neither 0 nor in its
+ * limits, or without velocities. */
 static pd_status pdi_field_plot_check(pd_ctx *ctx, const pd_field_plot *p)
 {
     if (p->nx < 1 || p->ny < 1 || p->nx > INT32_MAX / p->ny || !p->values)
@@ -7999,9 +8224,10 @@ PDI_FN void pdi_field_plot_adjust_range(pd_colour_map map, int log_scale, double
     }
 }
 
-/* Set the range of the colour bar and the legend: the given one, or that of the finite values that are shown, adjusted.
- * Also sets the names, colours and shown labels of the legend, and whether there is a bar, solid, walls and values <= 0
- * of a log scale. */
+/* Set the range of the colour bar and the legend: the given one where range_lo < range_hi, else that of the finite
+ * values that are shown (log scale: positive ones), adjusted; an empty one is widened. Labels have no log scale. Also
+ * sets the names, colours and shown labels of the legend, and whether there is a bar, solid, walls and values <= 0 of a
+ * log scale. */
 static void pdi_field_plot_compute_range(const pd_field_plot *p, pdi_field_plot_layout *l)
 {
     double lo = INFINITY, hi = -INFINITY;
@@ -8066,8 +8292,8 @@ static void pdi_field_plot_equalise_scale(double wanted, pdi_field_plot_scale *s
     s->pixels = pixels;
 }
 
-/* Set the ends of an axis to lo and hi [m], converted to nm, µm, mm or m by the largest magnitude `size` [m]. Returns
- * the name of the unit. */
+/* Set the ends of an axis to lo and hi [m], converted by the largest magnitude `size` [m]: to nm below 2e-6, µm below
+ * 2e-3, mm below 2, else m. Returns the name of the unit (static, UTF-8). */
 static const char *pdi_field_plot_set_axis_unit(double size, double lo, double hi, pdi_axis_ticks *axis)
 {
     double unit = size < 2e-6 ? 1e-9 : size < 2e-3 ? 1e-6 : size < 2 ? 1e-3 : 1;
@@ -8076,8 +8302,9 @@ static const char *pdi_field_plot_set_axis_unit(double size, double lo, double h
     return size < 2e-6 ? "nm" : size < 2e-3 ? "\xC2\xB5m" : size < 2 ? "mm" : "m";
 }
 
-/* Scales, aspect, units and ticks of the axes, and ticks of the colour bar. The labels of y have no sign in a mirrored
- * picture. */
+/* Scales, aspect, units and ticks of the axes, and ticks of the colour bar. Both axes have one unit where their scales
+ * differ by less than 5 %. Interpolation is used only where both axes have a pixel per cell or more, and not for
+ * labels. The labels of y have no sign in a mirrored picture. */
 static void pdi_field_plot_compute_scales(const pd_field_plot *p, pdi_field_plot_layout *l)
 {
     double lx = p->hi[0] - p->lo[0], ly = p->hi[1] - p->lo[1]; /* [m] */
@@ -8136,7 +8363,7 @@ static pdi_streamline_field pdi_field_plot_velocity_field(const pd_field_plot *p
 }
 
 /* Speed and length of the longest arrow, and length and label of the reference arrow, whose length stays 0 without
- * arrows or flow. */
+ * arrows or flow. The speed is the given one where that is positive, else the largest of the cells. */
 static void pdi_field_plot_compute_arrow_scale(const pd_field_plot *p, pdi_field_plot_layout *l)
 {
     if (!p->arrows) return;
@@ -8155,7 +8382,8 @@ static int pdi_field_plot_reference_width(const pdi_field_plot_layout *l)
     return (int)ceil(l->reference_length) + 10 + pdi_canvas_compute_text_width(l->reference_label);
 }
 
-/* Label of the x axis; it says when one axis is stretched against the other. */
+/* Label of the x axis; it names the axis that is stretched, and how many times, where the scales differ by more than 5
+ * %. */
 static void pdi_field_plot_format_x_label(const pd_field_plot *p, pdi_field_plot_layout *l)
 {
     const char *axis = pdi_field_plot_get_axis_name(p, l->aspect > 1), *x = pdi_field_plot_get_axis_name(p, 0);
@@ -8204,15 +8432,17 @@ static void pdi_field_plot_compute_layout(const pd_field_plot *p, pdi_field_plot
 static const uint32_t pdi_field_plot_paint_colours[4] = {0, PDI_FIELD_PLOT_SOLID_COLOUR, PDI_FIELD_PLOT_WALL_COLOUR,
                                                          PDI_CANVAS_BACKGROUND};
 
-/* Returns 1 when the cell has a value that the colour bar shows. */
+/* Returns 1 when the cell shows the field, and its value has a colour of the bar: not NaN, and positive on a log scale.
+ * Infinite values have one. */
 static int pdi_field_plot_has_bar_colour(const pd_field_plot *p, const pdi_field_plot_layout *l, size_t cell)
 {
     return pdi_field_plot_get_paint(p, cell) == PD_PAINT_FIELD && !isnan(p->values[cell]) &&
            (!l->axis_bar.log || p->values[cell] > 0);
 }
 
-/* Colour of pixel (px, py), py upward from the bottom of the field, interpolated bilinearly between cell centres; cells
- * without a value keep their edges. */
+/* Colour of pixel (px, py), py upward from the bottom of the field: bilinear mean, on the scale of the colour bar, of
+ * the four nearest cells that have a value. The cell of the pixel decides first: its paint, magenta for NaN, background
+ * for values <= 0 of a log scale. So cells without a value keep their edges. */
 static uint32_t pdi_field_plot_interpolate_colour(const pd_field_plot *p, const pdi_field_plot_layout *l,
                                                   const uint32_t *table, int px, int py)
 {
@@ -8244,7 +8474,8 @@ static uint32_t pdi_field_plot_interpolate_colour(const pd_field_plot *p, const 
 }
 
 /* Colour of pixel (px, py), py upward from the bottom of the field: that of its cell, or of several cells the most
- * frequent paint and the mean of the field (of labels: the first one). */
+ * frequent paint (the field wins ties) and the mean of their values (of labels: the first one). Magenta: the mean is
+ * NaN, or a label of 9e15 and more. Background: the mean is <= 0 on a log scale. */
 static uint32_t pdi_field_plot_get_pixel_colour(const pd_field_plot *p, const pdi_field_plot_layout *l,
                                                 const uint32_t *table, int px, int py)
 {
@@ -8290,8 +8521,8 @@ static void pdi_field_plot_draw_cells(const pd_ctx *ctx, const pd_field_plot *p,
 
 /* ---- contour lines ---- */
 
-/* Position 0..1 of contour k on the colour bar; outside 0..1 the colours do not show its value. NaN: a value <= 0 of a
- * log scale. */
+/* Position 0..1 of contour k on the colour bar: (k + 1) / (count + 1) where no values are given. Outside 0..1 the
+ * colours do not show its value. NaN: a value <= 0 of a log scale. */
 static double pdi_field_plot_contour_position(const pd_field_plot *p, const pdi_field_plot_layout *l, int k)
 {
     if (!p->contours) return (k + 1.0) / (p->contour_count + 1.0);
@@ -8328,7 +8559,8 @@ static void pdi_field_plot_compute_bar_positions(const pd_field_plot *p, const p
     }
 }
 
-/* Draw the contour lines, clipped to the field, over a light outline of them. */
+/* Draw the contour lines, clipped to the field, over a light outline of them; nothing without contours. Then the clip
+ * rectangle is the whole canvas. */
 static pd_status pdi_field_plot_draw_contours(pd_ctx *ctx, const pd_field_plot *p, const pdi_field_plot_layout *l,
                                               pdi_canvas *canvas)
 {
@@ -8355,7 +8587,9 @@ static pd_status pdi_field_plot_draw_contours(pd_ctx *ctx, const pd_field_plot *
     return status;
 }
 
-/* Draw arrows and streamlines. In a mirrored picture streamlines are computed in the upper half and drawn twice. */
+/* Draw the arrows, where the reference arrow has a length, then the streamlines, clipped to the field; then the clip
+ * rectangle is the whole canvas. In a mirrored picture streamlines are computed in the upper ny / 2 rows and drawn
+ * twice, arrows are those of the whole field. */
 static pd_status pdi_field_plot_draw_velocity(pd_ctx *ctx, const pd_field_plot *p, const pdi_field_plot_layout *l,
                                               pdi_canvas *canvas)
 {
@@ -8442,8 +8676,8 @@ static void pdi_field_plot_draw_colour_bar(const pd_field_plot *p, const pdi_fie
     pdi_field_plot_draw_contour_marks(p, l, canvas);
 }
 
-/* Draw the reference arrow right of the x label and, where they fit, a key of the colours of walls, solid and values <=
- * 0. */
+/* Draw the reference arrow right of the x label, unless its length is 0, and from there to the left a key of the
+ * colours of walls, solid and values <= 0: of those that occur, and fit in beside the x label. */
 static pd_status pdi_field_plot_draw_key(pd_ctx *ctx, const pdi_field_plot_layout *l, pdi_canvas *canvas)
 {
     static const char *const name[3] = {"wall", "solid", "zero or less"};
@@ -8472,7 +8706,8 @@ static pd_status pdi_field_plot_draw_key(pd_ctx *ctx, const pdi_field_plot_layou
     return PD_OK;
 }
 
-/* Draw title, label (of fields with a legend) and time stamp above the field. */
+/* Draw title, label (of fields with a legend) and time stamp above the field. The stamp ends at the right side of the
+ * field, or follows the other texts where it would overlap them. */
 static void pdi_field_plot_draw_header(const pd_field_plot *p, const pdi_field_plot_layout *l, pdi_canvas *canvas)
 {
     int y = 24, right = l->left + l->x.pixels;
@@ -8487,7 +8722,8 @@ static void pdi_field_plot_draw_header(const pd_field_plot *p, const pdi_field_p
     pdi_canvas_draw_text(canvas, start > taken ? start : taken, y, PDI_ALIGN_START, PDI_CANVAS_TEXT_COLOUR, p->stamp);
 }
 
-/* Draw the picture `what` on a new canvas: an image, or SVG where svg is given. The caller frees the image or svg. */
+/* Draw the picture `what` on a new canvas: an image, or SVG where svg is given. The caller frees the image or svg, also
+ * on failure. PD_ERR_ARGUMENT: a bad picture; PD_ERR_SIZE: too many pixels. */
 static pd_status pdi_field_plot_draw_on_canvas(pd_ctx *ctx, const void *what, pdi_svg *svg, pdi_canvas *canvas)
 {
     const pd_field_plot *picture = (const pd_field_plot *)what;
@@ -8542,7 +8778,8 @@ typedef struct pdi_deformed_plot_raster {
 } pdi_deformed_plot_raster;
 
 /* Position[2] [m] of the displaced corner of the cell (i, j) at its right (s 1) or left, upper (t 1) or lower end: it
- * moves by the mean over the cells that meet there and are connected with this one, directly or through others. */
+ * moves by the mean displacement of this cell and of those that meet there and are connected with it, directly or
+ * through others. Cells outside the grid or of NaN do not count. */
 static void pdi_deformed_plot_displace_corner(const pdi_deformed_plot *w, int i, int j, int s, int t, double *position)
 {
     const pd_field_plot *p = w->undeformed;
@@ -8600,7 +8837,9 @@ PDI_FN pd_status pdi_deformed_plot_extend_range(pd_ctx *ctx, const pdi_deformed_
     return PD_OK;
 }
 
-/* Set corner, pixel width and size of the raster for the extent lo[2] .. hi[2] [m]; its arrays are not allocated. */
+/* Set corner, pixel width and size of the raster for the extent lo[2] .. hi[2] [m]: square pixels, as few metres each
+ * as the width of the picture and a height of PD_FIELD_PLOT_MAX_ASPECT times that allow; at least one along each axis.
+ * Its arrays are not allocated. */
 static void pdi_deformed_plot_init_raster(const pdi_deformed_plot *w, const double *lo, const double *hi,
                                           pdi_deformed_plot_raster *raster)
 {
@@ -8676,8 +8915,9 @@ static void pdi_deformed_plot_draw_cell(const pdi_deformed_plot *w, int cell, pd
         }
 }
 
-/* Draw all cells, then the picture of the raster into the image, or into the file `path` where image is NULL. Allocates
- * the arrays of the raster, which the caller frees. */
+/* Draw all cells into the raster, then its picture into the image, or into the file `path` where image is NULL. The
+ * picture has a cell for each pixel: magnification 1, not smooth. Allocates the arrays of the raster, which the caller
+ * frees, also on failure. */
 static pd_status pdi_deformed_plot_draw_raster(pd_ctx *ctx, const pdi_deformed_plot *w,
                                                pdi_deformed_plot_raster *raster, const char *path, pd_image *image)
 {
@@ -8701,7 +8941,8 @@ static pd_status pdi_deformed_plot_draw_raster(pd_ctx *ctx, const pdi_deformed_p
     return image ? pd_field_plot_draw_image(ctx, &picture, image) : pd_field_plot_write(ctx, path, &picture);
 }
 
-/* Determine the extent and draw into the image, or into the file `path` where image is NULL. */
+/* Determine the extent and draw into the image, or into the file `path` where image is NULL. The given extent counts
+ * where lo < hi along both axes, else that of all displaced cells. */
 static pd_status pdi_deformed_plot_draw_or_write(pd_ctx *ctx, const pdi_deformed_plot *w, const char *path,
                                                  pd_image *image)
 {
@@ -8773,7 +9014,8 @@ static double pdi_plot_error_bar_end(const pd_plot *plot, const pd_series *s, in
     return pdi_plot_is_drawable(end, plot->y_log) ? end : s->y[i];
 }
 
-/* Check the series and the size of a plot; PD_ERR_ARGUMENT names what is wrong. */
+/* Check the series and the size of a plot; PD_ERR_ARGUMENT: not 1 to PD_PLOT_MAX_SERIES series, a width or height that
+ * is neither 0 nor in 320 x 240 to 8000 x 8000, a series of fewer than 0 points, or of points without x or y. */
 static pd_status pdi_plot_check(pd_ctx *ctx, const pd_plot *plot)
 {
     if (plot->count < 1 || plot->count > PD_PLOT_MAX_SERIES)
@@ -8790,8 +9032,9 @@ static pd_status pdi_plot_check(pd_ctx *ctx, const pd_plot *plot)
     return PD_OK;
 }
 
-/* Set type and range of an axis: lo..hi as given, or, where lo == hi, that of the data with a margin. PD_ERR_ARGUMENT:
- * the given range is reversed, infinite, or not positive on a logarithmic axis. name: for the message. */
+/* Set type and range of an axis: lo..hi as given, or, where lo == hi, that of the data with a margin of 3 % on both
+ * sides. PD_ERR_ARGUMENT: the given range is reversed, NaN, infinite, or not positive on a logarithmic axis. name: for
+ * the message. */
 static pd_status pdi_plot_set_axis_range(pd_ctx *ctx, const char *name, int log_axis, double lo, double hi,
                                          double data_lo, double data_hi, pdi_axis_ticks *axis)
 {
@@ -8823,8 +9066,8 @@ static void pdi_plot_compute_x_range(const pd_plot *plot, double *lo, double *hi
     *hi = plot->x_log ? 10.0 : 1.0;
 }
 
-/* Set the ranges of both axes, error bars included; where no point can be shown, x as above and y 0..1 (logarithmic:
- * 1..10). PD_ERR_ARGUMENT: a given range is bad. */
+/* Set the ranges of both axes from the points that both axes can show, error bars included; where there is none, x from
+ * all x that can be shown and y 0..1 (logarithmic: 1..10). PD_ERR_ARGUMENT: a given range is bad. */
 static pd_status pdi_plot_compute_ranges(pd_ctx *ctx, const pd_plot *plot, pdi_plot_layout *l)
 {
     double x_lo = INFINITY, x_hi = -INFINITY, y_lo = INFINITY, y_hi = -INFINITY;
@@ -8885,7 +9128,8 @@ static void pdi_plot_draw_axis_factor(pdi_canvas *canvas, const pdi_axis_ticks *
     pdi_canvas_draw_text(canvas, x, y, align, PDI_CANVAS_TEXT_COLOUR, text);
 }
 
-/* Draw grid lines, ticks, tick labels, frame, axis labels and title. */
+/* Draw grid lines (at ticks with a label), ticks (shorter without a label), tick labels and their powers of ten, frame,
+ * axis labels with typeset units, and title; labels and title of NULL are left out. */
 static void pdi_plot_draw_axes(const pd_plot *plot, const pdi_plot_layout *l, pdi_canvas *canvas)
 {
     int middle_x = (l->left + l->right) / 2, middle_y = (l->top + l->bottom) / 2;
@@ -8943,8 +9187,9 @@ static void pdi_plot_draw_marker(pdi_canvas *canvas, int k, double x, double y, 
         }
 }
 
-/* Draw a dashed segment, in pixels; one far longer than the canvas is left out. *arc_length [pixel]: length of the
- * curve so far, to which the segment is added; it keeps the dashes regular across the points. */
+/* Draw a dashed segment, in pixels. *arc_length [pixel]: length of the curve so far, to which the segment is added; it
+ * keeps the dashes regular across the points. A segment without length, or longer than 256 times width plus height of
+ * the canvas, is neither drawn nor added. */
 static void pdi_plot_draw_dashes(pdi_canvas *canvas, double xa, double ya, double xb, double yb, double *arc_length,
                                  uint32_t colour)
 {
@@ -8990,7 +9235,8 @@ static void pdi_plot_draw_series(const pd_plot *plot, const pdi_plot_layout *l, 
     }
 }
 
-/* Draw the error bars of series k, with a short stroke at either end. */
+/* Draw the error bars of series k, with a short stroke at either end. Points that cannot be shown, and bars that are
+ * not positive, are skipped; an end that a log axis cannot show is the point itself. */
 static void pdi_plot_draw_error_bars(const pd_plot *plot, const pdi_plot_layout *l, int k, pdi_canvas *canvas)
 {
     const pd_series *s = &plot->series[k];
@@ -9008,7 +9254,8 @@ static void pdi_plot_draw_error_bars(const pd_plot *plot, const pdi_plot_layout 
     }
 }
 
-/* Draw the markers of series k, if it has some, inside the axes; those on the frame are not clipped. */
+/* Draw the markers of series k, if its style has some, at points that can be shown and lie inside the axes or on the
+ * frame; those on the frame are not clipped. */
 static void pdi_plot_draw_markers(const pd_plot *plot, const pdi_plot_layout *l, int k, pdi_canvas *canvas)
 {
     const pd_series *s = &plot->series[k];
@@ -9053,7 +9300,8 @@ static int pdi_plot_is_in_legend(const pd_plot *plot, const pd_series *s)
     return 0;
 }
 
-/* Draw the legend of the series that are listed, if any, in the corner where it hides least of the curves. */
+/* Draw the legend of the series that are listed, if any, in the corner where it hides fewest points of the curves; of
+ * equal ones upper right, upper left, lower right, lower left. */
 static void pdi_plot_draw_legend(const pd_plot *plot, const pdi_plot_layout *l, pdi_canvas *canvas)
 {
     int rows = 0, widest = 0, best = -1, left = 0, top = 0;
@@ -9092,7 +9340,9 @@ static void pdi_plot_draw_legend(const pd_plot *plot, const pdi_plot_layout *l, 
     }
 }
 
-/* Draw the plot `what` on a new canvas: an image, or SVG where svg is given. The caller frees the image or svg. */
+/* Draw the plot `what` on a new canvas: an image, or SVG where svg is given. The caller frees the image or svg.
+ * PD_ERR_ARGUMENT: a bad plot, or fewer than 80 pixels between the labels of y and the right margin; PD_ERR_SIZE: too
+ * many pixels. */
 static pd_status pdi_plot_draw_on_canvas(pd_ctx *ctx, const void *what, pdi_svg *svg, pdi_canvas *canvas)
 {
     const pd_plot *plot = (const pd_plot *)what;
@@ -9240,7 +9490,7 @@ static int pdi_surface_nets_vertex_position(const pdi_surface_nets_work *w, cons
 }
 
 /* Add the vertex index[3] between the eight cells of which index - 1 is the lowest, with its bounds, in cells; *number:
- * its number, unchanged without a surface. */
+ * its number. Nothing, and *number is unchanged, where all or none of the cells are in the set. PD_ERR_SIZE. */
 static pd_status pdi_surface_nets_add_vertex(pdi_surface_nets_work *w, const int *index, const double *fraction,
                                              int32_t *number)
 {
@@ -9257,7 +9507,7 @@ static pd_status pdi_surface_nets_add_vertex(pdi_surface_nets_work *w, const int
 }
 
 /* Add a face of the vertices corner[4], counterclockwise seen from outside, with its value, between the cells in[3] and
- * out[3]. */
+ * out[3]; NaN where desc has no callback for values. */
 static pd_status pdi_surface_nets_add_face(pdi_surface_nets_work *w, const int32_t *corner, const int *in,
                                            const int *out)
 {
@@ -9298,7 +9548,8 @@ static pd_status pdi_surface_nets_add_vertex_faces(pdi_surface_nets_work *w, con
     return PD_OK;
 }
 
-/* Build vertices and faces layer by layer; layer 0 of the work arrays is the one before. */
+/* Build vertices and faces, in cells, layer by layer along axis 2; layer 0 of the work arrays is the one before.
+ * PD_ERR_SIZE, PD_CANCELLED. */
 static pd_status pdi_surface_nets_march_layers(pdi_surface_nets_work *w)
 {
     pdi_surface_nets_set_fractions(w, 1, -1);
@@ -9359,8 +9610,8 @@ static void pdi_surface_nets_sum_neighbours(pdi_surface_nets_work *w)
         }
 }
 
-/* Smooth the vertices (Jacobi sweeps), in units of cells, each within its bounds; vertices in a side of the grid stay
- * in it. */
+/* Smooth the vertices in units of cells: each goes half the way to the mean of its neighbours, five Jacobi sweeps,
+ * within its bounds. Vertices in a side of the grid stay in it, those without a neighbour stay. */
 static void pdi_surface_nets_smooth_vertices(pdi_surface_nets_work *w)
 {
     const pdi_surface_nets_mesh *s = w->mesh;
@@ -9383,7 +9634,8 @@ static void pdi_surface_nets_normalise(double *v)
     for (int d = 0; d < 3 && length > 0.0; d++) v[d] /= length;
 }
 
-/* Outward unit normals of the faces from the cross product of their diagonals, into face_normal[0]. */
+/* Outward unit normals of the faces from the cross product of their diagonals, into face_normal[0]; a zero vector for a
+ * face without area. */
 static void pdi_surface_nets_compute_face_normals(pdi_surface_nets_work *w)
 {
     const pdi_surface_nets_mesh *s = w->mesh;
@@ -9412,8 +9664,9 @@ static void pdi_surface_nets_list_vertex_faces(pdi_surface_nets_work *w)
     w->first_face[s->vertex_count] = 4 * s->face_count;
 }
 
-/* Add to sum[3] the normals of the faces at a vertex `corner` as one face sees them: weights fall with the angle to its
- * own normal, to 0 at a sharp edge. */
+/* Add to sum[3] the normals of the faces at a vertex `corner` as one face sees them: the weight falls linearly with the
+ * cosine of the angle to its own normal, from 1 to 0 at PDI_SURFACE_NETS_EDGE_COSINE (60 degrees), and stays 0
+ * beyond. */
 static void pdi_surface_nets_add_near_normals(const pdi_surface_nets_work *w, int64_t face, int64_t corner, double *sum)
 {
     const double *own = &w->face_normal[0][3 * face];
@@ -9425,8 +9678,8 @@ static void pdi_surface_nets_add_near_normals(const pdi_surface_nets_work *w, in
     }
 }
 
-/* Compute and smooth the face normals, but not across sharp edges; then set corner_normal, the normals of each face at
- * its vertices. */
+/* Compute the face normals and smooth them in six sweeps, but not across edges sharper than 60 degrees; then set
+ * corner_normal, the unit normals of each face at its vertices. */
 static void pdi_surface_nets_compute_normals(pdi_surface_nets_work *w)
 {
     pdi_surface_nets_mesh *s = w->mesh;
@@ -9660,8 +9913,9 @@ static double pdi_renderer_edge_function(const double *a, const double *b, doubl
     return (b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0]);
 }
 
-/* Rasterise a triangle c[3] into the z-buffer where it is nearest, front faces alone. flat 1: one `value`; 0: values
- * interpolated between corners. */
+/* Rasterise a triangle c[3] into the z-buffer, clipped to the image, where it is nearer to the eye than what is there.
+ * Front faces alone: other ones, and such without area, are skipped. flat 1: one `value`; 0: values interpolated
+ * between corners. */
 static void pdi_renderer_draw_triangle(const pd_rendering *s, const pdi_renderer_corner *const *c, int flat,
                                        double value, pdi_renderer_zbuffer *p)
 {
@@ -9700,7 +9954,8 @@ static void pdi_renderer_draw_triangle(const pd_rendering *s, const pdi_renderer
         }
 }
 
-/* Rasterise all faces of the mesh, each as two triangles along its shorter diagonal. */
+/* Rasterise all faces of the mesh, each as two triangles along its shorter diagonal in the image. A face has one value
+ * where labels is 1 or it has none (NaN), else that interpolated between its vertices. */
 static void pdi_renderer_draw_faces(const pd_rendering *s, const pdi_surface_nets_mesh *shell, int labels,
                                     pdi_renderer_zbuffer *p)
 {
@@ -9740,7 +9995,9 @@ PDI_FN void pdi_renderer_project_box_edge(const pd_rendering *s, int d, int k, d
     pdi_renderer_project_point(s, x, b);
 }
 
-/* Count a sample in `edge` for each pixel on the line a-b, of its width, that no face hides. */
+/* Count a sample in `edge` for each pixel whose sample lies within half the edge width of the line a-b, and which no
+ * face hides (depth offset towards the eye); nothing where a and b are one pixel position. The line lies inside the
+ * image. */
 static void pdi_renderer_draw_edge(pd_rendering *s, const pdi_renderer_zbuffer *p, const double *a, const double *b)
 {
     double dx = b[0] - a[0], dy = b[1] - a[1], square = dx * dx + dy * dy;
@@ -9800,7 +10057,8 @@ static void pdi_renderer_add_sample(pd_rendering *s, const pdi_renderer_zbuffer 
     }
 }
 
-/* Render all samples of the pixels and average them into value, brightness, coverage and edge. The sums start at 0. */
+/* Render all samples of the pixels and average them into value (of samples that have one, NaN without), brightness (of
+ * samples on the body, 0 without), coverage and edge, which are numbers of samples. The sums start at 0. */
 static void pdi_renderer_draw_samples(pd_rendering *s, const pdi_surface_nets_mesh *shell, int labels,
                                       pdi_renderer_zbuffer *p, pdi_renderer_sums *sums)
 {
@@ -9888,7 +10146,8 @@ typedef struct pdi_surface_plot_layout {
     double scale_bar_length; /* [pixel] length of the scale bar */
 } pdi_surface_plot_layout;
 
-/* Set length [pixel] and label of the scale bar: the largest of 1, 2 and 5 times a power of ten [m] that fits. */
+/* Set length [pixel] and label of the scale bar: the largest of 1, 2 and 5 times a power of ten [m] that is at most
+ * PDI_SURFACE_PLOT_MAX_SCALE_FRACTION of the width of the view; labelled in nm, µm, mm or m. */
 static void pdi_surface_plot_compute_scale_bar(const pd_rendering *s, pdi_surface_plot_layout *l)
 {
     static const char *const units[] = {"nm", "\xC2\xB5m", "mm", "m"};
@@ -9948,7 +10207,8 @@ static void pdi_surface_plot_compute_layout(const pdi_surface_plot *r, pdi_surfa
     l->height = l->top + s->height + 14 + PDI_CANVAS_CAPITAL_HEIGHT + 22;
 }
 
-/* Colour of the surface for a value, before shading; that of metal for NaN, and for values <= 0 of a log scale. */
+/* Colour of the surface for a value, before shading. That of metal where values are not used, for NaN, and for values
+ * <= 0 of a log scale; labels have the colour of the legend, labels of 9e15 and more one of the table. */
 static uint32_t pdi_surface_plot_get_unshaded_colour(const pdi_surface_plot *r, const pdi_surface_plot_layout *l,
                                                      double value)
 {
@@ -9991,8 +10251,8 @@ static void pdi_surface_plot_draw_pixels(const pdi_surface_plot *r, const pdi_su
         }
 }
 
-/* Draw the letter of axis d outside the box, beside an edge of its silhouette: of x and y the lowest edge, of z the
- * leftmost. */
+/* Draw the letter of axis d outside the box, beside an edge along d of its silhouette (of its two faces one is seen)
+ * that is longer than a pixel: of x and y the lowest edge, of z the leftmost. Nothing where there is none. */
 static void pdi_surface_plot_draw_axis_letter(const pd_rendering *s, const pdi_surface_plot_layout *l, int d,
                                               pdi_canvas *canvas)
 {
@@ -10040,7 +10300,8 @@ static void pdi_surface_plot_draw_texts(const pdi_surface_plot *r, const pdi_sur
     for (int d = 0; d < 3; d++) pdi_surface_plot_draw_axis_letter(r->rendering, l, d, canvas);
 }
 
-/* Draw the picture `what` on a new canvas: an image, or SVG where svg is given. The caller frees the image or svg. */
+/* Draw the picture `what` on a new canvas: an image, or SVG where svg is given. The caller frees the image or svg, also
+ * on failure. PD_ERR_SIZE: too many pixels. The picture itself is not checked. */
 static pd_status pdi_surface_plot_draw_on_canvas(pd_ctx *ctx, const void *what, pdi_svg *svg, pdi_canvas *canvas)
 {
     const pdi_surface_plot *r = (const pdi_surface_plot *)what;
@@ -10136,7 +10397,9 @@ static int64_t pdi_vti_count_cells(const pd_grid *grid)
     return cells;
 }
 
-/* Check the time, the grid and the fields. PD_ERR_ARGUMENT names the wrong one. */
+/* Check the time, the grid and the fields. PD_ERR_ARGUMENT names the wrong one: time not finite; count negative, or
+ * fields NULL; an axis without cells; a field whose name is empty, there twice, of 256 bytes and more in XML or with a
+ * control character, whose data are NULL or whose type is unknown. */
 static pd_status pdi_vti_check_fields(pd_ctx *ctx, const pd_grid *grid, double time, const pd_vti_field *fields,
                                       int count)
 {
@@ -10160,7 +10423,7 @@ static pd_status pdi_vti_check_fields(pd_ctx *ctx, const pd_grid *grid, double t
 }
 
 /* Convert one component of a field at a node to the number type of the file, into out; components beyond PD_DIM, or
- * beyond one of a scalar, are 0. */
+ * beyond one of a scalar, are 0. A double beyond the range of Float32 becomes infinite, NaN stays. */
 static void pdi_vti_convert_value(const pd_grid *grid, const pd_vti_field *f, int component, int32_t node, uint8_t *out)
 {
     size_t size = pdi_vti_type_sizes[f->type];
@@ -10178,8 +10441,8 @@ static void pdi_vti_convert_value(const pd_grid *grid, const pd_vti_field *f, in
     } else memcpy(out, (const uint8_t *)f->data + at * size, size);
 }
 
-/* Write the data of a field: their length in 8 bytes, then one row of the box (axis 0) at a time, the components of a
- * cell together. row: buffer of 24 n[0] bytes. */
+/* Write the data of a field, without ghost nodes: their length in 8 bytes, then one row of the box (axis 0) at a time,
+ * the components of a cell together. row: buffer of 24 n[0] bytes. PD_CANCELLED, PD_ERR_FILE. */
 static pd_status pdi_vti_write_data(pd_ctx *ctx, pd_file *file, const pd_grid *grid, const pd_vti_field *f,
                                     uint8_t *row)
 {
@@ -10277,7 +10540,8 @@ static pd_status pdi_vti_begin_cell_data(pd_ctx *ctx, pd_file *file, const pd_gr
     return pdi_file_write_text(ctx, file, text);
 }
 
-/* Write the DataArray tag of a field; offset [byte] in the appended data. A unit that does not fit is left out. */
+/* Write the DataArray tag of a field; offset [byte] in the appended data. A unit that does not fit 63 bytes in XML, or
+ * holds a control character, is left out. */
 static pd_status pdi_vti_write_array_tag(pd_ctx *ctx, pd_file *file, const pd_vti_field *f, uint64_t offset)
 {
     char text[PDI_VTI_TEXT_SIZE], name[256], unit[64] = "";
@@ -10357,7 +10621,7 @@ static const char *pdi_vti_relative_path(const pd_pvd *pvd, const char *file)
     return length && strncmp(pvd->path, file, length) == 0 ? file + length : file;
 }
 
-/* Write the collection file. */
+/* Write the collection file through a temporary one, which is deleted on failure. PD_ERR_FILE. */
 static pd_status pdi_vti_write_collection(pd_ctx *ctx, const pd_pvd *pvd)
 {
     char head[160];
@@ -10552,8 +10816,8 @@ PDI_FN pd_status pdi_paraview_write_script(pd_ctx *ctx, const char *path)
 
 /* Writing. */
 
-/* Check the number of columns and names[columns]. PD_ERR_ARGUMENT: a name is NULL, empty, there twice, or has a control
- * character. */
+/* Check the number of columns and names[columns]. PD_ERR_ARGUMENT: not 1 to PD_CSV_MAX_COLUMNS columns; a name is NULL,
+ * empty, there twice, or has a control character (below 32). */
 static pd_status pdi_csv_check_names(pd_ctx *ctx, const char *path, const char *const *names, int columns)
 {
     if (columns < 1 || columns > PD_CSV_MAX_COLUMNS)
@@ -10573,7 +10837,8 @@ static pd_status pdi_csv_check_names(pd_ctx *ctx, const char *path, const char *
     return PD_OK;
 }
 
-/* Write a column name, in quotes when it would be misread without them. */
+/* Write a column name; in quotes, its own quotes doubled, when it holds a comma or a quote, begins with '#', or begins
+ * or ends with a space. */
 static pd_status pdi_csv_write_name(pd_ctx *ctx, pd_file *file, const char *name)
 {
     if (!strpbrk(name, ",\"") && name[0] != '#' && name[0] != ' ' && name[strlen(name) - 1] != ' ')
@@ -10681,7 +10946,7 @@ static pd_status pdi_csv_add_field(pd_ctx *ctx, pdi_csv_reader *r, size_t offset
 
 /* Read a quoted field at the current position and remove its quotes in place; the position moves to the separator
  * behind it. *stop: where its terminating 0 belongs. That may be the separator itself, so the caller sets it after
- * looking at it. */
+ * looking at it. PD_ERR_PARSE: the quote is not closed on its line, or is followed by text. */
 static pd_status pdi_csv_read_quoted_field(pd_ctx *ctx, pdi_csv_reader *r, size_t *stop)
 {
     char *text = r->table->text;
@@ -10717,8 +10982,9 @@ static pd_status pdi_csv_read_plain_field(pd_ctx *ctx, pdi_csv_reader *r, size_t
     return PD_OK;
 }
 
-/* Read all fields of a line, each terminated by 0 in place; the position moves to the next line. *fields: their number.
- * PD_ERR_PARSE. */
+/* Read all fields of a line, each terminated by 0 in place, unquoted ones without white space around them; the position
+ * moves to the next line. *fields: their number. PD_ERR_PARSE: more than 256 fields, a quote that is open or has text
+ * behind it. */
 static pd_status pdi_csv_read_line(pd_ctx *ctx, pdi_csv_reader *r, int *fields)
 {
     char *text = r->table->text;
@@ -10766,8 +11032,9 @@ static pd_status pdi_csv_add_row(pd_ctx *ctx, pdi_csv_reader *r, int fields)
     return PD_OK;
 }
 
-/* Parse table->text in place: header line and rows; lines that are blank or begin with '#' are skipped. PD_ERR_PARSE: a
- * byte 0, no header line, or a fault in a line. */
+/* Parse table->text in place: a byte order mark is skipped, the first line gives the names, others are rows. Lines that
+ * are blank, or begin with '#' behind white space, are skipped. PD_ERR_PARSE: a byte 0, no header line, or a fault in a
+ * line. */
 static pd_status pdi_csv_parse(pd_ctx *ctx, pd_table *table)
 {
     pdi_csv_reader r = {table, 0, 0, 0};
@@ -11021,8 +11288,8 @@ static pd_status pdi_gmsh_skip_numbers(pdi_gmsh_reader *m, const char *what, int
 
 /* ---- $MeshFormat, $Entities, $Nodes ---- */
 
-/* Read the section $MeshFormat and set the version. PD_ERR_PARSE: another version than 2.2 and 4.1, or a binary
- * file. */
+/* Read the section $MeshFormat to its end mark and set the version: 2 for 2.2, 4 for 4.1. PD_ERR_PARSE: another
+ * version, or a binary file. */
 static pd_status pdi_gmsh_read_format(pdi_gmsh_reader *m)
 {
     const char *at = m->tokenizer->position;
@@ -11051,8 +11318,9 @@ static pd_status pdi_gmsh_read_groups(pdi_gmsh_reader *m, int64_t *tag)
     return PD_OK;
 }
 
-/* Read the section $Entities of format 4.1, and keep the groups of entities of PD_DIM dimensions, sorted by id, in new
- * memory. */
+/* Read the section $Entities of format 4.1 to its end mark, and keep ids (with their sign) and groups of the entities
+ * of PD_DIM dimensions, sorted by id, in new memory; bounds and extents are skipped. PD_ERR_PARSE: a fault, or a second
+ * such section. */
 static pd_status pdi_gmsh_read_entities(pdi_gmsh_reader *m)
 {
     int64_t count[4], id, tag, bounds;
@@ -11077,7 +11345,8 @@ static pd_status pdi_gmsh_read_entities(pdi_gmsh_reader *m)
     return pdi_tokenizer_expect_word(s, "$EndEntities");
 }
 
-/* Read the three coordinates of a node, in units of the file. PD_ERR_PARSE: one is not below 1e100. */
+/* Read the three coordinates of a node, in units of the file. PD_ERR_PARSE: one is no number, or its magnitude is not
+ * below 1e100. */
 static pd_status pdi_gmsh_read_coordinates(pdi_gmsh_reader *m, pdi_gmsh_node *node)
 {
     for (int d = 0; d < 3; d++) {
@@ -11090,7 +11359,8 @@ static pd_status pdi_gmsh_read_coordinates(pdi_gmsh_reader *m, pdi_gmsh_node *no
 }
 
 /* Read the blocks of nodes of format 4.1, node_count in all, in the order of the file: ids, then coordinates, which
- * parameters may follow on their line. */
+ * parameters may follow on their line; these are skipped. PD_ERR_PARSE: more or fewer nodes than node_count, or a
+ * fault. */
 static pd_status pdi_gmsh_read_node_blocks(pdi_gmsh_reader *m, int64_t blocks)
 {
     int64_t value, count, done = 0;
@@ -11117,8 +11387,9 @@ static pd_status pdi_gmsh_read_node_blocks(pdi_gmsh_reader *m, int64_t blocks)
                               (double)m->node_count);
 }
 
-/* Read the section $Nodes into new memory, sort the nodes by id, and set the extent of the cells: the largest distance
- * from the first node along an axis. PD_ERR_PARSE: a number twice. */
+/* Read the section $Nodes to its end mark into new memory, sort the nodes by id, and set the extent of the cells: the
+ * largest distance from the node of the lowest id along an axis, in units of the file. PD_ERR_PARSE: an id twice, a
+ * second such section, or a fault. */
 static pd_status pdi_gmsh_read_nodes(pdi_gmsh_reader *m)
 {
     int64_t blocks = 0, bound;
@@ -11156,8 +11427,8 @@ static pd_points_cell_type pdi_gmsh_find_cell_type(int64_t type, int *dimension)
     return type >= 1 && type <= 7 ? (pd_points_cell_type)type : PD_POINTS_CELL_NONE;
 }
 
-/* *is_used 1: elements of this type become points; 0: they have a lower dimension and are skipped. position: for the
- * message. PD_ERR_PARSE: unknown, of higher dimension or of higher order. */
+/* *is_used 1: elements of this type have PD_DIM dimensions and become points; 0: they have fewer and are skipped.
+ * position: for the message. PD_ERR_PARSE: an unknown type, one of more dimensions, or a used one of higher order. */
 static pd_status pdi_gmsh_check_element_type(pdi_gmsh_reader *m, const char *position, int64_t type, int *is_used)
 {
     int dimension;
@@ -11184,7 +11455,8 @@ static pdi_gmsh_cell_key *pdi_gmsh_find_slot(const pdi_gmsh_reader *m, const pdi
     return &m->slot[at];
 }
 
-/* Make room for one more cell in the hash table: double it when it is half full. */
+/* Make room for one more cell in the hash table: where it is half full, enter all cells into a new one of twice the
+ * size (1024 at first). */
 static pd_status pdi_gmsh_grow_hash_table(pdi_gmsh_reader *m)
 {
     pdi_gmsh_reader larger = *m;
@@ -11220,8 +11492,10 @@ static pd_status pdi_gmsh_add_cell_key(pdi_gmsh_reader *m, pd_points_cell_type f
     return PD_OK;
 }
 
-/* Read the nodes of a cell from the rest of its line, and add its point and faces; a repeated cell is only checked.
- * surface: its entity; within one entity all cells have one orientation. PD_ERR_PARSE. */
+/* Read the nodes of a cell from the rest of its line, and add its point and faces; of a cell that has been read before
+ * orientation and shape are checked alone. surface: its entity; the orientation that later cells must share begins anew
+ * where it changes. PD_ERR_PARSE: an unknown node, text behind the nodes, or what pd_points_add_cell refuses: folded,
+ * without volume, off the line or plane, of the other orientation. */
 static pd_status pdi_gmsh_read_cell(pdi_gmsh_reader *m, pd_points_cell_type form, int64_t surface, int32_t tag)
 {
     const double *corner[8];
@@ -11254,8 +11528,9 @@ static pd_status pdi_gmsh_read_cell(pdi_gmsh_reader *m, pd_points_cell_type form
                               pd_points_count_corners(form));
 }
 
-/* Read an element of format 2.2: number, type, tags (physical group, then entity), nodes. It becomes a point where it
- * has PD_DIM dimensions. */
+/* Read an element of format 2.2: number, type, tags (physical group, then entity, taken without sign; 0 where missing),
+ * nodes. It becomes a point where it has PD_DIM dimensions; one of fewer is skipped. PD_ERR_PARSE: its type or its cell
+ * is refused. */
 static pd_status pdi_gmsh_read_element(pdi_gmsh_reader *m)
 {
     int64_t id, type, count, tag[2] = {0, 0}, value;
@@ -11276,8 +11551,10 @@ static pd_status pdi_gmsh_read_element(pdi_gmsh_reader *m)
     return PD_OK;
 }
 
-/* Read a block of elements of format 4.1; those of PD_DIM dimensions become points with the group of their entity.
- * *remaining: number of elements that remain in the section, reduced by those of the block. */
+/* Read a block of elements of format 4.1; those of PD_DIM dimensions become points with the group of their entity (0
+ * without a section $Entities), those of fewer are skipped. *remaining: number of elements that remain in the section,
+ * reduced by those of the block. PD_ERR_PARSE: more than remain, an entity that $Entities lacks, or a type or cell that
+ * is refused. */
 static pd_status pdi_gmsh_read_element_block(pdi_gmsh_reader *m, int64_t *remaining)
 {
     int64_t dimension, type, count, id;
@@ -11306,7 +11583,8 @@ static pd_status pdi_gmsh_read_element_block(pdi_gmsh_reader *m, int64_t *remain
     return PD_OK;
 }
 
-/* Read the section $Elements. */
+/* Read the section $Elements to its end mark. PD_ERR_PARSE: it comes before $Nodes or a second time, its blocks hold
+ * more or fewer elements than it says, or an element is refused. */
 static pd_status pdi_gmsh_read_elements(pdi_gmsh_reader *m)
 {
     int64_t blocks = 0, count, bound;
@@ -11337,7 +11615,8 @@ static pd_status pdi_gmsh_skip_section(pdi_gmsh_reader *m, const char *name, siz
     return pdi_tokenizer_fail(m->tokenizer, name, "the section %.*s has no end", size < 40 ? (int)size : 40, name);
 }
 
-/* Read all sections of the file, $MeshFormat first. PD_ERR_PARSE: none of elements, a partitioned or parametric
+/* Read all sections of the file, $MeshFormat first; unknown ones are skipped, as is $Entities of format 2.2.
+ * PD_ERR_PARSE: no section $Elements, text outside of sections, a section without an end, a partitioned or parametric
  * mesh. */
 static pd_status pdi_gmsh_read_sections(pdi_gmsh_reader *m)
 {
@@ -11487,7 +11766,8 @@ static pd_status pdi_vtu_read_tag(pdi_vtu_reader *v, pdi_vtu_xml_tag *tag, int *
     return PD_OK;
 }
 
-/* Value of an attribute of a tag. Returns 1; 0: the tag has none of this name, and *value is unchanged. */
+/* Value of an attribute of a tag, as it stands in the file. Returns 1; 0: the tag has none of this name, and *value is
+ * unchanged. */
 static int pdi_vtu_find_attribute(const pdi_vtu_xml_tag *tag, const char *name, pdi_vtu_text *value)
 {
     const char *at = tag->attributes.begin, *end = at + tag->attributes.size;
@@ -11513,7 +11793,8 @@ static int pdi_vtu_find_attribute(const pdi_vtu_xml_tag *tag, const char *name, 
     return 0;
 }
 
-/* Read an integer attribute from 0 to high; absent: `fallback`, or an error where that is negative. */
+/* Read an integer attribute from 0 to high; absent: `fallback`, or PD_ERR_PARSE where that is negative. PD_ERR_PARSE:
+ * no integer in that range. */
 static pd_status pdi_vtu_read_integer(const pdi_vtu_reader *v, const pdi_vtu_xml_tag *tag, const char *name,
                                       int64_t high, int64_t fallback, int64_t *value)
 {
@@ -11605,7 +11886,8 @@ static int pdi_vtu_read_size(const pdi_vtu_reader *v, pdi_vtu_byte_stream *s, ui
 }
 
 /* Inflate the zlib blocks of an array, from their sizes on, into out[size]. *fault: an error text, NULL when all is
- * well; it may be set with PD_OK. */
+ * well; with PD_OK it is set where the data end early or the blocks do not add up to `size`. A damaged block is
+ * PD_ERR_PARSE. */
 static pd_status pdi_vtu_inflate_blocks(const pdi_vtu_reader *v, pdi_vtu_byte_stream *s, uint8_t *out, size_t size,
                                         const char **fault)
 {
@@ -11678,7 +11960,8 @@ static double pdi_vtu_decode_number(const pdi_vtu_reader *v, const uint8_t *byte
     return value;
 }
 
-/* Set the stream to the start of an array, inline or appended. PD_ERR_PARSE: beyond the appended data. */
+/* Set the stream to the start of an array: appended, at its offset, where its format says so, else inline and base64.
+ * PD_ERR_PARSE: no offset, no appended data, or beyond them. */
 static pd_status pdi_vtu_open_array(const pdi_vtu_reader *v, const pdi_vtu_array *a, pdi_vtu_byte_stream *s)
 {
     pdi_vtu_text format;
@@ -11696,8 +11979,8 @@ static pd_status pdi_vtu_open_array(const pdi_vtu_reader *v, const pdi_vtu_array
     return PD_OK;
 }
 
-/* Decode a binary array of `count` numbers into value[count]. PD_ERR_PARSE: too few or too many, or one not below
- * 1e100. */
+/* Decode a binary array of `count` numbers, inline or appended, packed or not, into value[count]. PD_ERR_PARSE: too few
+ * or too many bytes, damaged data, or a number whose magnitude is not below 1e100. */
 static pd_status pdi_vtu_decode_binary(const pdi_vtu_reader *v, const pdi_vtu_array *a, int64_t count, double *value)
 {
     pdi_vtu_text text = {"", 0};
@@ -11740,7 +12023,8 @@ static pd_status pdi_vtu_parse_ascii(const pdi_vtu_reader *v, const pdi_vtu_arra
 }
 
 /* Decode the array `which`, of `count` numbers, into new memory, v->value[which], and set its length. what: its name
- * for messages. PD_ERR_PARSE: missing, of an unknown type or format, or of another number. */
+ * for messages. PD_ERR_PARSE: missing, of an unknown type or format, of another number, or of more numbers than its
+ * bytes can hold, which is found before memory is allocated. */
 static pd_status pdi_vtu_decode_array(pdi_vtu_reader *v, int which, const char *what, int64_t count)
 {
     const pdi_vtu_array *a = &v->array[which];
@@ -11806,7 +12090,9 @@ static pd_status pdi_vtu_get_region(const pdi_vtu_reader *v, int which, int64_t 
 }
 
 /* Add cell k as a point, and its faces; its nodes, `corners` of them, begin at `first` of the connectivity. *count_used
- * is incremented when it has PD_DIM dimensions; one of fewer is skipped. PD_ERR_PARSE. */
+ * is incremented when it has PD_DIM dimensions; one of fewer is skipped. PD_ERR_PARSE: an unknown type, one of more
+ * dimensions or not straight, a wrong number of corners, a node or tag that does not exist, or a cell that
+ * pd_points_add_cell refuses. */
 static pd_status pdi_vtu_add_cell(pdi_vtu_reader *v, int64_t k, int64_t first, int64_t corners, int64_t *count_used)
 {
     static const int8_t swapped[8] = {0, 1, 3, 2, 4, 5, 7, 6};
@@ -11840,8 +12126,9 @@ static pd_status pdi_vtu_add_cell(pdi_vtu_reader *v, int64_t k, int64_t first, i
     return pd_boundary_faces_add_cell(v->tokenizer->ctx, &v->faces, form, number, corner, v->cells.points->count - 1);
 }
 
-/* Decode the cells of a piece and add them as points. *count_used is incremented by the number of those of PD_DIM
- * dimensions. */
+/* Decode the cells of a piece and add them as points; the orientation that they must share begins anew. *count_used is
+ * incremented by the number of those of PD_DIM dimensions. PD_ERR_PARSE: a missing array, offsets that decrease or are
+ * not whole, or a cell that is refused. */
 static pd_status pdi_vtu_add_cells(pdi_vtu_reader *v, int64_t *count_used)
 {
     double last = 0.0;
@@ -11865,8 +12152,9 @@ static pd_status pdi_vtu_add_cells(pdi_vtu_reader *v, int64_t *count_used)
     return PD_OK;
 }
 
-/* Add the points of a piece themselves, with their volumes and tags. PD_ERR_PARSE: a volume is not positive, or a
- * coordinate beyond PD_DIM differs. */
+/* Add the points of a piece themselves, with their volumes and tags. PD_ERR_PARSE: no volumes, one that is not
+ * positive, a coordinate beyond PD_DIM that differs from that of the first point by more than 1e-9 of the extent, or a
+ * tag that is no whole number of 32 bits. */
 static pd_status pdi_vtu_add_points(pdi_vtu_reader *v)
 {
     double scale = 1.0;
@@ -11896,8 +12184,10 @@ static pd_status pdi_vtu_add_points(pdi_vtu_reader *v)
     return PD_OK;
 }
 
-/* Decode the points of a piece whose arrays have been located, update the extent of the mesh, and add its cells of
- * PD_DIM dimensions, or else its points. begin: start of the piece, for messages. PD_ERR_PARSE: it has neither. */
+/* Decode the points of a piece whose arrays have been located, update the extent of the mesh (largest distance from the
+ * first point along an axis), and add its cells of PD_DIM dimensions, or, where it has none, its points. A piece
+ * without points and cells is skipped. begin: its start, for messages. PD_ERR_PARSE: neither such cells nor volumes, or
+ * a fault in an array. */
 static pd_status pdi_vtu_add_piece(pdi_vtu_reader *v, const char *begin)
 {
     int64_t counts = 0, components;
@@ -11932,8 +12222,8 @@ static void pdi_vtu_free_arrays(pdi_vtu_reader *v)
     v->region_rank[0] = v->region_rank[1] = 99;
 }
 
-/* Which of the known arrays a DataArray tag is, by its section and name; -1: none, or a tag array when one of higher
- * priority has been found. Sets the priority of the tags of cells or points. */
+/* Which of the known arrays a DataArray tag is, by its section and name; in Points any name counts. -1: none, or a tag
+ * array when one of higher priority has been found. Sets the priority of the tags of cells or points. */
 static int pdi_vtu_find_array(pdi_vtu_reader *v, const pdi_vtu_xml_tag *tag)
 {
     static const char *const tags[] = {"tag", "region", "material", "gmsh:physical"};
@@ -11956,7 +12246,8 @@ static int pdi_vtu_find_array(pdi_vtu_reader *v, const pdi_vtu_xml_tag *tag)
     return -1;
 }
 
-/* Note tag and text of a DataArray that is needed; the text begins at the position of the tokenizer. */
+/* Note tag and text of a DataArray that is needed, in place of one of the same kind; others are ignored. The text
+ * begins at the position of the tokenizer and ends before the next '<'. */
 static void pdi_vtu_set_array(pdi_vtu_reader *v, const pdi_vtu_xml_tag *tag)
 {
     int which = pdi_vtu_find_array(v, tag);
@@ -11971,8 +12262,8 @@ static void pdi_vtu_set_array(pdi_vtu_reader *v, const pdi_vtu_xml_tag *tag)
 
 /* ---- the file ---- */
 
-/* Take byte order, size of headers and compression from the VTKFile tag. PD_ERR_PARSE: no unstructured grid, or another
- * compressor than zlib. */
+/* Take byte order (default: that of the machine), size of headers (8 bytes for UInt64, else 4) and compression from the
+ * VTKFile tag. PD_ERR_PARSE: no unstructured grid, or another compressor than zlib. */
 static pd_status pdi_vtu_read_header(pdi_vtu_reader *v, const pdi_vtu_xml_tag *tag)
 {
     const uint16_t probe = 1;
@@ -11991,8 +12282,9 @@ static pd_status pdi_vtu_read_header(pdi_vtu_reader *v, const pdi_vtu_xml_tag *t
     return PD_OK;
 }
 
-/* Locate the appended data, which begin behind an underscore, and the end of the XML before them; the position is at
- * the start of the text afterwards. PD_ERR_PARSE. */
+/* Locate the appended data, which begin behind an underscore, and the end of the XML before them; without such data the
+ * XML ends with the file. The position is at the start of the text afterwards, where there are some, else unchanged.
+ * PD_ERR_PARSE: the tag does not end, or no underscore follows it. */
 static pd_status pdi_vtu_find_appended(pdi_vtu_reader *v)
 {
     pdi_vtu_xml_tag tag;
@@ -12024,8 +12316,9 @@ static int pdi_vtu_find_section(pdi_vtu_text name)
                                                 : 0;
 }
 
-/* Handle an opening tag: header, numbers of a piece, array or section. *headed 1: VTKFile has been read; *piece: start
- * of the current piece, NULL outside. PD_ERR_PARSE. */
+/* Handle an opening tag: header, numbers of a piece, array or section; others are ignored, arrays outside a piece, too.
+ * *headed 1: VTKFile has been read; *piece: start of the current piece, NULL outside. PD_ERR_PARSE: another tag before
+ * VTKFile, a wrong header, a piece without its numbers. */
 static pd_status pdi_vtu_begin_tag(pdi_vtu_reader *v, const pdi_vtu_xml_tag *tag, int *headed, const char **piece)
 {
     if (pdi_vtu_is_text(tag->name, "VTKFile")) {
@@ -12044,7 +12337,7 @@ static pd_status pdi_vtu_begin_tag(pdi_vtu_reader *v, const pdi_vtu_xml_tag *tag
 }
 
 /* Read the file tag by tag up to the end of the grid; a piece is converted, and its arrays freed, at its closing tag.
- * PD_ERR_PARSE. */
+ * PD_ERR_PARSE: no VTKFile, no </UnstructuredGrid>, or a fault in a tag or piece. */
 static pd_status pdi_vtu_read_file(pdi_vtu_reader *v)
 {
     int more = 1, headed = 0, ended = 0;
@@ -12143,7 +12436,8 @@ static pd_status pdi_points_file_parse_number(pd_ctx *ctx, const pd_table *t, in
 }
 
 /* Add the point of a row. column: -1 for none (z, tag: 0 then). constant[3]: coordinates beyond PD_DIM, set by the
- * first row and equal in all others. PD_ERR_PARSE: they differ, the volume is not positive, the tag is no int32. */
+ * first row and exactly equal in all others. PD_ERR_PARSE: they differ, a field is no finite number, the volume [m^d]
+ * is not positive or not below 1e100, the tag is no whole number of 32 bits. */
 static pd_status pdi_points_file_add_row(pd_ctx *ctx, const pd_table *t, const int *column, int row, double scale,
                                          double *constant, pd_points *points)
 {
@@ -12203,7 +12497,9 @@ static int pdi_points_file_has_prefix(const char *text, const char *with)
     return strncmp(text, with, strlen(with)) == 0;
 }
 
-/* Read a file in the format that its extension or its first bytes show; without either it is read as a table. */
+/* Read a file in the format that its extension (.csv, .msh, .vtu, case ignored) shows; without one of these by its
+ * first bytes: $MeshFormat is Gmsh, <?xml or <VTKFile is VTK, all else is read as a table. PD_ERR_FILE: also above 2
+ * GiB (table: PD_CSV_MAX_FILE_SIZE). PD_ERR_PARSE. */
 static pd_status pdi_points_file_read_any_format(pd_ctx *ctx, const char *path, double scale, pd_points *points)
 {
     char *text;
@@ -12293,8 +12589,8 @@ static pd_status pdi_stl_parse_binary(pd_ctx *ctx, const char *text, uint32_t co
     return PD_OK;
 }
 
-/* Read a triangle as text behind its word facet: normal N N N outer loop vertex X Y Z (three times) endloop
- * endfacet. */
+/* Read a triangle as text behind its word facet: normal N N N outer loop vertex X Y Z (three times) endloop endfacet.
+ * The words of the normal are not looked at. PD_ERR_PARSE: another word, a coordinate that is no finite number. */
 static pd_status pdi_stl_parse_facet(pdi_tokenizer *s, pdi_stl_triangles *c)
 {
     const char *word;
@@ -12326,7 +12622,8 @@ static int pdi_stl_is_padding(const char *begin, const char *end)
     return begin == end;
 }
 
-/* Read a text file, case ignored: solid NAME .. endsolid NAME, once or more often. PD_ERR_PARSE. */
+/* Read a text file, case ignored: solid NAME .. endsolid NAME, once or more often, then padding or the end; names are
+ * not compared. PD_ERR_PARSE: another word, or the end before endsolid. A solid without triangles is no error here. */
 static pd_status pdi_stl_parse_text(pdi_tokenizer *s, pdi_stl_triangles *c)
 {
     const char *word;
@@ -12347,8 +12644,9 @@ static pd_status pdi_stl_parse_text(pdi_tokenizer *s, pdi_stl_triangles *c)
     return open ? pdi_tokenizer_fail(s, s->end, "the file ends before endsolid") : PD_OK;
 }
 
-/* Take the triangles of a file, binary when its size holds its number of triangles, else text. PD_ERR_PARSE:
- * neither. */
+/* Take the triangles of a file: binary where its number of triangles, at byte 80, is not 0 and its size is at least
+ * what they need, other bytes behind them ignored; else text where its first word is solid. PD_ERR_PARSE: neither, or a
+ * fault in the text. */
 static pd_status pdi_stl_parse(pd_ctx *ctx, const char *path, const char *text, size_t size, pdi_stl_triangles *c)
 {
     double count = size >= PDI_STL_HEADER_SIZE ? (double)pdi_stl_get_u32(text + PDI_STL_HEADER_SIZE - 4) : -1.0;
@@ -13950,7 +14248,8 @@ PDI_FN pd_status pdi_text_fail_expected(pd_ctx *ctx, const pd_text *text, int li
 }
 
 /* Parse the section line "[name label]" whose '[' is t[*at]; null bytes in t end its words. The text is flat no longer.
- * *section: the section that it opens, *at: index behind the ']'. */
+ * *section: the section that it opens, one that exists or a new one, which then is present; *at: index behind the ']'.
+ * PD_ERR_PARSE: no name, no ']', or PD_TEXT_ENTRIES sections. */
 static pd_status pdi_text_parse_section(pd_ctx *ctx, pd_text *text, char *t, int line, size_t *at, int *section)
 {
     size_t name = pdi_text_skip_blanks(t, *at + 1), name_size = pdi_text_scan_word(t + name, PDI_TEXT_CHARSET_KEY);
@@ -14003,7 +14302,8 @@ static size_t pdi_text_scan_section_key(const pd_text *text, int section, const 
 }
 
 /* Number of bytes from the '[' at t[at] to the ']' of a species [FORMULA] inside the value that starts at t[start]; 0:
- * no species, since no operator precedes it or its formula is malformed. */
+ * no species, since neither an operator, an opening parenthesis, a comma nor the start of the value precedes it, or its
+ * formula is malformed. */
 static size_t pdi_text_scan_species(const char *t, size_t start, size_t at)
 {
     size_t size = pdi_text_scan_word(t + at + 1, PDI_TEXT_CHARSET_FORMULA), before = at;
@@ -14012,8 +14312,9 @@ static size_t pdi_text_scan_species(const char *t, size_t start, size_t at)
     return size && t[at + 1 + size] == ']' ? 1 + size : 0;
 }
 
-/* Find *end of the value that starts at t[at]: the next `identifier =` outside parentheses, or the end of the line.
- * PD_ERR_PARSE: unbalanced parentheses or a stray bracket. */
+/* Find *end of the value that starts at t[at]: the next key outside parentheses behind a blank or comma
+ * (pdi_text_scan_section_key), or the end of the line. PD_ERR_PARSE: unbalanced parentheses, or a bracket that is not
+ * of a species [FORMULA]. */
 static pd_status pdi_text_find_value_end(pd_ctx *ctx, const pd_text *text, int section, const char *t, int line,
                                          int within, size_t at, size_t *end)
 {
@@ -14035,8 +14336,9 @@ static pd_status pdi_text_find_value_end(pd_ctx *ctx, const pd_text *text, int s
     return PD_OK;
 }
 
-/* Parse one line, which null bytes cut into strings: comment, section header, pairs. *section: the current section,
- * updated by a header. */
+/* Parse one line, which null bytes cut into strings: comment from # on, section header, pairs; an empty line adds
+ * nothing. *section: the current section, updated by a header. PD_ERR_PARSE: what is no pair in a section without free
+ * text, a key without value, or a key that the section has already. */
 static pd_status pdi_text_parse_line(pd_ctx *ctx, pd_text *text, char *t, int line, int *section)
 {
     char *comment = strchr(t, '#');
@@ -14082,8 +14384,9 @@ PDI_FN pd_status pdi_text_check_bytes(pd_ctx *ctx, const pd_text *text, const ch
     return PD_OK;
 }
 
-/* Parse bytes[size] line by line into sections and pairs, and find whether the text is flat. Skips a UTF-8 byte order
- * mark. */
+/* Parse bytes[size] line by line into sections and pairs; section 0 is that of the lines before the first header. A
+ * text without headers is flat, and its numbers may lack units. A UTF-8 byte order mark is skipped. PD_ERR_SIZE: more
+ * than PD_TEXT_SIZE bytes without it. On failure text is left in part, for pdi_text_free. */
 static pd_status pdi_text_parse(pd_ctx *ctx, pd_text *text, const char *name, const char *bytes, size_t size)
 {
     char *t, *kept_name;
@@ -14167,8 +14470,9 @@ static pd_status pdi_text_fail_memory(pd_ctx *ctx, const pd_text *text)
     return pd_fail(ctx, text->pending_status, text->name, "memory for its keys could not be allocated");
 }
 
-/* Record that a reader looked up the key, for the suggestions of pdi_text_check_unused. PD_ERR_ARGUMENT: no such
- * section. */
+/* Record, once, that a reader looked up the key in the sections of this name, for the suggestions of
+ * pdi_text_check_unused; they count as looked up. PD_ERR_ARGUMENT: no such section. A pending error (out of memory) is
+ * returned first. */
 static pd_status pdi_text_mark_asked(pd_ctx *ctx, pd_text *text, int section, const char *key)
 {
     char *copy;
@@ -14204,8 +14508,9 @@ typedef struct pdi_text_value {
     char location[PDI_TEXT_LOCATION_SIZE];
 } pdi_text_value;
 
-/* Look up a pair, which then counts as read, or its default. `what` describes the expected value in the message of a
- * missing key. unit: only for the check against the table of keys with PD_DEBUG. */
+/* Look up a pair, which then counts as read, or its default; the key counts as asked for. `what` describes the expected
+ * value in the message of a missing key. unit: only for the check against the table of keys with PD_DEBUG.
+ * PD_ERR_PARSE: neither pair nor default. PD_ERR_ARGUMENT: no such section. */
 static pd_status pdi_text_find_value(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
                                      const char *fallback, const char *what, pdi_text_value *v)
 {
@@ -14244,7 +14549,8 @@ static pd_status pdi_text_fail_value(pd_ctx *ctx, const pdi_text_value *v, size_
 }
 
 /* Compile bytes [first, end) of the value as an expression in vars[var_count], for pd_expr_free. unit: its dimension,
- * NULL: any. It knows the constants and tables of the text. */
+ * NULL: any. It knows the constants and tables of the text. PD_ERR_PARSE: more than PD_EXPR_LENGTH bytes. On failure
+ * there is nothing to free. */
 static pd_status pdi_text_compile_expr(pd_ctx *ctx, const pd_text *text, const pdi_text_value *v, size_t first,
                                        size_t end, const char *unit, const pd_expr_symbol *vars, int var_count,
                                        pd_expr *expr)
@@ -14427,7 +14733,8 @@ PDI_FN pd_status pdi_text_get_words(pd_ctx *ctx, pd_text *text, int section, con
     }
 }
 
-/* Parse one range "a .. b" in bytes [at, end) of the value, in SI; requires a < b. */
+/* Parse one range "a .. b" in bytes [at, end) of the value, in SI. PD_ERR_PARSE: no "..", three dots, or a not below
+ * b. */
 static pd_status pdi_text_parse_range(pd_ctx *ctx, const pd_text *text, const pdi_text_value *v, size_t at, size_t end,
                                       const char *unit, double *low, double *high)
 {
@@ -14526,7 +14833,8 @@ static pd_status pdi_text_fail_unknown_section(pd_ctx *ctx, const pd_text *text,
     return pdi_text_fail_line(ctx, file, line, "found the section [%.40s], expected one of %s%s", s->name, list, hint);
 }
 
-/* Report a key that no reader used: unknown, or without effect in this scene. Returns PD_ERR_PARSE. */
+/* Report a key that no reader used: without effect in this scene, if a reader asked for it in a section of this name,
+ * else unknown, with the nearest key asked for. Returns PD_ERR_PARSE. */
 static pd_status pdi_text_fail_unknown_key(pd_ctx *ctx, const pd_text *text, const pd_text_entry *e)
 {
     char hint[PD_UNITS_TEXT], list[PDI_TEXT_LIST_SIZE] = "", title[PD_UNITS_TEXT];
@@ -14586,8 +14894,9 @@ static int pdi_key_value_is_choice(const pd_key *row, const char *word, size_t l
     return 0;
 }
 
-/* Default of the table, copied into out[size] up to its first ; or : and returned. NULL: the key is required, or the
- * table tells in words where its value comes from. */
+/* Default of the table, copied into out[size] up to its first ; or : and returned, where its text begins with a number
+ * or, of a choice, with one of the words. NULL otherwise: the key is required, or the table tells in words where its
+ * value comes from. */
 static const char *pdi_key_value_get_default(const pd_key *row, char *out, size_t size)
 {
     size_t length = strcspn(row->default_text, ";:"), word = strcspn(row->default_text, " ;:,");
@@ -14615,7 +14924,8 @@ static pd_status pdi_key_value_fail_key(pd_ctx *ctx, const pd_text *text, int se
                    section >= 0 ? text->section[section].name : "", key);
 }
 
-/* Report a value [SI] that is not between the lower bound of the row and `high`. Returns PD_ERR_ARGUMENT. */
+/* Report a value [SI] that is not between the lower bound of the row and `high`; the message gives both, or only the
+ * lower one where that is 0 and high is PD_KEY_MAX_NUMBER. Returns PD_ERR_ARGUMENT. */
 static pd_status pdi_key_value_fail_bounds(pd_ctx *ctx, const pd_text *text, int section, const pd_key *row,
                                            double high, const char *key, double value)
 {
@@ -14652,7 +14962,8 @@ PDI_FN pd_status pdi_key_value_check_bounds(pd_ctx *ctx, const pd_text *text, in
 }
 
 /* Read a number [SI] of at most `high` and the upper bound of its row. Its default is that of the table, or, where
- * has_fallback is 1, `fallback` (NULL: the key is required). */
+ * has_fallback is 1, `fallback` (NULL: the key is required). PD_ERR_ARGUMENT: out of bounds, also of a default.
+ * PD_ERR_INTERNAL: no row of a number. */
 static pd_status pdi_key_value_read_number(pd_ctx *ctx, pd_text *text, int section, const char *key, int has_fallback,
                                            const char *fallback, double high, double *value)
 {
@@ -14683,7 +14994,9 @@ PDI_FN pd_status pdi_key_value_get_number_up_to(pd_ctx *ctx, pd_text *text, int 
     return pdi_key_value_read_number(ctx, text, section, key, 0, NULL, high, value);
 }
 
-/* Read one of the words of a choice; *value: its position among them, from 0 on. */
+/* Read one of the words of a choice, at most PDI_KEY_VALUE_MAX_CHOICES; *value: its position among them, from 0 on.
+ * "no, yes" is read as pdi_text_get_bool does. PD_ERR_PARSE: another word. PD_ERR_INTERNAL: the list of words is too
+ * long. */
 static pd_status pdi_key_value_read_choice(pd_ctx *ctx, pd_text *text, int section, const char *key, const pd_key *row,
                                            const char *fallback, int *value)
 {
@@ -14706,7 +15019,8 @@ static pd_status pdi_key_value_read_choice(pd_ctx *ctx, pd_text *text, int secti
 }
 
 /* Read a whole number, or the position of a choice. Its default is that of the table, or, where has_fallback is 1,
- * `fallback` (NULL: the key is required). */
+ * `fallback` (NULL: the key is required). PD_ERR_INTERNAL: no row of this type. PD_ERR_PARSE: out of bounds, or no such
+ * word. */
 static pd_status pdi_key_value_read_index(pd_ctx *ctx, pd_text *text, int section, const char *key, int has_fallback,
                                           const char *fallback, int *value)
 {
@@ -14737,7 +15051,8 @@ PDI_FN pd_status pdi_key_value_get_index_or(pd_ctx *ctx, pd_text *text, int sect
 #include <stdio.h>
 #include <string.h>
 
-/* Section of a bare key: the only one that has it, or section 0 of a flat file. PD_ERR_PARSE: none or several. */
+/* Section of a bare key into *section: the only one that has it, or section 0 of a flat file, which may lack it.
+ * PD_ERR_PARSE: several have it, or none in a text with sections; the message lists the candidates. */
 static pd_status pdi_override_find_bare_key(pd_ctx *ctx, const pd_text *text, const char *key, int *section)
 {
     int count = 0;
@@ -14780,7 +15095,8 @@ static pd_status pdi_override_find_bare_key(pd_ctx *ctx, const pd_text *text, co
     return PD_OK;
 }
 
-/* Section of `name.key`: the one without label, else the only labelled one, else a new one. PD_ERR_PARSE: several. */
+/* Section of `name.key` into *section: the one without label, else the only labelled one, else a new one, which is
+ * empty. The key itself is not looked up. PD_ERR_PARSE: several labelled ones and none without label. */
 static pd_status pdi_override_find_named_section(pd_ctx *ctx, pd_text *text, const char *name, const char *key,
                                                  int *section)
 {
@@ -14888,8 +15204,9 @@ static const pd_text_entry *pdi_include_files_find_entry(const pd_text *text)
     return NULL;
 }
 
-/* Merge one pair of the included file `file`, a name that text owns, into a section of text. depth: nesting depth of
- * the file; smaller depths have priority. PD_ERR_PARSE: a file of the same depth has the pair. */
+/* Merge one pair of the included file `file`, a name that text owns, into a section of text; strings are copied. depth:
+ * nesting depth of the file. A pair of a smaller depth stays, one of a larger depth is replaced. PD_ERR_PARSE: a file
+ * of the same depth has the pair. */
 static pd_status pdi_include_files_merge_entry(pd_ctx *ctx, pd_text *text, int section, const pd_text_entry *e,
                                                char *file, int depth)
 {
@@ -14916,8 +15233,8 @@ static pd_status pdi_include_files_merge_entry(pd_ctx *ctx, pd_text *text, int s
     return PD_OK;
 }
 
-/* Merge all sections and pairs of the included file `from` into text. PD_ERR_PARSE: a section that is not of
- * chemistry. */
+/* Merge all sections and pairs of the included file `from` into text, but not its key include. PD_ERR_PARSE: a section
+ * that is not of chemistry, or pairs before the first one. */
 static pd_status pdi_include_files_merge_text(pd_ctx *ctx, pd_text *text, const pd_text *from, int depth)
 {
     static const char *const allowed[] = {"chemistry", "species", "reaction", "mineral"};
@@ -14951,8 +15268,8 @@ static pd_status pdi_include_files_read_list(pd_ctx *ctx, pd_text *text, const p
                                              pdi_include_files_seen *files);
 
 /* Read one file name[size] of the include list `e` of `from`, relative to its folder, merge it, and follow its own
- * list. A file already read is skipped. PD_ERR_PARSE: it is missing or includes itself, nesting too deep, or too many
- * files. */
+ * list. A file already read, by its path as written, is skipped. PD_ERR_PARSE: it is missing or includes itself, the
+ * path is too long, nesting is deeper than PDI_INCLUDE_FILES_MAX_DEPTH, or PDI_INCLUDE_FILES_MAX were read. */
 static pd_status pdi_include_files_read_file(pd_ctx *ctx, pd_text *text, const pd_text *from, const pd_text_entry *e,
                                              const char *name, size_t size, int depth, pdi_include_files_seen *files)
 {
@@ -15097,15 +15414,15 @@ PDI_FN void pdi_input_files_split_path(const char *path, char *name, char *folde
 #define PDI_PICTURE_MEMORY_DEFLATE_BYTES 0.65e6
 
 /* Pixels along an axis for a field of `cells` cells: whole ones a cell, about `wanted` in all, at least 120. With more
- * than `largest` cells several share a pixel. */
+ * than `largest` cells several cells share a pixel, so that there are `largest` pixels at most. */
 static double pdi_picture_memory_count_pixels(double cells, double wanted, double largest)
 {
     double each = pd_max(1.0, floor(wanted / cells + 0.5));
     return cells > largest ? cells / ceil(cells / largest) : pd_max(cells * each, 120.0);
 }
 
-/* [byte] Memory of the rendered metal surface, its mesh taken as large as the surface of the box; 0 where none is
- * drawn. */
+/* [byte] Memory of the rendered metal surface, its mesh taken as large as the surface of the box; 0 outside 3D and
+ * where drawing.surface is 0. */
 static double pdi_picture_memory_estimate_surface_view(const pd_setup *setup)
 {
     pd_rendering s;
@@ -15188,7 +15505,7 @@ static void pdi_key_check_add_candidates(const char *list, pd_units_suggestion *
     }
 }
 
-/* Check the name of a section. PD_ERR_ARGUMENT: unknown. */
+/* Check the name of a section. PD_ERR_ARGUMENT: it is neither in the table nor of a registered physics. */
 static pd_status pdi_key_check_section(pd_ctx *ctx, const pd_text *text, int section)
 {
     const char *name = text->section[section].name;
@@ -15206,7 +15523,8 @@ static pd_status pdi_key_check_section(pd_ctx *ctx, const pd_text *text, int sec
                              hint);
 }
 
-/* Check the key of a pair in its section. PD_ERR_PARSE: unknown. */
+/* Check the key of a pair in its section, which is a known one. In [side ...] the fields of registered physics are
+ * keys, too. PD_ERR_PARSE: unknown. */
 static pd_status pdi_key_check_key(pd_ctx *ctx, const pd_text *text, const pd_text_entry *e)
 {
     const pd_section *s = &text->section[e->section];
@@ -15335,8 +15653,8 @@ typedef struct pdi_read_electrolyte_state {
     int section[PD_SPECIES_MAX];      /* of each species */
 } pdi_read_electrolyte_state;
 
-/* Report a failed call of the chemistry room with file:line and key before its message. Returns PD_ERR_ARGUMENT, or the
- * status of that call where it is fatal (out of memory, cancelled). */
+/* Report a failed call of the chemistry room with file:line and key in place of the location in its message. Returns
+ * PD_ERR_ARGUMENT, or the status of that call, with its message, where it is fatal (out of memory, cancelled). */
 static pd_status pdi_read_electrolyte_fail(const pdi_read_electrolyte_state *s, int section, const char *key)
 {
     char message[PD_MESSAGE_SIZE];
@@ -15350,7 +15668,7 @@ static pd_status pdi_read_electrolyte_fail(const pdi_read_electrolyte_state *s, 
 /* ---- temperature ---- */
 
 /* Read the temperature [K] first, since constants depend on it, and declare it as the constant T. Read how
- * diffusivities follow it. */
+ * diffusivities follow it. PD_ERR_ARGUMENT: the scene has a constant T. */
 static pd_status pdi_read_electrolyte_temperature(pdi_read_electrolyte_state *s, pdi_read_constants_table *named)
 {
     double *t = &s->electrolyte->temperature;
@@ -15387,7 +15705,8 @@ static double pdi_read_electrolyte_stokes_einstein_factor(const pdi_read_electro
     return t / PDI_READ_ELECTROLYTE_REFERENCE_T * pow(10.0, more);
 }
 
-/* Read the diffusivity [m2/s] at 25 C and convert it to the temperature, by activation energy or viscosity. */
+/* Read the diffusivity [m2/s] at 25 C and convert it to the temperature: by the activation energy, if it is given, else
+ * by the viscosity of water with diffusion = viscosity, else not. */
 static pd_status pdi_read_electrolyte_diffusivity(pdi_read_electrolyte_state *s, int section, double *diffusivity)
 {
     double energy;
@@ -15404,8 +15723,8 @@ static pd_status pdi_read_electrolyte_diffusivity(pdi_read_electrolyte_state *s,
 
 /* ---- [species FORMULA] ---- */
 
-/* Read the concentration of the species in work in the inlet or inside solution; default: the initial one, 0 of
- * solids. */
+/* Read the concentration [mol/m3] of the species in work in the inlet or inside solution; default: the initial one, 0
+ * of solids. PD_ERR_ARGUMENT: it is given of a solid. */
 static pd_status pdi_read_electrolyte_other_concentration(pdi_read_electrolyte_state *s, int section, const char *key,
                                                           double *value)
 {
@@ -15419,7 +15738,8 @@ static pd_status pdi_read_electrolyte_other_concentration(pdi_read_electrolyte_s
 }
 
 /* Read one [species FORMULA] section and append it to the electrolyte: formula, charge, D, concentrations, molar
- * volume. */
+ * volume. PD_ERR_ARGUMENT: no label, PD_SPECIES_MAX species, a formula that is refused, an activation energy without D,
+ * or a molar volume of a species that is no solid. */
 static pd_status pdi_read_electrolyte_one_species(pdi_read_electrolyte_state *s, int section)
 {
     pd_electrolyte *e = s->electrolyte;
@@ -15459,8 +15779,9 @@ static pd_status pdi_read_electrolyte_one_species(pdi_read_electrolyte_state *s,
     return PD_OK;
 }
 
-/* Read all species, and add the solvent H2O if the file has none, with the concentration of pure water at 25 C unless
- * one is given. */
+/* Read all species, and add the solvent H2O if the file has none. Its concentration is that of pure water at 25 C
+ * unless a positive one is given, and the same in all solutions. PD_ERR_ARGUMENT: no species, or no room for the
+ * solvent. */
 static pd_status pdi_read_electrolyte_species(pdi_read_electrolyte_state *s)
 {
     pd_electrolyte *e = s->electrolyte;
@@ -15493,7 +15814,8 @@ static pd_status pdi_read_electrolyte_species(pdi_read_electrolyte_state *s)
 /* ---- [reaction NAME] ---- */
 
 /* Read an equilibrium or rate constant: *value in the unit that unit[PD_UNITS_TEXT] names, a product of powers of mol,
- * L and s. */
+ * L and s, "" for a plain number. A volume counts as litres. PD_ERR_ARGUMENT: a dimension with others in it. The sign
+ * is not checked. */
 static pd_status pdi_read_electrolyte_constant(pdi_read_electrolyte_state *s, int section, const char *key,
                                                double *value, char *unit)
 {
@@ -15523,7 +15845,8 @@ static pd_status pdi_read_electrolyte_constant(pdi_read_electrolyte_state *s, in
 }
 
 /* Convert the equilibrium constant from 25 C to the temperature by van't Hoff, if its enthalpy is given (theory: eq.
- * 5b.12). Stores the enthalpy [J/mol] of the reaction in work in the electrolyte, NaN: not given. */
+ * 5b.12). Store the enthalpy [J/mol] of the reaction in work in the electrolyte, NaN: not given. PD_ERR_ARGUMENT: an
+ * enthalpy without K and log10_K. */
 static pd_status pdi_read_electrolyte_vant_hoff(pdi_read_electrolyte_state *s, int section, pd_reaction_desc *desc)
 {
     pd_electrolyte *e = s->electrolyte;
@@ -15540,8 +15863,9 @@ static pd_status pdi_read_electrolyte_vant_hoff(pdi_read_electrolyte_state *s, i
     return PD_OK;
 }
 
-/* Convert the rate constants from 25 C to the temperature by Arrhenius: forward with the activation energy, backward
- * with that less the enthalpy, so that their ratio stays K. */
+/* Convert the rate constants from 25 C to the temperature by Arrhenius, if the activation energy is given: forward with
+ * it, backward with it less the enthalpy (0 if not given), so that their ratio stays K. PD_ERR_ARGUMENT: neither rate
+ * is given. */
 static pd_status pdi_read_electrolyte_rate_temperature(pdi_read_electrolyte_state *s, int section,
                                                        pd_reaction_desc *desc)
 {
@@ -15557,8 +15881,9 @@ static pd_status pdi_read_electrolyte_rate_temperature(pdi_read_electrolyte_stat
     return PD_OK;
 }
 
-/* Read one [reaction NAME] section and append it to the electrolyte: equation, equilibrium constant, rate constants, at
- * the temperature. */
+/* Read one [reaction NAME] section and append it to the electrolyte: equation, equilibrium constant, NaN without K and
+ * log10_K, rate constants, 0 if not given, at the temperature. PD_ERR_ARGUMENT: no label, PD_REACTION_MAX reactions, a
+ * second = in the equation, both K and log10_K, a rate that is not positive, an equation or units that are refused. */
 static pd_status pdi_read_electrolyte_reaction(pdi_read_electrolyte_state *s, int section)
 {
     static const char *const rates[] = {"forward", "backward"};
@@ -15612,7 +15937,8 @@ static pd_status pdi_read_electrolyte_reaction(pdi_read_electrolyte_state *s, in
 
 /* ---- [chemistry] ---- */
 
-/* Read the ion that a key names (balance, counter): its index; -1: the key is absent. */
+/* Read the ion that a key names (balance, counter) into *ion: its index; -1: the key is absent. PD_ERR_ARGUMENT: no
+ * such species, or one that is no charged solute. */
 static pd_status pdi_read_electrolyte_ion(pdi_read_electrolyte_state *s, const char *key, int *ion)
 {
     const char *name;
@@ -15632,14 +15958,16 @@ static pd_status pdi_read_electrolyte_ion(pdi_read_electrolyte_state *s, const c
                              name);
 }
 
-/* Read a pH from -2 to 16; unchanged if the key is absent. */
+/* Read a pH within the bounds of the key; *ph is unchanged if the key is absent. */
 static pd_status pdi_read_electrolyte_ph(pdi_read_electrolyte_state *s, const char *key, double *ph)
 {
     if (!pdi_text_has_key(s->ctx, s->text, s->chemistry, key)) return PD_OK;
     return pdi_key_value_get_number(s->ctx, s->text, s->chemistry, key, ph);
 }
 
-/* Read the section [chemistry]: activity model, minerals, balancing ions, pH of the three solutions. */
+/* Read the section [chemistry]: activity model, minerals, balance ion (-1: none) and counter ion, by default the same,
+ * pH of the initial, inlet and inside solutions (NaN: none), the latter two by default the first. PD_ERR_ARGUMENT: a
+ * key pH with H+ or OH- as counter ion. */
 static pd_status pdi_read_electrolyte_chemistry(pdi_read_electrolyte_state *s)
 {
     pd_electrolyte *e = s->electrolyte;
@@ -15680,7 +16008,8 @@ static pd_status pdi_read_electrolyte_close_solution(pdi_read_electrolyte_state 
                        : pdi_read_electrolyte_fail(s, written, key);
 }
 
-/* Make the initial, inlet and inside solutions neutral with their pH. The initial one as written stays in e->recipe. */
+/* Make the initial, inlet and inside solutions neutral with their pH. The initial one as written stays in e->recipe.
+ * PD_ERR_ARGUMENT: the speciation cannot be built, charges cannot be balanced, or a pH cannot be reached. */
 static pd_status pdi_read_electrolyte_close_solutions(pdi_read_electrolyte_state *s)
 {
     pd_electrolyte *e = s->electrolyte;
@@ -15739,7 +16068,8 @@ PDI_FN pd_status pdi_read_electrolyte_prepare(pd_ctx *ctx, pd_text *text, const 
 
 /* ---- a file of its own ---- */
 
-/* Read an electrolyte from the text of a file of its own. */
+/* Read an electrolyte from the text of a file of its own; its constants are detached from the text afterwards.
+ * PD_ERR_ARGUMENT: no section of chemistry. */
 static pd_status pdi_read_electrolyte_text(pd_ctx *ctx, pd_text *text, const char *const *overrides, int count,
                                            pd_electrolyte *e)
 {
@@ -15790,8 +16120,8 @@ pd_status pd_electrolyte_parse(pd_ctx *ctx, const char *path, const char *text, 
 #include <stdio.h>
 #include <string.h>
 
-/* Copy the label of the section into name[PD_SETUP_NAME] as the name of its function. PD_ERR_ARGUMENT: it is no short
- * identifier, or expressions use it already. */
+/* Copy the label of the section into name[PD_SETUP_NAME] as the name of its function. PD_ERR_ARGUMENT: it is no
+ * identifier, too long, reserved by expressions, or a constant of the scene. */
 static pd_status pdi_read_tables_check_name(const pdi_read_tables_state *s, char *name)
 {
     const char *label = s->text->section[s->section].label;
@@ -15828,8 +16158,8 @@ static pd_status pdi_read_tables_find_column(const pdi_read_tables_state *s, con
                              heading, s->table.path, list);
 }
 
-/* Unit in the brackets at the end of a heading, "loss [%]", into unit[PD_UNITS_TEXT]; "" for [-], unchanged if there
- * are no brackets. */
+/* Unit in the last brackets of a heading, "loss [%]", into unit[PD_UNITS_TEXT]; "" for [-]; unchanged if there are no
+ * brackets, they do not close, or the unit is too long. */
 static void pdi_read_tables_get_bracket_unit(const char *heading, char *unit)
 {
     const char *open = strrchr(heading, '[');
@@ -15840,7 +16170,8 @@ static void pdi_read_tables_get_bracket_unit(const char *heading, char *unit)
     if (strcmp(unit, "-") == 0) unit[0] = '\0'; /* as the tables of a run have it */
 }
 
-/* Split "heading in unit" into heading[PD_EXPR_LENGTH] and unit[PD_UNITS_TEXT]; unit "" where there is no "in". */
+/* Split "heading in unit" at its last " in " into heading[PD_EXPR_LENGTH] and unit[PD_UNITS_TEXT]; unit "" where there
+ * is none. PD_ERR_ARGUMENT: one of them is too long. */
 static pd_status pdi_read_tables_split_heading(const pdi_read_tables_state *s, const char *key, const char *given,
                                                char *heading, char *unit)
 {
@@ -15913,7 +16244,8 @@ static pd_status pdi_read_tables_build_curve(const pdi_read_tables_state *s, dou
     return pdi_input_files_fail(s->ctx, s->text, s->section, "file");
 }
 
-/* Read one [table NAME] section: its CSV file and its function. */
+/* Read one [table NAME] section: its CSV file into table->curve, and its function, which refers to it. The file is not
+ * kept. PD_ERR_ARGUMENT: a name, file or column that is refused. */
 static pd_status pdi_read_tables_section(pdi_read_tables_state *s, pd_setup_table *table, pd_expr_table *function)
 {
     char path[PD_PATH_SIZE];
@@ -15974,7 +16306,8 @@ PDI_FN pd_status pdi_fingerprint_add_line(pd_ctx *ctx, pd_setup *u, const char *
     return PD_OK;
 }
 
-/* Value with normalised blanks into text[size]; one that does not fit is replaced by its length and CRC-32. */
+/* Value into text[size], with each run of blanks as one blank and none at the start; one that does not fit is replaced
+ * by its first 60 bytes, its length and its CRC-32. */
 static void pdi_fingerprint_format_value(const char *value, char *text, size_t size)
 {
     size_t used = 0;
@@ -16129,7 +16462,8 @@ static pd_status pdi_read_mechanics_add_bc(pd_ctx *ctx, pd_text *text, int secti
     return PD_OK;
 }
 
-/* Read the prescribed displacements ux, uy, uz [m]; axes without one are free. */
+/* Read the prescribed displacements ux, uy, uz [m], expressions in x, y, z, t, and set has_displacement of their axes;
+ * axes without a key are free. */
 static pd_status pdi_read_mechanics_displacements(pd_ctx *ctx, pd_text *text, int section, pd_setup_mechanical_bc *grip)
 {
     for (int d = 0; d < PD_DIM; d++) {
@@ -16157,7 +16491,8 @@ PDI_FN pd_status pdi_read_mechanics_shape_bc(pd_ctx *ctx, pd_text *text, int sec
                              "displacement");
 }
 
-/* Read all PD_DIM components of a vector of expressions in x, y, z, t into expr[PD_DIM]. */
+/* Read all PD_DIM components of a vector of expressions in x, y, z, t into expr[PD_DIM]. PD_ERR_ARGUMENT: fewer
+ * components; PD_ERR_PARSE: more. */
 static pd_status pdi_read_mechanics_vector(pdi_reader *s, int section, const char *key, const char *unit, pd_expr *expr)
 {
     int count;
@@ -16167,7 +16502,8 @@ static pd_status pdi_read_mechanics_vector(pdi_reader *s, int section, const cha
     return pdi_text_fail_key(s->ctx, s->text, section, key, "found %d components, expected %d", count, PD_DIM);
 }
 
-/* Read the displacement, traction and pressure of one side of the box, if it has any. */
+/* Read the displacement, traction and pressure of one side of the box as one new boundary condition. A side without any
+ * of these keys adds none. */
 static pd_status pdi_read_mechanics_side_bc(pdi_reader *s, int side)
 {
     static const char *const loads[] = {"traction", "pressure"};
@@ -16189,8 +16525,8 @@ static pd_status pdi_read_mechanics_side_bc(pdi_reader *s, int side)
                              PD_SETUP_POSITION_VARS, NULL, &grip->pressure);
 }
 
-/* Read the mechanical boundary conditions of all sides; check that something loads the metal and that no side is
- * periodic. */
+/* Read the mechanical boundary conditions of all sides. PD_ERR_ARGUMENT: a side is periodic, or there is neither a
+ * condition of a side or grip nor a body force. */
 static pd_status pdi_read_mechanics_sides(pdi_reader *s, int section)
 {
     const pd_setup *u = s->setup;
@@ -16207,7 +16543,8 @@ static pd_status pdi_read_mechanics_sides(pdi_reader *s, int section)
         "traction = ... or pressure = ... in a [side ...], kind = grip in a [shape ...], or body_force");
 }
 
-/* Add a monitor of solid mechanics. index: of the boundary condition, 0 for the body; name: of its table. */
+/* Append a monitor of solid mechanics, zero but for its kind, index, line and name. index: of the boundary condition, 0
+ * for the body; name: of its table. PD_ERR_ARGUMENT: PD_SETUP_MONITORS are there. */
 static pd_status pdi_read_mechanics_add_monitor(pdi_reader *s, int section, pd_monitor_kind kind, int index,
                                                 const char *name)
 {
@@ -16251,7 +16588,9 @@ static int pdi_read_mechanics_is_bond_based(const pd_setup_mechanics *b)
     return b->material == PD_SOLID_COUPLING_BOND_BASED;
 }
 
-/* Read Poisson's ratio; that of the bond-based material is fixed: 1/3 in plane stress, else 1/4. */
+/* Read Poisson's ratio; in 1D do nothing. That of the bond-based material is fixed, 1/3 in plane stress, else 1/4, and
+ * may be left out. PD_ERR_ARGUMENT: a value that differs from it by 1e-3 or more, or a negative one of neo_hookean in
+ * plane stress. */
 static pd_status pdi_read_mechanics_poisson(pdi_reader *s, int section)
 {
     pd_setup_mechanics *b = &s->setup->metal_body;
@@ -16274,7 +16613,9 @@ static pd_status pdi_read_mechanics_poisson(pdi_reader *s, int section)
                              b->poisson, own);
 }
 
-/* Read yield stress and linear hardening; only of the materials correspondence and hencky. */
+/* Read yield stress and linear hardening. A yield stress of 0 means elastic. PD_ERR_ARGUMENT: hardening without yield
+ * stress, a material other than correspondence and hencky, a yield stress below 1000 rtol E, or correspondence in 2D
+ * plane stress. */
 static pd_status pdi_read_mechanics_plasticity(pdi_reader *s, int section)
 {
     pd_setup_mechanics *b = &s->setup->metal_body;
@@ -16300,7 +16641,9 @@ static pd_status pdi_read_mechanics_plasticity(pdi_reader *s, int section)
                              "model = hencky");
 }
 
-/* Read the failure criterion: at most one of critical stretch, strength and toughness. */
+/* Read the failure criterion: at most one of critical stretch, strength and toughness (key `fracture_energy`); 0 counts
+ * as not given. PD_ERR_ARGUMENT: two of them, or toughness with a material other than correspondence, in 3D with m
+ * outside 1.5 to 3, or with a yield stress. */
 static pd_status pdi_read_mechanics_failure(pdi_reader *s, int section)
 {
     static const char *const keys[] = {"critical_stretch", "strength", "fracture_energy"};
@@ -16334,7 +16677,8 @@ static pd_status pdi_read_mechanics_failure(pdi_reader *s, int section)
                              "critical_stretch or strength: energies of bonds are those of metal that does not flow");
 }
 
-/* Read plasticity and failure; check which of them the material and dynamics support. */
+/* Read plasticity and failure. PD_ERR_ARGUMENT: any key of them, or dissolution_factor, with dynamics or the bond-based
+ * material, where only the toughness of the bond-based one is admitted, which is then read. */
 static pd_status pdi_read_mechanics_plasticity_failure(pdi_reader *s, int section)
 {
     static const char *const still[] = {"yield_stress", "hardening_modulus",  "critical_stretch",
@@ -16351,8 +16695,8 @@ static pd_status pdi_read_mechanics_plasticity_failure(pdi_reader *s, int sectio
     return pdi_read_mechanics_failure(s, section);
 }
 
-/* Read whether the metal moves dynamically, and its density [kg/m3], which stays 0 at rest; neither dynamics nor
- * bond-based metal may dissolve. */
+/* Read whether the metal moves dynamically, and, if it does, its density [kg/m3], which stays 0 at rest.
+ * PD_ERR_ARGUMENT: dynamics or the bond-based material beside metal that dissolves, or a density without dynamics. */
 static pd_status pdi_read_mechanics_dynamics(pdi_reader *s, int section)
 {
     pd_setup_mechanics *b = &s->setup->metal_body;
@@ -16367,7 +16711,8 @@ static pd_status pdi_read_mechanics_dynamics(pdi_reader *s, int section)
     return pdi_text_fail_key(s->ctx, s->text, section, "density", "found without dynamics = yes, expected both");
 }
 
-/* Read the material of [solid]: constitutive law, E, nu, plane, influence function, horizon, tolerance, failure. */
+/* Read the material of [solid]: constitutive law, E (PD_ERR_ARGUMENT: below 1e-30 Pa), nu, plane (2D only), influence
+ * function, horizon over h (2 by default, bond-based 3), tolerance, dynamics, plasticity and failure. */
 static pd_status pdi_read_mechanics_material(pdi_reader *s, int section)
 {
     pd_setup_mechanics *b = &s->setup->metal_body;
@@ -16420,7 +16765,8 @@ PDI_FN void pdi_read_mechanics_add_notes(pdi_reader *s)
                           b->poisson, pdi_read_mechanics_material_names[b->material], PDI_READ_MECHANICS_NU_LOCKING);
 }
 
-/* Read the factor [-] by which stress changes the dissolution rate (key `dissolution_factor`), if it is given. */
+/* Read the factor [-] by which stress changes the dissolution rate (key `dissolution_factor`), if it is given, and set
+ * has_rate_factor. PD_ERR_ARGUMENT: no metal dissolves. */
 static pd_status pdi_read_mechanics_rate_factor(pdi_reader *s, int section)
 {
     pd_setup_mechanics *b = &s->setup->metal_body;
@@ -16489,7 +16835,8 @@ PDI_FN pd_status pdi_read_mechanics_read(pdi_reader *s)
 enum { PDI_READ_PRECRACKS_MIN_CORNERS = PD_DIM, PDI_READ_PRECRACKS_MAX_COORDINATES = PD_SETUP_CORNERS * PD_DIM };
 
 /* Read the corners [m] of the crack, all coordinates of one after the other: a point (1D), a polyline (2D), a polygon
- * (3D). */
+ * (3D). PD_ERR_ARGUMENT: fewer than PD_DIM corners, in 1D more than one, a number of coordinates that PD_DIM does not
+ * divide, or a corner at the place of the one before it. */
 static pd_status pdi_read_precracks_corners(pdi_reader *s, int section, pd_setup_precrack *cut)
 {
     static const char *const what[] = {"one place", "2 or more corners of a line", "3 or more corners of a polygon"};
@@ -16515,8 +16862,9 @@ static pd_status pdi_read_precracks_corners(pdi_reader *s, int section, pd_setup
     return PD_OK;
 }
 
-/* Read the growth direction of the crack; default in 2D: the direction of its last segment. In 2D, and in 3D with a
- * direction, is_recorded becomes 1: the crack gets a table. */
+/* Read the growth direction of the crack, not normalised; default in 2D: its last corner less the one before. In 2D,
+ * and in 3D with a direction, is_recorded becomes 1: the crack gets a table. In 1D, and in 3D without the key, it
+ * becomes 0. PD_ERR_ARGUMENT of a recorded crack: a zero vector, or fewer than PD_DIM numbers. */
 static pd_status pdi_read_precracks_direction(pdi_reader *s, int section, pd_setup_precrack *cut)
 {
     double square = 0.0;
@@ -16535,8 +16883,9 @@ static pd_status pdi_read_precracks_direction(pdi_reader *s, int section, pd_set
                              "expected a direction, %d numbers that are not all zero", PD_DIM);
 }
 
-/* Read the three radii [m] about the tip that bound the two domains of the J-integral, a horizon or more apart, if they
- * are given; then j_domains is 2. Only 2D, small strains, equilibrium. */
+/* Read the three radii [m] about the tip that bound the two domains of the J-integral, if they are given; then
+ * j_domains is 2. PD_ERR_ARGUMENT: not in 2D, dynamics, a yield stress, a bond-based material or one of large strains,
+ * another number of radii than 3, a negative one, or steps between them below one horizon m h. */
 static pd_status pdi_read_precracks_j_contours(pdi_reader *s, int section, pd_setup_precrack *cut)
 {
     const pd_setup_mechanics *b = &s->setup->metal_body;
@@ -16570,7 +16919,8 @@ static pd_status pdi_read_precracks_j_contours(pdi_reader *s, int section, pd_se
     return PD_OK;
 }
 
-/* Add a monitor of the tip of the crack that was appended last, if it is recorded. */
+/* Append a monitor of the tip of the crack that was appended last, if it is recorded; else do nothing. PD_ERR_ARGUMENT:
+ * too many monitors. */
 static pd_status pdi_read_precracks_add_monitor(pdi_reader *s, const pd_setup_precrack *cut)
 {
     pd_setup *u = s->setup;
@@ -16587,8 +16937,8 @@ static pd_status pdi_read_precracks_add_monitor(pdi_reader *s, const pd_setup_pr
     return PD_OK;
 }
 
-/* Read one [crack NAME] section and append the crack, with its monitor. PD_ERR_ARGUMENT: there is no [solid] section.
- */
+/* Read one [crack NAME] section and append the crack, with its monitor. PD_ERR_ARGUMENT: there is no [solid] section,
+ * too many cracks, no name, or one of PD_SETUP_NAME - 24 bytes or more. */
 static pd_status pdi_read_precracks_section(pdi_reader *s, int section)
 {
     pd_setup_mechanics *b = &s->setup->metal_body;
@@ -16667,7 +17017,7 @@ typedef enum pdi_read_shapes_form {
     PDI_READ_SHAPES_DIFFERENCE
 } pdi_read_shapes_form;
 
-/* Read PD_DIM numbers of dimension `unit` into x[PD_DIM], in SI. */
+/* Read PD_DIM numbers of dimension `unit` into x[PD_DIM], in SI. PD_ERR_ARGUMENT: fewer numbers; PD_ERR_PARSE: more. */
 static pd_status pdi_read_shapes_point(pdi_read_shapes_state *s, const char *key, const char *unit, double *x)
 {
     int count;
@@ -16679,7 +17029,8 @@ static pd_status pdi_read_shapes_point(pdi_read_shapes_state *s, const char *key
                              count, count > 1 ? "s" : "", PD_DIM, count, count);
 }
 
-/* Read a box from its ranges along the axes. */
+/* Read a box from its ranges along the axes into shape->a and shape->b [m]. PD_ERR_ARGUMENT: fewer than PD_DIM
+ * ranges. */
 static pd_status pdi_read_shapes_box(pdi_read_shapes_state *s, pd_shape *shape)
 {
     int count;
@@ -16703,7 +17054,8 @@ static pd_status pdi_read_shapes_cylinder(pdi_read_shapes_state *s, pd_shape *sh
     return pdi_key_value_get_number(s->ctx, s->text, s->section, "radius", &shape->radius);
 }
 
-/* Read a half space: a point of its plane and the outward normal. */
+/* Read a half space: a point of its plane and the outward normal, of any length. PD_ERR_ARGUMENT: half_space = no, or a
+ * normal of zeros. */
 static pd_status pdi_read_shapes_half_space(pdi_read_shapes_state *s, pd_shape *shape)
 {
     int yes;
@@ -16718,8 +17070,9 @@ static pd_status pdi_read_shapes_half_space(pdi_read_shapes_state *s, pd_shape *
     return pdi_text_fail_key(s->ctx, s->text, s->section, "normal", "found a zero vector, expected the outward normal");
 }
 
-/* Convert a picture to mask[width height], 1 inside: light pixels are inside, dark and transparent ones outside; the
- * lowest row of the picture becomes the first row of the mask. *least, *most: range of grey levels, 0 to 255. */
+/* Convert a picture to mask[width height]: 1, inside, where the luminance is PDI_READ_SHAPES_INSIDE_GREY or more, else
+ * 0, as for transparent pixels. The lowest row of the picture becomes the first row of the mask. *least, *most: range
+ * of the luminance, 0 to 255. */
 static void pdi_read_shapes_threshold_pixels(const pd_image *image, uint8_t *mask, int *least, int *most)
 {
     *least = 255;
@@ -16734,7 +17087,8 @@ static void pdi_read_shapes_threshold_pixels(const pd_image *image, uint8_t *mas
         }
 }
 
-/* Read the mask of a shape from a PNG picture (2D); the setup owns it. PD_ERR_ARGUMENT: no pixel is inside. */
+/* Read the mask of a shape from a PNG picture; the setup owns it. PD_ERR_ARGUMENT: not in 2D, a file that cannot be
+ * read, or no pixel is inside. */
 static pd_status pdi_read_shapes_png(pdi_read_shapes_state *s, pd_shape *shape)
 {
     char path[PD_PATH_SIZE];
@@ -16767,7 +17121,8 @@ static pd_status pdi_read_shapes_png(pdi_read_shapes_state *s, pd_shape *shape)
 }
 
 /* Read the mask of a shape from a raw file: one byte a voxel, nonzero inside, x fastest; the setup owns it.
- * PD_ERR_ARGUMENT: another number of bytes than voxels, or all are 0. */
+ * PD_ERR_ARGUMENT: a size that is not whole, below 1 or 1e6 and more, a file that cannot be read, another number of
+ * bytes than voxels, or all are 0. */
 static pd_status pdi_read_shapes_raw(pdi_read_shapes_state *s, pd_shape *shape)
 {
     char path[PD_PATH_SIZE], *bytes = NULL;
@@ -16808,7 +17163,8 @@ static pd_status pdi_read_shapes_raw(pdi_read_shapes_state *s, pd_shape *shape)
     return status;
 }
 
-/* Read a shape of voxels: first corner [m] into shape->a, cell size [m] into shape->b, and the mask. */
+/* Read a shape of voxels: first corner [m] into shape->a, cell size [m], one for all axes or one each, into shape->b,
+ * and the mask. PD_ERR_ARGUMENT: another number of cell sizes, or one that is not positive. */
 static pd_status pdi_read_shapes_mask(pdi_read_shapes_state *s, pdi_read_shapes_form form, pd_shape *shape)
 {
     int count;
@@ -16824,8 +17180,9 @@ static pd_status pdi_read_shapes_mask(pdi_read_shapes_state *s, pdi_read_shapes_
     return form == PDI_READ_SHAPES_MASK ? pdi_read_shapes_png(s, shape) : pdi_read_shapes_raw(s, shape);
 }
 
-/* Read a closed triangle surface from an STL file (3D); the setup owns it. Key `scale`: length of one unit of the file.
- * Adds notes where triangles were turned or corners merged. */
+/* Read a closed triangle surface from an STL file; the setup owns it. Key `scale`: length of one unit of the file;
+ * `shift` [m]: where its origin lies. Add notes where triangles were turned or corners merged. PD_ERR_ARGUMENT: not in
+ * 3D, or a file that is refused. */
 static pd_status pdi_read_shapes_stl(pdi_read_shapes_state *s, pd_shape *shape)
 {
     char path[PD_PATH_SIZE];
@@ -16863,7 +17220,8 @@ static pd_status pdi_read_shapes_find_shape(pdi_read_shapes_state *s, const char
                              name);
 }
 
-/* Read a union, intersection or difference of earlier shapes. */
+/* Read a union, intersection or difference of earlier shapes. PD_ERR_ARGUMENT: fewer than 2 names, more than a shape
+ * has room for, or a name of no shape above. */
 static pd_status pdi_read_shapes_set_operation(pdi_read_shapes_state *s, pdi_read_shapes_form form, pd_shape *shape)
 {
     pd_word_list list;
@@ -16931,8 +17289,9 @@ static pd_status pdi_read_shapes_geometry(pdi_read_shapes_state *s, int *index)
     return outside ? pd_setup_add_complement(s->ctx, s->setup, index) : PD_OK;
 }
 
-/* Read the material of a solid shape; append the shape to setup->solid_shape and a new metal to setup->metal. The first
- * named material becomes metal 0, which is also that of shapes without one. */
+/* Append a solid shape to setup->solid_shape and read its material, if it names one; a material that no metal has is
+ * appended to setup->metal. The first named material becomes metal 0, which is also that of shapes without one. A shape
+ * of another metal joins metal->shape. PD_ERR_ARGUMENT: an unknown material, or too many metals. */
 static pd_status pdi_read_shapes_material(pdi_read_shapes_state *s, int index)
 {
     pd_setup *u = s->setup;
@@ -16964,8 +17323,9 @@ static pd_status pdi_read_shapes_material(pdi_read_shapes_state *s, int index)
     return found ? pd_setup_add_union(s->ctx, u, index, &metal->shape) : PD_OK;
 }
 
-/* Read the grain structure of a solid into setup->grain, if it is given: size, spread, seed, boundary width.
- * PD_ERR_ARGUMENT: another structure than that of a solid above. */
+/* Read the grain structure of a solid into setup->grain, if grain_size is given: size, deviation, seed, boundary width,
+ * and set has_grains. PD_ERR_ARGUMENT: a structure other than that of a solid above, or a boundary wider than the grain
+ * size. */
 static pd_status pdi_read_shapes_grains(pdi_read_shapes_state *s)
 {
     pd_grain_desc grain;
@@ -16993,7 +17353,7 @@ static pd_status pdi_read_shapes_grains(pdi_read_shapes_state *s)
 }
 
 /* Add the shape to setup->wall and setup->wall_shape, with a Dirichlet concentration if key C is given and there is
- * transport. */
+ * transport. PD_ERR_ARGUMENT: too many walls, or a constant C below 0; an expression is not checked. */
 static pd_status pdi_read_shapes_wall(pdi_read_shapes_state *s, int index)
 {
     pd_setup *u = s->setup;
@@ -17013,7 +17373,8 @@ static pd_status pdi_read_shapes_wall(pdi_read_shapes_state *s, int index)
     return pd_setup_add_union(s->ctx, u, index, &u->wall);
 }
 
-/* Add the shape to the medium, fluid with a diffusivity of its own. PD_ERR_ARGUMENT: a medium above has another one. */
+/* Add the shape to the medium, fluid with a diffusivity of its own. PD_ERR_ARGUMENT: no [transport], or a medium above
+ * has another diffusivity. */
 static pd_status pdi_read_shapes_medium(pdi_read_shapes_state *s, int index)
 {
     pd_setup *u = s->setup;
@@ -17029,7 +17390,7 @@ static pd_status pdi_read_shapes_medium(pdi_read_shapes_state *s, int index)
     return pd_setup_add_union(s->ctx, u, index, &u->medium);
 }
 
-/* Add the shape to the region of passive film, where fluid does not dissolve metal. */
+/* Add the shape to the region of passive film, where fluid does not dissolve metal. PD_ERR_ARGUMENT: no [corrode]. */
 static pd_status pdi_read_shapes_passive(pdi_read_shapes_state *s, int index)
 {
     if (!s->setup->has_corrode)
@@ -17037,7 +17398,7 @@ static pd_status pdi_read_shapes_passive(pdi_read_shapes_state *s, int index)
     return pd_setup_add_union(s->ctx, s->setup, index, &s->setup->passive);
 }
 
-/* Add the shape to the region of fluid that starts with the composition `inside`. */
+/* Add the shape to the region of fluid that starts with the composition `inside`. PD_ERR_ARGUMENT: no chemistry. */
 static pd_status pdi_read_shapes_solution(pdi_read_shapes_state *s, int index)
 {
     if (!s->setup->has_chemistry)
@@ -17047,8 +17408,10 @@ static pd_status pdi_read_shapes_solution(pdi_read_shapes_state *s, int index)
     return pd_setup_add_union(s->ctx, s->setup, index, &s->setup->solution);
 }
 
-/* Read one [shape NAME] section: geometry, kind, and the keys of that kind; the shape joins the region of its kind in
- * the setup. */
+/* Read one [shape NAME] section: geometry, kind, and the keys of that kind. The shape joins the region of its kind in
+ * the setup; a part joins none. setup->section_shape has its index for solids and walls, else -1. setup->shape_line is
+ * the line of the first solid, or, while there is none, of the first shape. PD_ERR_ARGUMENT: no name, too many
+ * shapes. */
 static pd_status pdi_read_shapes_section(pdi_read_shapes_state *s)
 {
     static const char *const kinds[] = {"part", "solid", "wall", "medium", "passive", "grip", "solution", NULL};
@@ -17116,7 +17479,7 @@ static int pdi_read_surface_states_find_section(pdi_reader *s, const pd_setup_su
 
 /* ---- names, units, bounds ---- */
 
-/* 1: an identifier of ASCII letters, digits and _. */
+/* 1: an identifier of ASCII letters, digits and _ that begins with a letter. */
 static int pdi_read_surface_states_is_identifier(const char *name)
 {
     size_t length = strlen(name);
@@ -17126,7 +17489,8 @@ static int pdi_read_surface_states_is_identifier(const char *name)
     return 1;
 }
 
-/* Check that the name of a state is an identifier that no field, species, constant, table or variable has. */
+/* Check that the name of a state is an identifier of fewer than PD_SETUP_NAME - 24 bytes that no field, species, other
+ * state, constant, table, variable or function has. PD_ERR_ARGUMENT. */
 static pd_status pdi_read_surface_states_check_name(pdi_reader *s, int section, const char *name)
 {
     static const char *const others[] = {"E", "i", "pH", "grain"};
@@ -17162,7 +17526,8 @@ static int pdi_read_surface_states_has_dims(const pd_expr *expr, const pd_dims *
     return pd_units_is_same(&expr->dims, dims) || !(fabs(zero) > 0.0);
 }
 
-/* Read a bound of the state (key `min` or `max`) [SI], of its dimension; *value is unchanged if the key is absent. */
+/* Read a bound of the state (key `min` or `max`) [SI]; *value is unchanged if the key is absent. PD_ERR_ARGUMENT: its
+ * dimension is not that of the initial value; a bound of 0 needs no unit. */
 static pd_status pdi_read_surface_states_bound(pdi_reader *s, int section, const char *key,
                                                const pd_setup_surface_state *state, double *value)
 {
@@ -17179,8 +17544,10 @@ static pd_status pdi_read_surface_states_bound(pdi_reader *s, int section, const
     return pdi_text_fail_key(s->ctx, s->text, section, key, "found %s, expected %s as of 'initial'", found, wanted);
 }
 
-/* Read one [surface NAME] section up to its rate and append the state: name, unit, initial value, bounds (infinite by
- * default). */
+/* Read one [surface NAME] section up to its rate and append the state: name, unit, initial value in x, y, z, bounds
+ * (infinite by default). The initial value gives the dimension. PD_ERR_ARGUMENT: too many states, or states and
+ * species, a name that is taken, a unit with fractional exponents, min not below max, a constant initial value out of
+ * the bounds. */
 static pd_status pdi_read_surface_states_state(pdi_reader *s, int section)
 {
     pd_setup *u = s->setup;
@@ -17227,7 +17594,8 @@ static pd_status pdi_read_surface_states_state(pdi_reader *s, int section)
                              start, wanted, state->low, state->high);
 }
 
-/* Check the physics that surface states require: species that change in time, and electrodes or dissolution. */
+/* Check the physics that surface states require. PD_ERR_ARGUMENT: no chemistry, time = steady in it, or neither
+ * electrodes nor dissolution. */
 static pd_status pdi_read_surface_states_check_physics(pdi_reader *s, int section)
 {
     const pd_setup *u = s->setup;
@@ -17335,7 +17703,8 @@ PDI_FN pd_status pdi_read_surface_states_current_factor(pdi_reader *s, int secti
 
 /* ---- rates ---- */
 
-/* Read the electrodes that carry the state (key `of`) as bits of state->electrodes; all of them by default. */
+/* Read the electrodes that carry the state (key `of`) as bits of state->electrodes; all of them by default.
+ * PD_ERR_ARGUMENT: the key without [potential], or a name of no electrode. */
 static pd_status pdi_read_surface_states_electrodes(pdi_reader *s, int section, pd_setup_surface_state *state)
 {
     const pd_setup_potential *p = &s->setup->potential;
@@ -17362,8 +17731,9 @@ static pd_status pdi_read_surface_states_electrodes(pdi_reader *s, int section, 
     return PD_OK;
 }
 
-/* Read the rate law of a state in t, x, y, z, i, E, pH, species and states, not in C; it has the dimension of the state
- * per time. */
+/* Read the rate law of a state in t, x, y, z, pH, species and states, with a potential also in i and E, not in C or
+ * grain. PD_ERR_ARGUMENT: it has not the dimension of the state per time and is not the constant 0, or it uses pH
+ * without species H+. */
 static pd_status pdi_read_surface_states_rate(pdi_reader *s, int section, pd_setup_surface_state *state)
 {
     pd_setup *u = s->setup;
@@ -17392,7 +17762,8 @@ static pd_status pdi_read_surface_states_rate(pdi_reader *s, int section, pd_set
                              "and others, or include = electrolytes/hbss.electrolyte in [chemistry]");
 }
 
-/* Check that all electrodes of the bit set `where` carry state k, which the expression under `key` uses there. */
+/* Check that all electrodes of the bit set `where` carry state k, which the expression under `key` uses there.
+ * PD_ERR_ARGUMENT names the first that does not. */
 static pd_status pdi_read_surface_states_check_carried(pdi_reader *s, int section, const char *key, int k,
                                                        uint32_t where)
 {
@@ -17428,7 +17799,8 @@ static pd_status pdi_read_surface_states_check_metal(pdi_reader *s, int m, int k
                                                  all);
 }
 
-/* Check that each surface state is carried wherever rates, electrode factors and rate laws use it. */
+/* Check that each surface state is carried wherever rates of states, electrode factors and rate laws of metals use it.
+ * Of the metals, those with a law in species or E count, or metal 0 if there is none. PD_ERR_ARGUMENT. */
 static pd_status pdi_read_surface_states_check_uses(pdi_reader *s)
 {
     const pd_setup *u = s->setup;
@@ -17483,7 +17855,7 @@ PDI_FN pd_status pdi_read_surface_states_rates(pdi_reader *s)
 #include <string.h>
 
 /* Read the value of a key into an expression, for pd_expr_free: one in x, y, z, t, a number, or the index of a whole
- * number or choice. A constant must lie within the bounds of the key. */
+ * number or choice. PD_ERR_ARGUMENT: a constant is out of the bounds of the key; nothing is left to free then. */
 static pd_status pdi_read_physics_value(pdi_reader *s, int section, const pd_key *key, pd_expr *value)
 {
     const char *unit = strcmp(key->unit, "-") == 0 ? "" : key->unit;
@@ -17520,8 +17892,8 @@ static pd_status pdi_read_physics_keys(pdi_reader *s, int section, pd_setup_regi
     return PD_OK;
 }
 
-/* Read the values that sides prescribe for the first field of the physics, under its name as a key, and set their bits
- * in own->prescribed_sides. */
+/* Read the values that sides prescribe for the first field of the physics, under its name as a key, as expressions in
+ * x, y, z, t, and set their bits in own->prescribed_sides. Sides without the key are left out. */
 static pd_status pdi_read_physics_sides(pdi_reader *s, pd_setup_registered *own)
 {
     const pd_physics_field *field = &own->type->field[0];
@@ -17535,7 +17907,8 @@ static pd_status pdi_read_physics_sides(pdi_reader *s, pd_setup_registered *own)
     return PD_OK;
 }
 
-/* Check that the fields fit in number and that their names are free, and make their labels. */
+/* Check the fields of a physics and make their labels, "name [unit]". PD_ERR_ARGUMENT: too many fields with those of
+ * the physics before, or a name that is empty, too long, or that of a field or variable of rate laws. */
 static pd_status pdi_read_physics_fields(pdi_reader *s, int section, pd_setup_registered *own)
 {
     const pd_expr_symbol *variable = pd_setup_get_rate_symbols();
@@ -17620,8 +17993,8 @@ PDI_FN int pdi_read_dissolution_find_section(pdi_reader *s, int m, const char *k
     return pdi_text_get_section(s->ctx, s->text, pdi_read_dissolution_section_name(u), NULL);
 }
 
-/* Check that each labelled section has the name of a metal and only keys that may differ between metals.
- * PD_ERR_ARGUMENT. */
+/* Check that the label of each labelled section that has a pair is the name of a metal, and that its keys may differ
+ * between metals: rate, law, current, rate_scale, Cs, charge, reaction. PD_ERR_ARGUMENT: they do not. */
 static pd_status pdi_read_dissolution_check_labels(pdi_reader *s)
 {
     static const char *const keys[] = {"rate", "law", "current", "rate_scale", "Cs", "charge", "reaction"};
@@ -17648,7 +18021,8 @@ static pd_status pdi_read_dissolution_check_labels(pdi_reader *s)
     return PD_OK;
 }
 
-/* Set the constants rho_m, M_m, z_m and Cs to those of a metal, for the numbers of its section. */
+/* Set the constants rho_m, M_m, z_m and Cs, as far as they are declared, to those of a metal, for the numbers of its
+ * section. */
 static void pdi_read_dissolution_set_constants(pdi_reader *s, const pd_setup_metal *metal)
 {
     static const char *const names[] = {"rho_m", "M_m", "z_m", "Cs"};
@@ -17686,8 +18060,9 @@ PDI_FN pd_status pdi_read_dissolution_constants(pdi_reader *s)
 
 /* ---- laws ---- */
 
-/* Check that the rate law at C = 0 is 0 to 1 m/s, where it depends on C alone, and that there are grains if it uses
- * them. Adds a note on the speed of a law per layer. */
+/* Check a rate law that was read. PD_ERR_ARGUMENT: it uses grain and there are no grains, or it is a constant or
+ * depends on C alone, and its speed at C = 0 is not within 0 to 1 m/s. For key `law` add a note on the speed of a
+ * layer. */
 static pd_status pdi_read_dissolution_check_rate(pdi_reader *s, int section, const char *key,
                                                  const pd_setup_metal *metal)
 {
@@ -17706,9 +18081,10 @@ static pd_status pdi_read_dissolution_check_rate(pdi_reader *s, int section, con
     return PD_OK;
 }
 
-/* Make the symbol table vars[*count] of the rate law under `key`: C, t, x, y, z, grain, i, E, fields of the physics of
- * the program, whose units unit[] stores, pH, the species that its text names as [H+], whose names name[] stores, and
- * all surface states. Variables without a value here get the name "". */
+/* Make the symbol table vars[*count] of the rate law under `key`: C, t, x, y, z, grain, i (not among migrating ions),
+ * E, fields of registered physics, whose units unit[] stores, pH, the species that its text names as [H+], whose names
+ * name[] stores, and all surface states. A variable that the scene has no value for gets the name "". Without the key
+ * no species and states are added. PD_ERR_ARGUMENT: the law is i alone among migrating ions, or names no solute. */
 static pd_status pdi_read_dissolution_rate_symbols(pdi_reader *s, int section, const char *key, pd_setup_metal *metal,
                                                    pd_expr_symbol *vars, char (*unit)[PD_UNITS_TEXT],
                                                    char (*name)[PD_SPECIES_NAME + 2], int *count)
@@ -17737,8 +18113,10 @@ static pd_status pdi_read_dissolution_rate_symbols(pdi_reader *s, int section, c
                                            &metal->species_count);
 }
 
-/* Read the prescribed electrode potential [V] of a metal in an electrolyte whose ions migrate, a function of t.
- * metal->has_potential becomes 1 with it, and where an electrode among ions gives the potential. */
+/* Read the prescribed electrode potential [V] of a metal in an electrolyte whose ions migrate, a function of t, if it
+ * is given. metal->has_potential becomes 1 with it, and also where electrodes among migrating ions give the potential.
+ * PD_ERR_ARGUMENT: the key beside such electrodes, without migration, beside a constant named E, or a function of x, y
+ * or z. */
 static pd_status pdi_read_dissolution_potential(pdi_reader *s, int section, pd_setup_metal *metal)
 {
     if (pd_setup_has_ion_electrodes(s->setup)) metal->has_potential = 1;
@@ -17766,7 +18144,10 @@ static pd_status pdi_read_dissolution_potential(pdi_reader *s, int section, pd_s
                              "alone");
 }
 
-/* Check that the physics of the scene supports a rate law in pH, species or E. PD_ERR_ARGUMENT. */
+/* Check that the scene supports a rate law in pH, species, states or E; other laws pass. PD_ERR_ARGUMENT: pH without
+ * species H+, C beside them, several metals without electrodes among ions, control = activation, driving_force =
+ * difference, [corrode] beside electrodes among ions. Also a law in a field of registered physics beside such
+ * electrodes. */
 static pd_status pdi_read_dissolution_check_species_rate(pdi_reader *s, int section, const char *key,
                                                          const pd_setup_metal *metal)
 {
@@ -17798,8 +18179,9 @@ static pd_status pdi_read_dissolution_check_species_rate(pdi_reader *s, int sect
     return PD_OK;
 }
 
-/* Read the rate law under `key` in `unit` (speed, 1/s, or current density), and multiply metal->rate_scale by the
- * factor rate_scale. `other`: key that must not stand beside it. */
+/* Read the rate law under `key` in `unit` (speed, 1/s, or current density) into metal->rate, and multiply
+ * metal->rate_scale by the key rate_scale. PD_ERR_ARGUMENT: the section has the key `other`, too, or the law is not
+ * supported. PD_ERR_PARSE: there is no such key. With [dissolve] the key `potential` is read, too. */
 static pd_status pdi_read_dissolution_rate(pdi_reader *s, int section, const char *key, const char *other,
                                            const char *unit, pd_setup_metal *metal)
 {
@@ -17829,8 +18211,9 @@ static pd_status pdi_read_dissolution_speed_or_current(pdi_reader *s, int sectio
     return pdi_read_dissolution_rate(s, section, current ? "current" : "rate", "rate", current ? "A/m2" : "m/s", m);
 }
 
-/* Read the rate law of [dissolve]: speed, layers of one cell per second (key `law`), or current density.
- * metal->rate_scale converts it to a speed. */
+/* Read the rate law of [dissolve]: current density, which goes first, else layers of one cell per second (key `law`),
+ * else speed. metal->rate_scale converts it to a speed. PD_ERR_ARGUMENT: `law` where spacings differ by more than 1e-9
+ * of the first. */
 static pd_status pdi_read_dissolution_dissolve_rate(pdi_reader *s, int section, pd_setup_metal *metal)
 {
     const pd_setup *u = s->setup;
@@ -17845,7 +18228,9 @@ static pd_status pdi_read_dissolution_dissolve_rate(pdi_reader *s, int section, 
     return pdi_read_dissolution_rate(s, section, layers ? "law" : "rate", "rate", layers ? "1/s" : "m/s", metal);
 }
 
-/* Check several metals with electrodes and migrating ions: each dissolves by a rate law in E, or has rate 0. */
+/* Check several metals with electrodes among migrating ions where one has a rate law in E or species. PD_ERR_ARGUMENT:
+ * a metal whose law has none of them and is not the constant 0, or covering_thickness with minerals and several such
+ * metals. All other scenes pass. */
 static pd_status pdi_read_dissolution_check_several(pdi_reader *s)
 {
     const pd_setup *u = s->setup;
@@ -17889,7 +18274,7 @@ PDI_FN pd_status pdi_read_dissolution_rates(pdi_reader *s)
 
 /* ---- what all metals share ---- */
 
-/* Read the factor of the dissolution rate in grain boundaries. */
+/* Read the factor of the dissolution rate in grain boundaries. PD_ERR_ARGUMENT: it is not 1 and there are no grains. */
 static pd_status pdi_read_dissolution_gb_factor(pdi_reader *s, int section)
 {
     pd_setup *u = s->setup;
@@ -17947,7 +18332,9 @@ PDI_FN pd_status pdi_read_dissolution_horizons(pdi_reader *s, int grid)
                              u->fluid_m);
 }
 
-/* Read the variant of the bond-based model: control, driving force, kernel, weights, random breaking of bonds. */
+/* Read the variant of the bond-based model: control, driving force, kernel, weights, random breaking of bonds with its
+ * seed. PD_ERR_ARGUMENT: control = activation or weights = published beside [flow], or a seed without breaking =
+ * stochastic. */
 static pd_status pdi_read_dissolution_corrode_variant(pdi_reader *s, int section)
 {
     pd_setup *u = s->setup;
@@ -17972,7 +18359,9 @@ static pd_status pdi_read_dissolution_corrode_variant(pdi_reader *s, int section
     return pdi_text_fail_key(s->ctx, s->text, section, "seed", "found without breaking = stochastic, expected both");
 }
 
-/* Read D and the initial concentration, unless [transport] has them, and the bulk concentration. */
+/* Read D and the initial concentration, unless there is a [transport] section, and the bulk concentration, at most
+ * Csat. D is required, with control = activation 0 by default. A note tells that activation uses neither of them.
+ * PD_ERR_ARGUMENT: D or initial beside [transport]. */
 static pd_status pdi_read_dissolution_corrode_fluid(pdi_reader *s, int section)
 {
     static const char *const keys[] = {"D", "initial"};
@@ -18046,8 +18435,10 @@ static int pdi_read_chemistry_has_mineral(pdi_reader *s, const char *name)
     return 0;
 }
 
-/* Read the kinetics of a mineral: rate constant [mol/m2/s] times area [1/m] into m->rate and times surface [m2/mol]
- * into m->surface_rate, exponent, nucleation threshold, least porosity. Without a rate it is in equilibrium. */
+/* Read the kinetics of a mineral: rate constant [mol/m2/s] times area [1/m] into m->rate [mol/m3/s] and times surface
+ * [m2/mol] into m->surface_rate [1/s], exponent, nucleation threshold, least porosity. Without a rate it is in
+ * equilibrium, and both are 0. PD_ERR_ARGUMENT: a rate of 0 or without area and surface, or one of these without a
+ * rate. */
 static pd_status pdi_read_chemistry_mineral_rate(pdi_reader *s, int section, pd_mineral *m)
 {
     double rate = 0.0, area, surface;
@@ -18071,7 +18462,7 @@ static pd_status pdi_read_chemistry_mineral_rate(pdi_reader *s, int section, pd_
     return PD_OK;
 }
 
-/* Check that each [mineral NAME] section names a solid species. */
+/* Check that each [mineral NAME] section names a solid species of the electrolyte. PD_ERR_ARGUMENT. */
 static pd_status pdi_read_chemistry_check_minerals(pdi_reader *s)
 {
     const pd_electrolyte *e = &s->setup->electrolyte;
@@ -18088,7 +18479,9 @@ static pd_status pdi_read_chemistry_check_minerals(pdi_reader *s)
     return PD_OK;
 }
 
-/* Check that each mineral has a reaction, by a trial build of the reactive system. */
+/* Check that each mineral has a reaction, by a trial build of the reactive system; without minerals do nothing.
+ * PD_ERR_ARGUMENT, at the first [mineral ...] or [chemistry], with the message of the build: it fails for any
+ * reason. */
 static pd_status pdi_read_chemistry_check_reactions(pdi_reader *s)
 {
     pd_setup *u = s->setup;
@@ -18105,8 +18498,10 @@ static pd_status pdi_read_chemistry_check_reactions(pdi_reader *s)
     return pdi_text_fail_key(s->ctx, s->text, section, "mineral", "%.500s", message);
 }
 
-/* Choose the minerals among the solid species, read their kinetics, and remove all other solids from the electrolyte,
- * with a note. Read tortuosity and covering thickness. Check that all solutes have a diffusivity. */
+/* Choose the minerals, solids with a [mineral ...] section or, with minerals = all, all solids; read their kinetics,
+ * and remove all other solids from the electrolyte, with a note. Read tortuosity and covering thickness.
+ * PD_ERR_ARGUMENT: a solute without a positive D, a species that is neither solute, solvent nor solid, an initial
+ * amount of a solid that is no mineral, or more than PD_MINERAL_MAX. */
 static pd_status pdi_read_chemistry_minerals(pdi_reader *s)
 {
     pd_electrolyte *e = &s->setup->electrolyte;
@@ -18189,8 +18584,8 @@ PDI_FN pd_status pdi_read_chemistry_read(pdi_reader *s)
 
 /* ---- the reaction at the surface ---- */
 
-/* Copy the next word of a reaction equation into word[PD_SPECIES_NAME], cut to fit, and advance *text. 1: there was
- * one; 0: end of the text. */
+/* Copy the next word of a reaction equation, which blanks or tabs end, into word[PD_SPECIES_NAME], cut to fit, and
+ * advance *text. 1: there was one; 0: end of the text. */
 static int pdi_read_chemistry_next_word(const char **text, char *word)
 {
     const char *from = *text + strspn(*text, " \t");
@@ -18200,8 +18595,9 @@ static int pdi_read_chemistry_next_word(const char **text, char *word)
     return length > 0;
 }
 
-/* Append the species of a reaction that the electrolyte lacks to e: the metal, a gas and the electron e-. *metal, *gas,
- * *electron: their indices, -1: not in the reaction. */
+/* Append the species of a reaction that the electrolyte lacks to e: the metal (a neutral word of one atom), a gas and
+ * the electron e-, the first of each. *metal, *gas, *electron: their indices, -1: none was appended. Numbers, signs and
+ * other words are passed over. PD_ERR_ARGUMENT: no room for a species. */
 static pd_status pdi_read_chemistry_add_species(pdi_reader *s, int section, const char *text, pd_electrolyte *e,
                                                 int *metal, int *gas, int *electron)
 {
@@ -18227,8 +18623,8 @@ static pd_status pdi_read_chemistry_add_species(pdi_reader *s, int section, cons
     return PD_OK;
 }
 
-/* Read a surface reaction (key `reaction`) among the species of `all`, to which metal, gas and electron are
- * appended. */
+/* Read a surface reaction (key `reaction`) among the species of `all`, to which metal, gas and electron are appended as
+ * by pdi_read_chemistry_add_species. PD_ERR_ARGUMENT: an equation that is refused; PD_ERR_PARSE: no such key. */
 static pd_status pdi_read_chemistry_reaction(pdi_reader *s, int section, pd_electrolyte *all, int *metal, int *gas,
                                              int *electron, pd_reaction *reaction)
 {
@@ -18272,8 +18668,9 @@ PDI_FN pd_status pdi_read_chemistry_electrode_reaction(pdi_reader *s, int sectio
     return PD_OK;
 }
 
-/* Check the electrons that the reaction of metal m releases per mole of metal: on the right, carried away by a current,
- * and as many as the charge in Faraday's law. */
+/* Check the electrons that the reaction of metal m releases per mole of metal. PD_ERR_ARGUMENT: they are not positive,
+ * neither migration nor a potential carries them away, electrodes stand among migrating ions and the rate law has no E
+ * or species, or, with a law as a current density, they are not the charge in Faraday's law. */
 static pd_status pdi_read_chemistry_check_electrons(pdi_reader *s, int section, int m, double electrons)
 {
     const pd_setup *u = s->setup;
@@ -18303,7 +18700,8 @@ static pd_status pdi_read_chemistry_check_electrons(pdi_reader *s, int section, 
                              electrons, charge);
 }
 
-/* Store the gas that a surface reaction evolves; one gas for all metals. */
+/* Store the name of the gas that a surface reaction evolves in setup->gas. PD_ERR_ARGUMENT: another metal evolves
+ * another gas. */
 static pd_status pdi_read_chemistry_set_gas(pdi_reader *s, int section, const char *name)
 {
     pd_setup *u = s->setup;
@@ -18317,7 +18715,8 @@ static pd_status pdi_read_chemistry_set_gas(pdi_reader *s, int section, const ch
 }
 
 /* Read the dissolution reaction of metal m: species_released and gas_released, moles per mole of metal (negative:
- * consumed). Sets setup->has_surface_reaction, and setup->gas if a gas evolves. */
+ * consumed). Set setup->has_surface_reaction, and setup->gas if a gas evolves. PD_ERR_ARGUMENT: no metal on the left, a
+ * gas there, electrons that are refused, or another gas than of another metal. */
 static pd_status pdi_read_chemistry_metal_reaction(pdi_reader *s, int section, int m)
 {
     pd_electrolyte all;
@@ -18344,14 +18743,17 @@ static pd_status pdi_read_chemistry_metal_reaction(pdi_reader *s, int section, i
     return PD_OK;
 }
 
-/* 1: metal m releases species by a reaction: the only metal, or each one whose rate law depends on species or E. */
+/* 1: metal m releases species by a reaction: its rate law depends on species, or on E among migrating ions; if that of
+ * no metal does, metal 0. */
 static int pdi_read_chemistry_is_releasing(const pd_setup *u, int m)
 {
     return pd_setup_find_species_rate_metal(u) < 0 ? m == 0 : pd_setup_has_species_rate(&u->metal[m]);
 }
 
-/* Read the dissolution reactions of all metals that release species; check that these and no others have one. section:
- * one with a reaction, for messages. */
+/* Read the dissolution reactions of all metals that release species; a section without label holds for all. section:
+ * one with a reaction, for messages. PD_ERR_ARGUMENT: such a metal has no reaction, a section of its own gives one to
+ * another metal, control = activation, or several metals without a rate law in E or species and electrodes among
+ * ions. */
 static pd_status pdi_read_chemistry_metal_reactions(pdi_reader *s, int section)
 {
     pd_setup *u = s->setup;
@@ -18430,7 +18832,7 @@ PDI_FN int pdi_read_potential_has_sections(pdi_reader *s)
 
 /* ---- where it is ---- */
 
-/* Index of the metal of a [shape] section; 0 if it names none. */
+/* Index of the metal of a [shape] section; 0 if it names no material, or one that no metal has. */
 static int pdi_read_potential_find_metal(pdi_reader *s, int section)
 {
     const char *name;
@@ -18468,7 +18870,8 @@ static pd_status pdi_read_potential_shape(pdi_reader *s, int section, pd_setup_e
                              name);
 }
 
-/* Read where an electrode is: a solid shape, or all metal of a material (e->shape -1), with e->metal in both cases. */
+/* Read where an electrode is: a solid shape, or all metal of a material (e->shape -1), with e->metal in both cases.
+ * PD_ERR_ARGUMENT: both keys, neither of them, no solid shape of that name, or a material of no metal. */
 static pd_status pdi_read_potential_location(pdi_reader *s, int section, pd_setup_electrode *e)
 {
     const pd_setup *u = s->setup;
@@ -18492,8 +18895,9 @@ static pd_status pdi_read_potential_location(pdi_reader *s, int section, pd_setu
 
 /* ---- curves ---- */
 
-/* Read a Butler-Volmer (both = 1) or Tafel curve: exchange current density, slopes per decade, which are stored per
- * factor e [V], limiting currents. PD_ERR_ARGUMENT: another number of slopes than two or one. */
+/* Read a Butler-Volmer (both = 1) or Tafel curve: exchange current density, slopes, given per decade and stored per
+ * factor e [V], and the limiting currents of the branches with a slope. PD_ERR_ARGUMENT: not two slopes with
+ * Butler-Volmer, not one with Tafel. */
 static pd_status pdi_read_potential_tafel_slopes(pdi_reader *s, int section, int both, pd_electrode_term *t)
 {
     static const char *const keys[] = {"anodic_slope", "cathodic_slope"}, *const limits[] = {"anodic_limit",
@@ -18516,8 +18920,9 @@ static pd_status pdi_read_potential_tafel_slopes(pdi_reader *s, int section, int
                              given, both ? "both with butler_volmer" : "one of them with tafel");
 }
 
-/* Tabulate a curve i(E) [A/m2] over its key `range` into new arrays of e, which its term refers to. PD_ERR_ARGUMENT: i
- * falls with E, so that solutions would not be unique. */
+/* Tabulate a curve i(E) [A/m2] at PDI_READ_POTENTIAL_TABLE_POINTS equidistant points of its key `range` into new arrays
+ * of e, which its term refers to. PD_ERR_ARGUMENT: i falls from one point to the next, so that solutions would not be
+ * unique, or |i| is not below PD_KEY_MAX_NUMBER. Arrays that exist then stay in e. */
 static pd_status pdi_read_potential_tabulate_curve(pdi_reader *s, int section, const pd_expr *curve,
                                                    pd_setup_electrode *e)
 {
@@ -18552,7 +18957,8 @@ static pd_status pdi_read_potential_tabulate_curve(pdi_reader *s, int section, c
     return PD_OK;
 }
 
-/* Check that a curve in E, pH and species does not fall with E from -4 to 4 V, at 1 mol/m3 of each species and pH 7. */
+/* Check that a curve in E, pH and species does not fall with E from -4 to 4 V, at 1 mol/m3 of each species and pH 7.
+ * Potentials where |i| is not below PD_KEY_MAX_NUMBER are left out, falls within rounding admitted. PD_ERR_ARGUMENT. */
 static pd_status pdi_read_potential_check_rising(pdi_reader *s, int section, const pd_setup_electrode *e)
 {
     double vars[PD_EXPR_VARS], last = -HUGE_VAL;
@@ -18574,8 +18980,9 @@ static pd_status pdi_read_potential_check_rising(pdi_reader *s, int section, con
     return PD_OK;
 }
 
-/* With migrating ions, read a curve that names pH or species; it stays an expression instead of a table. Sets
- * e->has_species_curve; any other curve is left alone. */
+/* With migrating ions, read a curve whose text has "pH" or '['; it stays an expression instead of a table, with
+ * e->has_species_curve 1. Any other curve is left alone. PD_ERR_ARGUMENT: pH without species H+, a film resistance or
+ * range beside it, or a current that falls with E. */
 static pd_status pdi_read_potential_species_curve(pdi_reader *s, int section, pd_setup_electrode *e)
 {
     pd_expr_symbol vars[PD_EXPR_VARS];
@@ -18619,7 +19026,8 @@ static pd_status pdi_read_potential_expression_curve(pdi_reader *s, int section,
 }
 
 /* Read the polarisation curve of an electrode: Butler-Volmer, Tafel, linear, an expression, or primary (no kinetics),
- * with its parameters and film resistance. With ions that migrate it may be absent (e->has_no_curve). */
+ * with its parameters, E0 (not of an expression) and film resistance. With ions that migrate it may be absent
+ * (e->has_no_curve). PD_ERR_ARGUMENT: it is absent otherwise, or primary with ions that migrate. */
 static pd_status pdi_read_potential_kinetics(pdi_reader *s, int section, pd_setup_electrode *e)
 {
     int curve = 0;
@@ -18648,7 +19056,7 @@ static pd_status pdi_read_potential_kinetics(pdi_reader *s, int section, pd_setu
 /* ---- circuits ---- */
 
 /* Read the prescribed potential [V] or current [A] of an electrode into e->fixed_value, a function of t; neither: it
- * floats. */
+ * floats. PD_ERR_ARGUMENT: both, or a function of x, y or z. */
 static pd_status pdi_read_potential_control(pdi_reader *s, int section, pd_setup_electrode *e)
 {
     e->has_fixed_potential = pdi_text_has_key(s->ctx, s->text, section, "potential");
@@ -18663,7 +19071,8 @@ static pd_status pdi_read_potential_control(pdi_reader *s, int section, pd_setup
     return pdi_text_fail_key(s->ctx, s->text, section, key, "found a function of the place, expected one of t alone");
 }
 
-/* Read the electrodes that are electrically connected to electrode `own`, and merge their circuits. */
+/* Read the electrodes that are electrically connected to electrode `own`, if there are any, and merge their circuits
+ * into the one with the smaller number. PD_ERR_ARGUMENT: no other electrode of that name. */
 static pd_status pdi_read_potential_connections(pdi_reader *s, int section, int own)
 {
     pd_setup_potential *p = &s->setup->potential;
@@ -18685,7 +19094,7 @@ static pd_status pdi_read_potential_connections(pdi_reader *s, int section, int 
     return PD_OK;
 }
 
-/* Check that each circuit has at most one prescribed potential or current. */
+/* Check that at most one electrode of each circuit has a prescribed potential or current. PD_ERR_ARGUMENT. */
 static pd_status pdi_read_potential_check_circuits(pdi_reader *s)
 {
     const pd_setup_potential *p = &s->setup->potential;
@@ -18722,7 +19131,9 @@ static pd_status pdi_read_potential_add_monitor(pdi_reader *s, int section, int 
     return PD_OK;
 }
 
-/* Read one [electrode NAME] section and append the electrode, in a circuit of its own, with its monitor. */
+/* Read one [electrode NAME] section and append the electrode, in a circuit of its own, with its monitor.
+ * PD_ERR_ARGUMENT: too many electrodes, no name, one of PD_TEXT_WORD bytes or more, or, with ions that migrate, a curve
+ * without a half-reaction. */
 static pd_status pdi_read_potential_electrode(pdi_reader *s, int section)
 {
     pd_setup_potential *p = &s->setup->potential;
@@ -18750,7 +19161,8 @@ static pd_status pdi_read_potential_electrode(pdi_reader *s, int section)
     return pdi_read_potential_add_monitor(s, section, e->circuit);
 }
 
-/* Read the Dirichlet potentials [V] of the fluid at walls and inlets. */
+/* Read the Dirichlet potentials [V] of the fluid at sides that have one; no current passes others. PD_ERR_ARGUMENT:
+ * with ions that migrate, or at a side that is neither wall nor inlet. */
 static pd_status pdi_read_potential_sides(pdi_reader *s)
 {
     pd_setup *u = s->setup;
@@ -18771,7 +19183,8 @@ static pd_status pdi_read_potential_sides(pdi_reader *s)
     return PD_OK;
 }
 
-/* Read conductivity and tolerance of the section [potential]. */
+/* Read conductivity and tolerance of the section [potential]. The conductivity may be absent with species, which then
+ * give it. PD_ERR_ARGUMENT: it is given with ions that migrate, or absent without species. */
 static pd_status pdi_read_potential_conductivity(pdi_reader *s, int section)
 {
     pd_setup_potential *p = &s->setup->potential;
@@ -18956,7 +19369,7 @@ static const char *const pdi_read_param_file_ignored_keys[][2] = {
     {"newton_max_iter", "the transport is solved to the rounding of the ledger"},
     {"channel_flow_corrections", "walls and openings are of second order without corrections"}};
 
-/* Read a number in low .. high; open 1: low itself is refused. */
+/* Read a number in low .. high; open 1: low itself is refused. PD_ERR_ARGUMENT: out of bounds. */
 static pd_status pdi_read_param_file_number(pd_ctx *ctx, pd_text *text, const char *key, const char *fallback,
                                             double low, double high, int open, double *value)
 {
@@ -18976,7 +19389,8 @@ static pd_status pdi_read_param_file_numbers(pd_ctx *ctx, pd_text *text, pdi_rea
     return PD_OK;
 }
 
-/* Add a note for each key that is given and has no effect. */
+/* Add a note for each key that is given and has no effect; such a key must still be a number. D_grain and D_gb have
+ * none where k_corr gives the rate. */
 static pd_status pdi_read_param_file_add_notes(pd_ctx *ctx, pd_text *text, const pdi_read_param_file_values *f,
                                                pd_setup *setup)
 {
@@ -18994,8 +19408,9 @@ static pd_status pdi_read_param_file_add_notes(pd_ctx *ctx, pd_text *text, const
     return PD_OK;
 }
 
-/* Set box, spacing, horizons and geometry; in 3D the box bounds the tube, rounded up to whole cells. The axis of an
- * axisymmetric box becomes a mirror. PD_ERR_ARGUMENT: no whole number of cells. */
+/* Set box, spacing, horizons and geometry; in 3D the box bounds the tube, rounded up to whole cells. An axisymmetric
+ * box starts at y = 0, where the side becomes a mirror. PD_ERR_ARGUMENT: no whole number of cells within 1e-6 along x
+ * or, in 2D, y, 1e9 cells or more, or axisymmetric other than 0, or 1 in 2D. */
 static pd_status pdi_read_param_file_box(pd_ctx *ctx, const pd_text *text, const pdi_read_param_file_values *f,
                                          pd_setup *setup)
 {
@@ -19037,7 +19452,7 @@ static void pdi_read_param_file_init_cylinder(double radius, pd_shape *shape)
 }
 
 /* Add the shapes: tube wall (3D) as setup->wall, and the wire (in 2D a slab) as setup->solid. No wire where R_wire or
- * L_wire is 0. */
+ * L_wire is 0. PD_ERR_ARGUMENT: R_wire is not below R_tube. */
 static pd_status pdi_read_param_file_shapes(pd_ctx *ctx, const pd_text *text, const pdi_read_param_file_values *f,
                                             pd_setup *setup)
 {
@@ -19185,8 +19600,9 @@ static pd_status pdi_read_param_file_rate_law(pd_ctx *ctx, double speed, pd_setu
     return pd_expr_build(ctx, &desc, &setup->metal[0].rate);
 }
 
-/* Set up dissolution: threshold as a fraction of C_solid_init, saturation, rate law, notes. Without a solid or a rate
- * has_dissolve is 0 and nothing else is set. */
+/* Set up dissolution: threshold as a fraction of C_solid_init, saturation (0: none), rate law, notes. Without a solid
+ * or a rate has_dissolve is 0 and nothing else is set. PD_ERR_ARGUMENT: C_thresh is not below C_solid_init, or is 0
+ * without k_corr. */
 static pd_status pdi_read_param_file_dissolve(pd_ctx *ctx, const pd_text *text, const pdi_read_param_file_values *f,
                                               pd_setup *setup)
 {
@@ -19335,7 +19751,8 @@ PDI_FN pd_status pdi_read_monitors_plane_position(pd_ctx *ctx, pd_text *text, co
     return pdi_text_fail_key(ctx, text, section, key, "found %.6g m, expected a place inside the box", *at);
 }
 
-/* Read the coordinates x[PD_DIM] [m] of a point inside the box. */
+/* Read the coordinates x[PD_DIM] [m] of a point in the box, whose sides are admitted. PD_ERR_ARGUMENT: another place,
+ * or fewer than PD_DIM numbers. */
 static pd_status pdi_read_monitors_point(pdi_read_monitors_state *w, const char *key, double *x)
 {
     const pd_setup *u = w->setup;
@@ -19353,7 +19770,8 @@ static pd_status pdi_read_monitors_point(pdi_read_monitors_state *w, const char 
     return PD_OK;
 }
 
-/* Read the box of a monitor; without the key, if optional, it is that of the grid. */
+/* Read the box of a monitor into m->lo and m->hi; without the key, if optional, it is that of the grid. It may reach
+ * beyond the grid. PD_ERR_ARGUMENT: fewer than PD_DIM ranges. */
 static pd_status pdi_read_monitors_box(pdi_read_monitors_state *w, int optional, pd_setup_monitor *m)
 {
     int count;
@@ -19378,7 +19796,10 @@ static pd_status pdi_read_monitors_check_section(pdi_read_monitors_state *w, int
     return pdi_text_fail_key(w->ctx, w->text, w->section, name, "found no [%s] section, expected one", what);
 }
 
-/* Read a [line NAME] section: end points, fields, and number or spacing of the sampling points. */
+/* Read a [line NAME] section: end points, fields, those of them that are drawn (all by default), and the number of
+ * sampling points, or their largest spacing, from which the number with both ends follows. PD_ERR_ARGUMENT: ends that
+ * coincide, a drawn field that is not among the fields, points and spacing both, or more than PDI_KEYS_MAX_POINTS
+ * points. */
 static pd_status pdi_read_monitors_line(pdi_read_monitors_state *w, pd_setup_monitor *m)
 {
     double spacing, length = 0.0;
@@ -19406,8 +19827,8 @@ static pd_status pdi_read_monitors_line(pdi_read_monitors_state *w, pd_setup_mon
     return PD_OK;
 }
 
-/* Read a [plane NAME] section: axis, and m->index, the number of cells below the plane between cells nearest to the
- * coordinate. PD_ERR_ARGUMENT: it would be a side of the box. */
+/* Read a [plane NAME] section: axis, and m->index, the number of cells below the face between cells that is nearest to
+ * the coordinate, of two as near the upper one. PD_ERR_ARGUMENT: it would be a side of the box, or there is a gas. */
 static pd_status pdi_read_monitors_plane(pdi_read_monitors_state *w, pd_setup_monitor *m)
 {
     const pd_setup *u = w->setup;
@@ -19425,7 +19846,8 @@ static pd_status pdi_read_monitors_plane(pdi_read_monitors_state *w, pd_setup_mo
     return PD_OK;
 }
 
-/* Read the solid or wall on which a force is measured: m->shape is 1 + the index of its shape. */
+/* Read the solid or wall on which a force is measured: m->shape is 1 + the index of its shape. PD_ERR_ARGUMENT: no
+ * [shape] of that name, or one of another kind. */
 static pd_status pdi_read_monitors_shape(pdi_read_monitors_state *w, pd_setup_monitor *m)
 {
     const char *name;
@@ -19442,8 +19864,9 @@ static pd_status pdi_read_monitors_shape(pdi_read_monitors_state *w, pd_setup_mo
                              "found '%.40s', expected the name of a [shape] with kind = solid or wall", name);
 }
 
-/* Read a [force NAME] section: box or shape, momentum balance, and reference values of the coefficients 2 F/(rho U^2
- * A). */
+/* Read a [force NAME] section: shape, or box, which is optional beside a shape; momentum balance, by default with a box
+ * alone; and, if one of them is given, the reference values of the coefficients 2 F/(rho U^2 A), with A = 1 in 1D.
+ * PD_ERR_ARGUMENT: no [flow]. */
 static pd_status pdi_read_monitors_force(pdi_read_monitors_state *w, pd_setup_monitor *m)
 {
     const char *size = PD_DIM == 3 ? "reference_area" : "reference_length";
@@ -19461,8 +19884,9 @@ static pd_status pdi_read_monitors_force(pdi_read_monitors_state *w, pd_setup_mo
     return PD_DIM == 1 ? PD_OK : pdi_key_value_get_number(w->ctx, w->text, w->section, size, &m->area);
 }
 
-/* Read the reference concentration of a Sherwood number: fluid = inlet, bulk (needs a flow and an axis), or a value
- * [mol/m3]. */
+/* Read the reference concentration of a Sherwood number: fluid = inlet, bulk, or a value [mol/m3]. PD_ERR_ARGUMENT:
+ * inlet without an inlet (open sides do not count) or with a concentration that is an expression; bulk without [flow]
+ * or without the axis of the stream. */
 static pd_status pdi_read_monitors_reference_fluid(pdi_read_monitors_state *w, pd_setup_monitor *m)
 {
     const pd_setup *u = w->setup;
@@ -19492,7 +19916,9 @@ static pd_status pdi_read_monitors_reference_fluid(pdi_read_monitors_state *w, p
                                            : "x");
 }
 
-/* Read a [transfer NAME] section: box, axis of local values, area, and the reference values of a Sherwood number. */
+/* Read a [transfer NAME] section: box (the grid by default), axis of local values (m->axis -1: none), area, and, if a
+ * reference length is given, the reference values of a Sherwood number, with D of [transport] by default.
+ * PD_ERR_ARGUMENT: no [transport]. */
 static pd_status pdi_read_monitors_transfer(pdi_read_monitors_state *w, pd_setup_monitor *m)
 {
     static const char *const axes[] = {"x", "y", "z"};
@@ -19515,7 +19941,8 @@ static pd_status pdi_read_monitors_transfer(pdi_read_monitors_state *w, pd_setup
     return pdi_key_value_get_number_or(w->ctx, w->text, w->section, "D", diffusivity, &m->diffusivity);
 }
 
-/* Read one section of a kind of monitor and append it to the setup. */
+/* Read one section of a kind of monitor and append it to the setup. PD_ERR_ARGUMENT: PD_SETUP_MONITORS are there, no
+ * name, or one of PD_SETUP_NAME - 24 bytes or more. Kinds that other sections make are appended without any key. */
 static pd_status pdi_read_monitors_section(pdi_read_monitors_state *w, pd_monitor_kind kind)
 {
     pd_setup *u = w->setup;
@@ -19544,7 +19971,8 @@ static pd_status pdi_read_monitors_section(pdi_read_monitors_state *w, pd_monito
     return PD_OK;
 }
 
-/* Read one [probe NAME] section: point and fields. */
+/* Read one [probe NAME] section and append the probe: point and fields, by default C, without transport pH, phi or v,
+ * the first that the physics has. PD_ERR_ARGUMENT: too many probes, no name or a long one, a point outside the box. */
 static pd_status pdi_read_monitors_probe(pdi_read_monitors_state *w)
 {
     pd_setup *u = w->setup;
@@ -19600,8 +20028,9 @@ typedef struct pdi_read_image_options_state {
     pd_fields drawn_fields; /* bit k: a picture shows pd_field k */
 } pdi_read_image_options_state;
 
-/* Copy the next item of a comma-separated list, without blanks around it and cut to PDI_READ_IMAGE_OPTIONS_ITEM_SIZE
- * bytes, into item and advance *list. 1: there was one; 0: end of the list. */
+/* Copy the next item of a list, without blanks around it and cut to PDI_READ_IMAGE_OPTIONS_ITEM_SIZE bytes, into item
+ * and advance *list. A comma outside parentheses ends an item, which may be empty. 1: there was one; 0: end of the
+ * list. */
 static int pdi_read_image_options_next_item(const char **list, char *item)
 {
     const char *from = *list + strspn(*list, " \t");
@@ -19615,7 +20044,7 @@ static int pdi_read_image_options_next_item(const char **list, char *item)
     return 1;
 }
 
-/* Find a field by name among the drawn ones; *field: its pd_field. PD_ERR_ARGUMENT: not drawn. */
+/* Find a field by name among the drawn ones; *field: its pd_field. PD_ERR_ARGUMENT: not drawn, or no field. */
 static pd_status pdi_read_image_options_find_field(pdi_read_image_options_state *r, const char *key, const char *name,
                                                    int *field)
 {
@@ -19626,7 +20055,8 @@ static pd_status pdi_read_image_options_find_field(pdi_read_image_options_state 
                              name);
 }
 
-/* Evaluate the text `from` as a constant in `unit`: one end of a range, or a contour value; *value in SI. */
+/* Evaluate the text `from` as a constant in `unit`: one end of a range, or a contour value; *value in SI.
+ * PD_ERR_ARGUMENT names key and text: it is no such constant. */
 static pd_status pdi_read_image_options_eval_value(pdi_read_image_options_state *r, const char *key, const char *from,
                                                    const char *unit, double *value)
 {
@@ -19650,7 +20080,9 @@ static pd_status pdi_read_image_options_eval_value(pdi_read_image_options_state 
     return PD_OK;
 }
 
-/* Read one item "C 0 .. 500 mol/m3" of the colour ranges. */
+/* Read one item "C 0 .. 500 mol/m3" of the colour ranges into drawing.range [SI]; item is cut apart. PD_ERR_ARGUMENT: a
+ * field that is not drawn, has categories or has a range already, no "..", a start that is not below its end, or, with
+ * a logarithmic scale, not above 0. */
 static pd_status pdi_read_image_options_range(pdi_read_image_options_state *r, char *item)
 {
     char unit[PD_UNITS_TEXT];
@@ -19694,7 +20126,8 @@ static pd_status pdi_read_image_options_ranges(pdi_read_image_options_state *r)
     return PD_OK;
 }
 
-/* Read the colour maps: "grey" for all fields, "p diverging" for one. drawing.map[field] is 1 + the map. */
+/* Read the colour maps, if they are given: "grey" for all fields, "p diverging" for one; a later item replaces an
+ * earlier one. drawing.map[field] is 1 + the map. PD_ERR_ARGUMENT: no such map, or a field that is not drawn. */
 static pd_status pdi_read_image_options_maps(pdi_read_image_options_state *r)
 {
     static const char *const names[] = {"violet", "viridis", "grey", "diverging"};
@@ -19725,7 +20158,8 @@ static pd_status pdi_read_image_options_maps(pdi_read_image_options_state *r)
     return PD_OK;
 }
 
-/* Read the fields drawn on a logarithmic scale. */
+/* Read the fields drawn on a logarithmic scale as bits of drawing.log, by default none. PD_ERR_ARGUMENT: a field that
+ * is not drawn or has categories. */
 static pd_status pdi_read_image_options_log(pdi_read_image_options_state *r)
 {
     pd_setup_image_options *drawing = &r->setup->drawing;
@@ -19753,7 +20187,7 @@ static char *pdi_read_image_options_split_word(char *item)
     return from + strspn(from, " \t");
 }
 
-/* Parse a whole number in lo .. hi; 0: it is none. */
+/* Parse a whole number in lo .. hi that fills the text; 0: it is none. lo is at least 1. */
 static int pdi_read_image_options_parse_count(const char *from, int lo, int hi)
 {
     int count = 0;
@@ -19769,7 +20203,8 @@ static int pdi_read_image_options_is_number(const char *word)
     return *word >= '0' && *word <= '9';
 }
 
-/* Read contour values of a field, "100 200 mol/m3": numbers with one unit at the end. */
+/* Read contour values of a field, "100 200 mol/m3": numbers with one unit at the end, appended to drawing.contour_value
+ * [SI] and counted in drawing.contours. PD_ERR_ARGUMENT: none, more than PD_SETUP_CONTOURS, or a wrong unit. */
 static pd_status pdi_read_image_options_contour_values(pdi_read_image_options_state *r, const char *from, int field)
 {
     pd_setup_image_options *drawing = &r->setup->drawing;
@@ -19794,7 +20229,8 @@ static pd_status pdi_read_image_options_contour_values(pdi_read_image_options_st
                              name, name, unit);
 }
 
-/* Check that lines can be drawn over the image of a field: not if it is drawn in the deformed configuration. */
+/* Check that lines can be drawn over the image of a field. PD_ERR_ARGUMENT: it is a field in the metal and
+ * displacements are magnified, so that it is drawn in the deformed configuration. */
 static pd_status pdi_read_image_options_check_undeformed(pdi_read_image_options_state *r, const char *key, int field)
 {
     const char *name = pd_fields_get_name(r->setup, (pd_field)field);
@@ -19805,7 +20241,9 @@ static pd_status pdi_read_image_options_check_undeformed(pdi_read_image_options_
                              name);
 }
 
-/* Read one item of the contours: "C 8" (number of lines) or "C at 100 200 mol/m3" (values). */
+/* Read one item of the contours: "C 8" (number of lines, 1 to PD_SETUP_CONTOURS) or "C at 100 200 mol/m3" (values).
+ * item is cut apart. PD_ERR_ARGUMENT: a field that is not drawn, has categories, has contours already or is drawn
+ * deformed. */
 static pd_status pdi_read_image_options_contour(pdi_read_image_options_state *r, char *item)
 {
     pd_setup_image_options *drawing = &r->setup->drawing;
@@ -19843,8 +20281,9 @@ static pd_status pdi_read_image_options_contours(pdi_read_image_options_state *r
     return PD_OK;
 }
 
-/* Read the fields over which streamlines or arrows are drawn, "v, C 40"; across[field]: how many fit side by side,
- * `usual` by default. */
+/* Read the fields over which streamlines or arrows are drawn, "v, C 40", if the key is given; across[field]: how many
+ * fit side by side, `usual` by default, 0 where none are drawn. PD_ERR_ARGUMENT: the scene has no velocity, a field is
+ * not drawn, is listed twice or drawn deformed, or the number is out of bounds. */
 static pd_status pdi_read_image_options_flow_lines(pdi_read_image_options_state *r, const char *key, int usual,
                                                    int *across)
 {
@@ -19875,8 +20314,9 @@ static pd_status pdi_read_image_options_flow_lines(pdi_read_image_options_state 
 
 /* ---- the surface of the metal ---- */
 
-/* Read the 3D view of the metal surface: drawing.surface is 1 for "yes", 2 + the field that colours it, which then
- * counts as drawn, and 0 for "no"; and the direction of view. */
+/* Read the 3D view of the metal surface and its direction: drawing.surface is 0 for "no", 1 for "yes", 2 + the field
+ * that colours it, which then counts as drawn. PD_ERR_ARGUMENT: not in 3D, no solid, a field that does not exist, the
+ * kind or the phase, a view that is zero or has not three numbers, or a view without the surface. */
 static pd_status pdi_read_image_options_surface(pdi_read_image_options_state *r)
 {
     pd_setup_image_options *drawing = &r->setup->drawing;
@@ -19913,7 +20353,8 @@ static pd_status pdi_read_image_options_surface(pdi_read_image_options_state *r)
     return PD_OK;
 }
 
-/* Read the image formats as bits of drawing.formats: 0 for png, 1 for svg. */
+/* Read the image formats as bits of drawing.formats: 0 for png, the default, 1 for svg. PD_ERR_ARGUMENT: another
+ * word. */
 static pd_status pdi_read_image_options_formats(pdi_read_image_options_state *r)
 {
     static const char *const names[] = {"png", "svg"};
@@ -19930,7 +20371,9 @@ static pd_status pdi_read_image_options_formats(pdi_read_image_options_state *r)
     return PD_OK;
 }
 
-/* Read the options of images of planes (2D and 3D): maps, contours, streamlines, arrows, cells, width. */
+/* Read the options of images of planes: maps, contours, streamlines, arrows, cells, width. Lines are drawn over fields
+ * of `images` alone, not over one that only colours the surface. PD_ERR_ARGUMENT: one of these keys in 1D, where
+ * nothing is read. */
 static pd_status pdi_read_image_options_plane_images(pdi_read_image_options_state *r)
 {
     static const char *const keys[] = {"colormap", "width", "cells", "contours", "streamlines", "vectors"};
@@ -19950,7 +20393,8 @@ static pd_status pdi_read_image_options_plane_images(pdi_read_image_options_stat
     return pdi_key_value_get_index(r->ctx, r->text, r->section, "width", &drawing->width);
 }
 
-/* With images = none the other options are read and have no effect; without the key `images` they are refused. */
+/* Where nothing is drawn, mark the other image options as read, so that they have no effect with images = none.
+ * PD_ERR_ARGUMENT: one of them is given without the key `images`. */
 static pd_status pdi_read_image_options_check_unused(pdi_read_image_options_state *r)
 {
     static const char *const keys[] = {"range", "percentile", "log_scale", "colormap",    "width",
@@ -20032,7 +20476,9 @@ static pd_status pdi_read_measured_fail_row(const pdi_read_tables_state *s, int 
                              s->table.row_line[row], found, expected);
 }
 
-/* Read the column of times, ascending, as time[rows] since the start of the run [s]. */
+/* Read the column of times (the first by default) as time[rows] since the start of the run [s]: time of the file less
+ * the key `start`. PD_ERR_ARGUMENT: no time, a value that is not finite, or one below that of the row before; equal
+ * ones are admitted. */
 static pd_status pdi_read_measured_times(const pdi_read_tables_state *s, double *time)
 {
     char unit[PD_UNITS_TEXT];
@@ -20052,8 +20498,9 @@ static pd_status pdi_read_measured_times(const pdi_read_tables_state *s, double 
     return PD_OK;
 }
 
-/* Read the columns of values and, if there is one, of error bars into r->value and the new array r->spread, converted
- * to SI. */
+/* Read the columns of values (the second by default) and, if the key or a heading that begins with "spread" gives one,
+ * of error bars into r->value and the new array r->spread, both in SI. PD_ERR_ARGUMENT: a value that is not finite, a
+ * spread that is negative or not finite, or a spread of another dimension. */
 static pd_status pdi_read_measured_values(const pdi_read_tables_state *s, pd_setup_measured *r)
 {
     char unit[PD_UNITS_TEXT];
@@ -20072,13 +20519,15 @@ static pd_status pdi_read_measured_values(const pdi_read_tables_state *s, pd_set
     PD_TRY(pdi_read_measured_check_dims(s, "standard_deviation", &dims, &r->dims));
     for (int k = 0; k < r->points; k++) {
         if (!(r->spread[k] >= 0.0) || !(r->spread[k] < HUGE_VAL))
-            return pdi_read_measured_fail_row(s, k, "spread", r->spread[k], "a finite spread of at least 0");
+            return pdi_read_measured_fail_row(s, k, "standard_deviation", r->spread[k], "a finite one of at least 0");
         r->spread[k] *= scale;
     }
     return PD_OK;
 }
 
-/* Read the name of the scalar output that the data are compared with: "volume_loss" or "section.name.figure". */
+/* Read the name of the scalar output that the data are compared with: "volume_loss", the default, or
+ * "section.name.figure". PD_ERR_ARGUMENT: another word with fewer than two dots, or one that is too long. Whether the
+ * output exists is not checked here. */
 static pd_status pdi_read_measured_output_name(const pdi_read_tables_state *s, pd_setup_measured *r)
 {
     const char *of;
@@ -20112,8 +20561,9 @@ static pd_status pdi_read_measured_check_times(const pdi_read_tables_state *s, c
                              s->table.path, until);
 }
 
-/* Read one [measured NAME] section with its data file and append it to the setup. The table of the file stays in
- * s->table for the caller to free. */
+/* Read one [measured NAME] section with its data file and append it to the setup, also on failure. The table of the
+ * file stays in s->table for the caller to free. PD_ERR_ARGUMENT: too many sections, no name or a long one, fewer than
+ * 2 columns, or no row. */
 static pd_status pdi_read_measured_section(pdi_read_tables_state *s, pd_setup *u)
 {
     const char *label = s->text->section[s->section].label;
@@ -20213,7 +20663,8 @@ static void pdi_scene_mark_given(pdi_reader *s, int section, const char *key, pd
 
 /* ---- [grid] ---- */
 
-/* Check that each edge of the box is a whole number of cells, and not too many. */
+/* Check that each edge of the box is a whole number of cells, at least one, within 1e-6 cells. PD_ERR_ARGUMENT: it is
+ * not, or an axis has PDI_SCENE_MAX_CELLS or more. */
 static pd_status pdi_scene_check_whole_cells(pdi_reader *s, int section)
 {
     const pd_setup *u = s->setup;
@@ -20238,8 +20689,9 @@ static pd_status pdi_scene_check_whole_cells(pdi_reader *s, int section)
     return PD_OK;
 }
 
-/* Read the geometry: planar or axisymmetric around x. The axisymmetric box starts on the axis, whose side becomes a
- * mirror, or at least one horizon away from it. */
+/* Read the geometry: planar or axisymmetric around x. PD_ERR_ARGUMENT: axisymmetric outside 2D. An axisymmetric box
+ * starts on the axis (|y| at most 1e-9 h, which is set to 0, and that side becomes a mirror), or at least as many
+ * spacings above it as the lattice has ghost layers; else PD_ERR_ARGUMENT. */
 static pd_status pdi_scene_read_geometry(pdi_reader *s, int section)
 {
     pd_setup *u = s->setup;
@@ -20265,7 +20717,9 @@ static pd_status pdi_scene_read_geometry(pdi_reader *s, int section)
                              found, horizon);
 }
 
-/* Read the section [grid]: spacing, horizons of fluid and metal, box of whole cells, threads, geometry. */
+/* Read the section [grid]: spacings, of all axes or one each, horizons of fluid and metal, box, threads, geometry.
+ * PD_ERR_ARGUMENT: a spacing that is not positive, another number of spacings than 1 or PD_DIM, of ranges than PD_DIM,
+ * or a box that is not of whole cells. */
 static pd_status pdi_scene_read_grid(pdi_reader *s)
 {
     pd_setup *u = s->setup;
@@ -20293,7 +20747,8 @@ static pd_status pdi_scene_read_grid(pdi_reader *s)
 
 /* ---- [side ...] ---- */
 
-/* Check that each [side ...] section names a side of the box. */
+/* Check that the label of each [side ...] section is a side of the box in PD_DIM dimensions: x-, x+, ...
+ * PD_ERR_ARGUMENT. */
 static pd_status pdi_scene_check_side_names(pdi_reader *s)
 {
     for (int k = pdi_text_next_section(s->ctx, s->text, "side", -1); k >= 0;
@@ -20331,7 +20786,9 @@ static pd_status pdi_scene_read_time_expr(pdi_reader *s, int section, const char
 }
 
 /* Read the strength of the inflow, `mean` [m/s] or `flow_rate` [m3/s], into side->inflow_of_time. A constant also goes
- * into mean_speed or flow_rate; a flow rate that depends on t leaves flow_rate at 1 as a mark. */
+ * into mean_speed or flow_rate. A flow rate that depends on t leaves flow_rate at 1 as a mark, a mean speed that does
+ * leaves mean_speed unchanged. PD_ERR_ARGUMENT: both keys, a flow rate in 1D, a function of x, y or z. PD_ERR_PARSE:
+ * neither key. */
 static pd_status pdi_scene_read_inflow(pdi_reader *s, int section, pd_setup_side *side)
 {
     int volume = pdi_text_has_key(s->ctx, s->text, section, "flow_rate");
@@ -20349,8 +20806,9 @@ static pd_status pdi_scene_read_inflow(pdi_reader *s, int section, pd_setup_side
     return pdi_key_value_get_number(s->ctx, s->text, section, "flow_rate", &side->flow_rate);
 }
 
-/* Read an inlet: velocity profile, its strength, and for profile = expression the velocity [m/s], which `mean` or
- * `flow_rate` scale if given (is_scaled). */
+/* Read an inlet: velocity profile and its strength. profile = expression has a velocity [m/s] instead, 0 along axes
+ * without a key, which `mean` or `flow_rate` scale if one of them is given (is_scaled). PD_ERR_ARGUMENT: an expression
+ * without any of vx, vy, vz, or one that is scaled and depends on t. */
 static pd_status pdi_scene_read_inlet(pdi_reader *s, int section, pd_setup_side *side)
 {
     static const char *const keys[] = {"vx", "vy", "vz"};
@@ -20375,8 +20833,8 @@ static pd_status pdi_scene_read_inlet(pdi_reader *s, int section, pd_setup_side 
                              "found 'expression' without a velocity, expected vx = ...");
 }
 
-/* Read a value [SI] that all inlets (C) or outlets (p) share, 0 by default. *seen 1: it must repeat *value. Sets *seen
- * to 1. */
+/* Read a value [SI] that all inlets (C) or outlets (p) share, 0 by default. *seen 1: it must equal *value within the
+ * rounding of units, else PD_ERR_ARGUMENT. Sets *seen to 1 and *value. */
 static pd_status pdi_scene_read_shared_value(pdi_reader *s, int section, const char *key, int *seen, double *value)
 {
     double found;
@@ -20398,8 +20856,9 @@ static pd_status pdi_scene_read_open_side(pdi_reader *s, int section, pd_setup_s
     return pdi_scene_read_expr(s, section, "C", "mol/m3", "0", &side->inlet_c);
 }
 
-/* Read the concentration of an inlet: a constant into setup->inlet_c, one for all inlets, or an expression into
- * side->inlet_c with setup->has_inlet_c_by_side 1. *inlets 1: a constant was read, also before. */
+/* Read the concentration of an inlet, by default 0: a constant into setup->inlet_c, which must be the same at all
+ * inlets with a constant, or an expression in x, y, z, t into side->inlet_c with setup->has_inlet_c_by_side 1. *inlets
+ * 1: a constant was read, here or before. */
 static pd_status pdi_scene_read_inlet_concentration(pdi_reader *s, int section, pd_setup_side *side, int *inlets)
 {
     pd_expr found;
@@ -20413,7 +20872,8 @@ static pd_status pdi_scene_read_inlet_concentration(pdi_reader *s, int section, 
     return PD_OK;
 }
 
-/* Read whether a wall holds all species at their inlet values (Dirichlet condition, key `species`). */
+/* Read whether a wall holds all species at their inlet values (Dirichlet condition, key `species`) into
+ * side->has_fixed_species. PD_ERR_ARGUMENT: it does and the scene has no chemistry. */
 static pd_status pdi_scene_read_wall_species(pdi_reader *s, int section, pd_setup_side *side)
 {
     PD_TRY(pdi_key_value_get_index(s->ctx, s->text, section, "species", &side->has_fixed_species));
@@ -20423,8 +20883,9 @@ static pd_status pdi_scene_read_wall_species(pdi_reader *s, int section, pd_setu
                              "others");
 }
 
-/* Read a wall; k: index of the side. With a flow its tangential velocity (no component across the side), with transport
- * its Dirichlet concentration, and whether it holds species. */
+/* Read a wall; k: index of the side. With a flow: its velocity, where has_wall_velocity becomes 1 unless all components
+ * are the constant 0. With transport: its Dirichlet concentration; without key C no flux. And whether it holds species.
+ * PD_ERR_ARGUMENT: a number of components other than PD_DIM, or one across the side that is not the constant 0. */
 static pd_status pdi_scene_read_wall(pdi_reader *s, int section, int k)
 {
     pd_setup_side *side = &s->setup->side[k];
@@ -20449,7 +20910,7 @@ static pd_status pdi_scene_read_wall(pdi_reader *s, int section, int k)
     return side->fixed_c.variables_used ? PD_OK : pdi_key_value_get_number(s->ctx, s->text, section, "C", &held);
 }
 
-/* Check that periodic sides come in pairs. */
+/* Check that the opposite of each periodic side is periodic. PD_ERR_ARGUMENT: it is not. */
 static pd_status pdi_scene_check_periodic_pairs(pdi_reader *s)
 {
     for (int k = 0; k < 2 * PD_DIM; k++) {
@@ -20463,7 +20924,8 @@ static pd_status pdi_scene_check_periodic_pairs(pdi_reader *s)
     return PD_OK;
 }
 
-/* Read an open side of [corrode] in fluid at rest: it becomes a wall whose Dirichlet concentration is `bulk`. */
+/* Read an open side of [corrode] in fluid at rest: it becomes a wall with the Dirichlet concentration `bulk` of
+ * [corrode], by default 0. PD_ERR_ARGUMENT: the side has key C. */
 static pd_status pdi_scene_read_bulk_side(pdi_reader *s, int section, pd_setup_side *side)
 {
     int corrode = pdi_text_get_section(s->ctx, s->text, "corrode", NULL);
@@ -20476,7 +20938,10 @@ static pd_status pdi_scene_read_bulk_side(pdi_reader *s, int section, pd_setup_s
     return pdi_scene_read_expr(s, corrode, "bulk", "mol/m3", "0", &side->fixed_c);
 }
 
-/* Read one [side ...] section; k: index of the side. *inlets, *outlets: 1 once the shared C and p are known. */
+/* Read one [side ...] section into setup->side[k]; with a gas by pdi_read_gas_side. *inlets, *outlets: 1 once the
+ * shared C and p are known. An outlet, open side or inlet needs [flow]; `open` in [corrode] without flow holds `bulk`.
+ * In an axisymmetric box the side on the axis is a mirror, and any other side of y is neither mirror nor periodic.
+ * PD_ERR_ARGUMENT. */
 static pd_status pdi_scene_read_side(pdi_reader *s, int k, int section, int *inlets, int *outlets)
 {
     static const char *const flows[] = {"noslip", "inlet", "outlet", "periodic", "mirror", "open", NULL};
@@ -20510,7 +20975,8 @@ static pd_status pdi_scene_read_side(pdi_reader *s, int k, int section, int *inl
     return PD_OK;
 }
 
-/* Read the boundary conditions of all sides. Checks the names of the sections and that periodic sides come in pairs. */
+/* Read the boundary conditions of all sides. A side without a section stays as it is, a wall by default.
+ * PD_ERR_ARGUMENT: a section of no side, or a periodic side across from one that is not. */
 static pd_status pdi_scene_read_sides(pdi_reader *s)
 {
     int inlets = 0, outlets = 0;
@@ -20525,8 +20991,10 @@ static pd_status pdi_scene_read_sides(pdi_reader *s)
 
 /* ---- physics ---- */
 
-/* Read the time treatment of the flow, its initial or prescribed velocity, and the tolerance (implicit) or equation of
- * state (explicit) of that scheme. */
+/* Read the time treatment of the flow: steady (nothing else is read), implicit with its tolerance, explicit with its
+ * equation of state and speed of sound, or prescribed; all but steady have a velocity in x, y, z, initial or
+ * prescribed, 0 by default. PD_ERR_ARGUMENT: an open side and the flow is not prescribed, or a prescribed one beside
+ * dissolution. */
 static pd_status pdi_scene_read_flow_time(pdi_reader *s, int section)
 {
     static const char *const motions[] = {"steady", "implicit", "explicit", "prescribed", NULL};
@@ -20556,7 +21024,8 @@ static pd_status pdi_scene_read_flow_time(pdi_reader *s, int section)
     return pdi_key_value_get_number(s->ctx, s->text, section, "c0", &u->sound_speed);
 }
 
-/* Read and ignore eos and c0 in a scene whose flow is steady; adds a note. */
+/* If the flow is steady and eos or c0 is given, read them, so that they count as used, and add a note that they have no
+ * effect. With any other flow do nothing. */
 static pd_status pdi_scene_read_ignored_eos(pdi_reader *s, int section)
 {
     double sound;
@@ -20570,8 +21039,9 @@ static pd_status pdi_scene_read_ignored_eos(pdi_reader *s, int section)
     return PD_OK;
 }
 
-/* Read the body force per mass [m/s2]: a constant vector into setup->force, or, if one component is not constant,
- * expressions into setup->body_force with has_body_force_expr 1. */
+/* Read the body force per mass [m/s2], if it is given: a constant vector into setup->force, or, if one component
+ * depends on x, y, z or t, expressions into setup->body_force with has_body_force_expr 1. Components that are not given
+ * are 0. */
 static pd_status pdi_scene_read_body_force(pdi_reader *s, int section)
 {
     pd_setup *u = s->setup;
@@ -20585,8 +21055,8 @@ static pd_status pdi_scene_read_body_force(pdi_reader *s, int section)
     return pdi_text_get_numbers(s->ctx, s->text, section, "body_force", "m/s2", NULL, PD_DIM, u->force, &count);
 }
 
-/* Read the order of the flow discretisation into setup->flow_order: 0 (auto), 2 or 4. 4 needs m = 1, planar geometry
- * and a steady or implicit flow. */
+/* Read the order of the flow discretisation into setup->flow_order: 0 (auto), 2 or 4. PD_ERR_ARGUMENT: 4 with a horizon
+ * of the fluid above 1 spacing, in an axisymmetric box, or with time = explicit or prescribed. */
 static pd_status pdi_scene_read_flow_order(pdi_reader *s, int section)
 {
     const pd_setup *u = s->setup;
@@ -20605,7 +21075,8 @@ static pd_status pdi_scene_read_flow_order(pdi_reader *s, int section)
     return PD_OK;
 }
 
-/* Read the section [flow], if there is one. PD_ERR_ARGUMENT: an inlet without an outlet. */
+/* Read the section [flow], if there is one: density, viscosity, tolerance, body force, reference values, time
+ * treatment, order. PD_ERR_ARGUMENT: a side that is an inlet, not an open one, and no side that is an outlet. */
 static pd_status pdi_scene_read_flow(pdi_reader *s)
 {
     pd_setup *u = s->setup;
@@ -20633,8 +21104,9 @@ static pd_status pdi_scene_read_flow(pdi_reader *s)
     return PD_OK;
 }
 
-/* Read the section [transport], if there is one: D, advection scheme, time treatment (that of [chemistry] beside it),
- * initial concentration. */
+/* Read the section [transport], if there is one: D, advection scheme, time treatment (by default that of [chemistry]),
+ * initial concentration. PD_ERR_ARGUMENT: another time treatment than that of [chemistry], or a steady one beside metal
+ * that dissolves. */
 static pd_status pdi_scene_read_transport(pdi_reader *s)
 {
     static const char *const times[] = {"implicit", "steady", NULL};
@@ -20671,7 +21143,8 @@ static pd_status pdi_scene_check_time_independent(pdi_reader *s, int section, co
     return PD_OK;
 }
 
-/* Check that nothing depends on time in a steady scene: boundary conditions, loads, electrodes, body forces. */
+/* Check that nothing depends on t in a steady scene. PD_ERR_ARGUMENT: conditions of sides and walls, displacements and
+ * loads, potentials or currents of electrodes, or the body forces of flow and metal do. */
 static pd_status pdi_scene_check_steady_scene(pdi_reader *s)
 {
     static const char *const keys[] = {"vx", "vy", "vz"};
@@ -20709,8 +21182,11 @@ static pd_status pdi_scene_check_steady_scene(pdi_reader *s)
                                             u->body_force, PD_DIM);
 }
 
-/* Read the section [run]: end time, largest step, tolerances. A scene that is steady has none of them; it is checked
- * that nothing in it depends on t. */
+/* Read the section [run]: end time, largest step, and, with transport or species, tolerances. It is read with a gas,
+ * dynamics, registered physics, a flow in time, transport or species in time, or where `until` is given and nothing is
+ * carried. All other scenes are steady: nothing is read, and nothing may depend on t. Default of
+ * max_dissolved_fraction: min(1, 25 rtol), with [corrode] 0.01, 0.1 or 0.2. PD_ERR_ARGUMENT: too many steps of
+ * max_step. */
 static pd_status pdi_scene_read_run(pdi_reader *s)
 {
     pd_setup *u = s->setup;
@@ -20746,7 +21222,8 @@ static pd_status pdi_scene_read_run(pdi_reader *s)
     return pdi_key_value_get_number(s->ctx, s->text, section, "max_dissolved_fraction", &u->max_node_fraction);
 }
 
-/* Read the plane that images of a 3D run show: slice_axis and slice_at [m]; by default the middle of the last axis. */
+/* Read the plane that images of a 3D run show: slice_axis and slice_at [m]; by default the middle of the last axis,
+ * which is also set in 1D and 2D. PD_ERR_ARGUMENT: key `slice` outside 3D, or a plane outside the box. */
 static pd_status pdi_scene_read_slice(pdi_reader *s, int section)
 {
     pd_setup *u = s->setup;
@@ -20758,7 +21235,8 @@ static pd_status pdi_scene_read_slice(pdi_reader *s, int section)
     return pdi_read_monitors_plane_position(s->ctx, s->text, u, section, "slice", &u->slice_axis, &u->slice_at);
 }
 
-/* Read the prefix of output files, a word without folder. */
+/* Read the prefix of output files, by default "corr". PD_ERR_ARGUMENT: PD_SETUP_NAME bytes or more, or one of / \ : or
+ * a blank in it. */
 static pd_status pdi_scene_read_prefix(pdi_reader *s, int section)
 {
     const char *value;
@@ -20770,7 +21248,8 @@ static pd_status pdi_scene_read_prefix(pdi_reader *s, int section)
     return PD_OK;
 }
 
-/* Read the magnification of displacements in images of the metal. */
+/* Read the magnification of displacements in images of the metal, if it is given. PD_ERR_ARGUMENT: in 1D, or without
+ * [solid]. */
 static pd_status pdi_scene_read_magnification(pdi_reader *s, int section)
 {
     if (!pdi_text_has_key(s->ctx, s->text, section, "deformation_scale")) return PD_OK;
@@ -20781,8 +21260,9 @@ static pd_status pdi_scene_read_magnification(pdi_reader *s, int section)
     return pdi_key_value_get_number(s->ctx, s->text, section, "deformation_scale", &s->setup->displacement_scale);
 }
 
-/* Read the section [output]: interval (a twentieth of the run by default), fields, images and their options, folder. A
- * gas without max_step gets a twentieth of the interval. */
+/* Read the section [output]: interval (a twentieth of the run by default), fields, images and their options, prefix,
+ * folder, slice. In a run without end time `every` is not read. A gas without max_step gets a twentieth of the
+ * interval. By default all fields of registered physics are written, too. PD_ERR_ARGUMENT: more than 9e5 frames. */
 static pd_status pdi_scene_read_output(pdi_reader *s)
 {
     pd_setup *u = s->setup;
@@ -20817,7 +21297,8 @@ static int pdi_scene_find_section_line(pdi_reader *s, const char *name, const ch
     return section >= 0 ? s->text->section[section].line : 0;
 }
 
-/* Store the lines of the main sections, for errors that only show when the model is built. */
+/* Store the lines of the main sections (0: absent), for errors that only show when the model is built. These sections
+ * then count as looked up. PD_PART_DISSOLVE: that of [dissolve], else of [corrode]. */
 static void pdi_scene_set_section_lines(pdi_reader *s)
 {
     pd_setup *u = s->setup;
@@ -20844,8 +21325,9 @@ static void pdi_scene_add_renamed_notes(const pd_text *text, pd_setup *setup)
     }
 }
 
-/* Read all sections of a scene in the order of their dependencies; path: of the scene. Checks all names of keys first
- * and, at the end, that every key has an effect. */
+/* Read all sections of a scene in the order of their dependencies; path: of the scene. All names of sections and keys
+ * are checked first, and at the end that every pair was read. PD_ERR_ARGUMENT: no flow, gas, transport, metal under
+ * load, chemistry, potential or registered physics. What was read so far stays in the setup on failure. */
 static pd_status pdi_scene_read_sections(pd_ctx *ctx, pd_text *text, const char *path, pd_setup *setup)
 {
     pdi_reader s;
@@ -20902,8 +21384,9 @@ static pd_status pdi_scene_read_sections(pd_ctx *ctx, pd_text *text, const char 
     return PD_OK;
 }
 
-/* Read a parsed text: a flat parameter file, or a scene with sections. Constants and tables of the readers are detached
- * afterwards. */
+/* Read a parsed text: a flat parameter file, or a scene with sections, whose included files and overrides are applied
+ * first. The constants and tables of the readers are then detached from a scene with sections. PD_ERR_ARGUMENT: a text
+ * without sections and pairs. */
 static pd_status pdi_scene_read_text(pd_ctx *ctx, pd_text *text, const char *path, const char *const *overrides,
                                      int count, pd_setup *setup)
 {
@@ -20919,7 +21402,8 @@ static pd_status pdi_scene_read_text(pd_ctx *ctx, pd_text *text, const char *pat
     return status;
 }
 
-/* Build a setup from the text `bytes`, or from the file at `path` if bytes is NULL. On failure the setup is freed. */
+/* Build a setup, with its fingerprint, from the text `bytes`, or from the file at `path` if bytes is NULL. path gives
+ * the name of the setup and, if it is short enough, its source. On failure the setup is freed. */
 static pd_status pdi_scene_build_setup(pd_ctx *ctx, const char *path, const char *bytes, const char *const *overrides,
                                        int count, pd_setup *setup)
 {
@@ -20986,7 +21470,8 @@ PDI_FN void pdi_result_line_remove_nonfinite(char *figures)
 
 #define PDI_CHECKPOINT_MAX_SCENE_BYTES (1 << 24) /* [byte] largest text of a scene */
 
-/* Store the text of the scene, or compare it with that of the checkpoint. PD_ERR_ARGUMENT: they differ. */
+/* Store the text of the scene, or compare it with that of the checkpoint. PD_ERR_ARGUMENT: they differ, or the stored
+ * one is longer than 16 MiB. */
 static pd_status pdi_checkpoint_store_scene(pd_ctx *ctx, const pd_setup *setup, pd_archive *archive)
 {
     int64_t size = (int64_t)setup->fingerprint_size;
@@ -21098,8 +21583,8 @@ PDI_FN pd_status pdi_surface_view_build(pd_ctx *ctx, const pd_setup *u, pd_rende
                               u->drawing.width ? u->drawing.width : PD_FIELD_PLOT_WIDTH, shade);
 }
 
-/* Fraction [-] of the metal of cell i that is left, for the position of the surface: 0 outside the metal, at least 1e-9
- * in it, 1 where nothing dissolves. */
+/* Fraction [-] of the metal of cell i that is left, content over that of its intact metal, for the position of the
+ * surface: 0 outside the metal, at least 1e-9 in it, 1 where nothing dissolves. */
 static double pdi_surface_view_get_metal_fraction(const void *user, const int *i)
 {
     const pd_model *m = (const pd_model *)user;
@@ -21109,8 +21594,8 @@ static double pdi_surface_view_get_metal_fraction(const void *user, const int *i
     return pd_max(1e-9, m->transport.c[node] / m->setup->metal[m->metal ? m->metal[node] : 0].solid_c);
 }
 
-/* Value of the colour field at a surface face: of the metal cell `in`, or of the fluid cell `out` beside it; NaN: none.
- */
+/* Value of the colour field at a surface face: of the metal cell `in` for a field with values in the metal, else of the
+ * fluid cell `out` beside it; NaN where that is outside the box or no fluid. */
 static double pdi_surface_view_get_colour_value(const void *user, const int *in, const int *out)
 {
     const pd_model *m = (const pd_model *)user;
@@ -21161,7 +21646,8 @@ typedef struct pdi_pictures_frame_header {
     pd_picture_range view;     /* with which it was drawn */
 } pdi_pictures_frame_header;
 
-/* 1: the metal is drawn deformed, at its displaced place, in pictures of this field. */
+/* 1: the metal is drawn at its displaced place in pictures of this field: the field has values in the metal, and
+ * displacements are drawn. */
 static int pdi_pictures_is_deformed(const pd_output_pictures *im, pd_field field)
 {
     return im->displacement && field < PD_FIELD_COUNT && pd_fields_is_in_metal(im->model->setup, field);
@@ -21200,7 +21686,9 @@ static int pdi_pictures_is_log_scale(const pd_output_pictures *im, pd_field fiel
     return of < PD_FIELD_COUNT && (int)(im->model->setup->drawing.log >> of & 1u);
 }
 
-/* How the cell of a node is painted: by the field's value, as wall, as solid, or blank. */
+/* How the cell of a node is painted. A field of all cells: by its value. Else walls and inactive nodes as wall; solid
+ * by the value of a field of the metal, else as solid; fluid by the value, but blank where the value is undefined (just
+ * converted) or the field is of the metal alone. */
 static pd_paint pdi_pictures_get_cell_kind(const pd_model *m, pd_field field, int32_t node)
 {
     uint8_t kind = m->grid.kind[node];
@@ -21212,7 +21700,8 @@ static pd_paint pdi_pictures_get_cell_kind(const pd_model *m, pd_field field, in
     return pd_fields_get_place(m->setup, field) == PD_FIELD_IN_METAL ? PD_PAINT_OUTSIDE : PD_PAINT_FIELD;
 }
 
-/* Node that a cell of the drawn plane shows; rows below the axis of an axisymmetric scene are mirrored. */
+/* Node that a cell of the drawn plane shows. In 3D the plane is the layer of cells that holds slice_at, within the box;
+ * with mirrored rows those below the axis show the node above it. */
 static int32_t pdi_pictures_get_node(const pd_output_pictures *im, int64_t cell)
 {
     const pd_model *m = im->model;
@@ -21226,7 +21715,8 @@ static int32_t pdi_pictures_get_node(const pd_output_pictures *im, int64_t cell)
     return pd_grid_node(&m->grid, i);
 }
 
-/* Round to float, as the file of frames stores it, so that a frame drawn again is the same. */
+/* Round to float, as the file of frames stores it, so that a frame drawn again is the same. Larger values become
+ * +-FLT_MAX; NaN stays. */
 static double pdi_pictures_round_to_float(double value)
 {
     if (value > (double)FLT_MAX) return (double)FLT_MAX;
@@ -21234,7 +21724,8 @@ static double pdi_pictures_round_to_float(double value)
     return (double)(float)value;
 }
 
-/* 1: an unbroken bond joins the metal of two cells. */
+/* 1: an unbroken bond joins the metal of two cells; 0: it is broken, or there is none. Both cells must be points of the
+ * body. */
 static int pdi_pictures_has_bond(const pd_output_pictures *im, int64_t cell, int64_t other)
 {
     const pd_solid_coupling *s = &im->model->solid;
@@ -21247,7 +21738,9 @@ static int pdi_pictures_has_bond(const pd_output_pictures *im, int64_t cell, int
 /* Offsets (column, row) of the four neighbours to the right and above. */
 static const int pdi_pictures_neighbour_offset[4][2] = {{1, 0}, {0, 1}, {1, 1}, {-1, 1}};
 
-/* Set the bits of bonded [cells]: neighbours that a cell has bonds to, so that cracks open in deformed pictures. */
+/* Set bonded[cells]: bit k: the metal of the cell has an unbroken bond to that of neighbour k (right, above, both
+ * diagonals above), so that cracks open in deformed pictures. Cells without displacement have none. In an intact body
+ * all neighbours count. */
 static void pdi_pictures_mark_bonded_neighbours(pd_output_pictures *im)
 {
     int whole = pd_body_is_intact(&im->model->solid.body);
@@ -21294,7 +21787,8 @@ static int pdi_pictures_are_bonded(const void *user, int cell, int other)
     return 0;
 }
 
-/* Fill velocity [2][cells] [m/s] with the components along right and up in the drawn plane, NaN outside the fluid. */
+/* Fill velocity[2][cells] [m/s] with the components along right and up in the drawn plane, the latter reversed in
+ * mirrored rows; NaN outside the fluid. */
 static void pdi_pictures_compute_velocities(pd_output_pictures *im)
 {
     const pd_model *m = im->model;
@@ -21309,7 +21803,7 @@ static void pdi_pictures_compute_velocities(pd_output_pictures *im)
     }
 }
 
-/* Fill cell [cells] with the values of a field, and paint [cells]. */
+/* Fill cell[cells] with the values of a field, rounded to float, and paint[cells]. */
 static void pdi_pictures_compute_cells(pd_output_pictures *im, pd_field field)
 {
     int32_t node = 0, step = im->model->grid.stride[im->right];
@@ -21342,8 +21836,9 @@ static int64_t pdi_pictures_count_values(const pd_output_pictures *im, pd_field 
     return field == PD_PICTURES_SURFACE ? (int64_t)im->surface_view.width * im->surface_view.height : im->cells;
 }
 
-/* Smallest and largest value of this frame, or percentiles, for colours, without masked and (log) non-positive ones.
- * *lo > *hi: there are none. im->sorted is work. */
+/* Smallest and largest value of this frame that is painted by the field, without NaN and (log) values <= 0. With
+ * im->sorted, which is work, the bounds of the central fraction drawing.percentile of them. *lo > *hi: there are
+ * none. */
 static void pdi_pictures_find_range(pd_output_pictures *im, pd_field field, double *lo, double *hi)
 {
     int64_t count = 0, values = pdi_pictures_count_values(im, field);
@@ -21366,7 +21861,8 @@ static void pdi_pictures_find_range(pd_output_pictures *im, pd_field field, doub
     *hi = pdi_pictures_interpolate_sorted(im->sorted, count, (double)(count - 1) - cut);
 }
 
-/* 1: the colour range is fixed from the start: given, or that of a fraction or of kinds. */
+/* 1: the colour range is known from the start: given (low < high), 0 to 1 of a fraction that is not drawn
+ * logarithmically, that of kind or phase, or no field gives colours. */
 static int pdi_pictures_is_range_fixed(const pd_setup *setup, pd_field field)
 {
     if (field == PD_FIELD_COUNT) return 1; /* nothing gives it colours */
@@ -21376,8 +21872,8 @@ static int pdi_pictures_is_range_fixed(const pd_setup *setup, pd_field field)
            field == PD_FIELD_PHASE;
 }
 
-/* Extend im->view of the field by this frame: the colour range unless it is fixed, the extent of deformed metal
- * (described by warp) and the largest speed. */
+/* Extend im->view of the field by this frame: the extent of deformed metal (described by warp) if it is drawn deformed,
+ * the largest speed with streamlines or vectors, and the colour range unless it is fixed. */
 static pd_status pdi_pictures_update_range(pd_ctx *ctx, pd_output_pictures *im, pd_field field,
                                            const pdi_deformed_plot *warp)
 {
@@ -21410,7 +21906,8 @@ static const char *pdi_pictures_format_time(double time, pdi_pictures_labels *te
     return text->time;
 }
 
-/* Write the title of a picture into the buffers; returns it. */
+/* Write the title of a picture into the buffers: case and field, in 3D the place of the slice, and the magnification of
+ * displacements if it is drawn deformed. Returns it. */
 static const char *pdi_pictures_format_title(const pd_output_pictures *im, pd_field field, pdi_pictures_labels *text)
 {
     const pd_setup *u = im->model->setup;
@@ -21434,7 +21931,8 @@ PDI_FN pd_colour_map pdi_pictures_get_scale_map(pd_field_scale scale)
     return scale == PD_FIELD_SCALE_SIGNED ? PD_COLOUR_MAP_DIVERGING : PD_COLOUR_MAP_SEQUENTIAL;
 }
 
-/* Colour map of a field: given, diverging for signed ones, sequential, or labels. */
+/* Colour map of a field: labels for categories, else the given one, else sequential on a logarithmic scale, else
+ * diverging for signed fields and sequential for others. */
 static pd_colour_map pdi_pictures_get_colour_map(const pd_setup *setup, pd_field field)
 {
     pd_colour_map map = pdi_pictures_get_scale_map(pd_fields_get_scale(field));
@@ -21443,7 +21941,8 @@ static pd_colour_map pdi_pictures_get_colour_map(const pd_setup *setup, pd_field
     return setup->drawing.log >> field & 1u ? PD_COLOUR_MAP_SEQUENTIAL : map;
 }
 
-/* Colour range *lo, *hi: given, 0 to 1 for fractions, or that of all frames. */
+/* Colour range *lo, *hi: as given if low < high; otherwise 0 to 1 where it is fixed, else that of all frames so far,
+ * and either is adjusted for the map and the logarithm, with a default if there is no value. */
 static void pdi_pictures_get_range(const pd_output_pictures *im, pd_field field, pd_colour_map map, double *lo,
                                    double *hi)
 {
@@ -21457,7 +21956,8 @@ static void pdi_pictures_get_range(const pd_output_pictures *im, pd_field field,
     pdi_field_plot_adjust_range(map, pdi_pictures_is_log_scale(im, field), lo, hi);
 }
 
-/* Add streamlines or vectors to the picture, with the closed sides of the box. */
+/* Add streamlines or vectors to the picture; nothing where the field has none. side_closed: left, right, lower, upper
+ * side of the picture is a wall or a mirror; with mirrored rows the lower one is as the upper one. */
 static void pdi_pictures_set_flow_overlay(const pd_output_pictures *im, pd_field field, pd_field_plot *picture)
 {
     const pd_grid *grid = &im->model->grid;
@@ -21472,7 +21972,7 @@ static void pdi_pictures_set_flow_overlay(const pd_output_pictures *im, pd_field
     }
 }
 
-/* Legend names and colours of fields of kinds (kind, phase). */
+/* Set legend names and colours of the fields kind and phase; for other fields none (NULL, 0). */
 static void pdi_pictures_set_legend(pd_field field, pd_field_plot *picture)
 {
     static const char *const kinds[] = {"outside", "fluid", "solid", "wall"};
@@ -21483,7 +21983,8 @@ static void pdi_pictures_set_legend(pd_field field, pd_field_plot *picture)
     picture->name_count = field == PD_FIELD_KIND ? 4 : field == PD_FIELD_PHASE ? 2 : 0;
 }
 
-/* Describe the picture of the frame in memory at `time` [s]. */
+/* Describe the picture of the frame in memory at `time` [s]. Arrays are those of im, texts those of `text`. Axes are x,
+ * y, z, or x and r with axisymmetry. Categories have no label beside the scale, as the title names them. */
 static void pdi_pictures_build_picture(const pd_output_pictures *im, pd_field field, double time,
                                        pdi_pictures_labels *text, pd_field_plot *picture)
 {
@@ -21519,7 +22020,8 @@ static void pdi_pictures_build_picture(const pd_output_pictures *im, pd_field fi
         pd_fields_get_scale(field) == PD_FIELD_SCALE_CATEGORY ? NULL : pd_fields_get_label(m->setup, field);
 }
 
-/* Describe the deformed picture: displacements and their extent. */
+/* Describe the deformed picture: displacements, bonds, and the extent of all frames so far, 0 while none is known.
+ * `picture` is borrowed. */
 static void pdi_pictures_build_deformed(const pd_output_pictures *im, pd_field field, const pd_field_plot *picture,
                                         pdi_deformed_plot *warp)
 {
@@ -21535,7 +22037,7 @@ static void pdi_pictures_build_deformed(const pd_output_pictures *im, pd_field f
 }
 
 /* 1D: describe the plot of the field over x. x[cells] [um]: output. Values of cells that the field does not paint
- * become NaN. */
+ * become NaN. The range of the value axis is that of colours; unless it is given, it is widened by a margin. */
 static void pdi_pictures_build_plot(pd_output_pictures *im, pd_field field, double time, pdi_pictures_labels *text,
                                     double *x, pd_plot *plot)
 {
@@ -21565,7 +22067,8 @@ static void pdi_pictures_build_plot(pd_output_pictures *im, pd_field field, doub
     plot->series[0].count = im->nx;
 }
 
-/* 3D: draw the rendered metal surface into the image, or, where image is NULL, into a file. */
+/* 3D: draw the rendered metal surface into the image, or, where image is NULL, into the file `path`. Without a colour
+ * field it has shades alone and no scale. */
 static pd_status pdi_pictures_draw_surface(pd_ctx *ctx, const pd_output_pictures *im, double time, const char *path,
                                            pd_image *image)
 {
@@ -21596,7 +22099,8 @@ static pd_status pdi_pictures_draw_surface(pd_ctx *ctx, const pd_output_pictures
                           : pdi_surface_plot_write(ctx, path, &relief);
 }
 
-/* Draw the frame in memory into the image, or, where image is NULL, into a file. */
+/* Draw the frame in memory into the image, which the caller frees, or, where image is NULL, into a file: the surface, a
+ * plot in 1D, a deformed or a plain picture. */
 static pd_status pdi_pictures_draw_frame(pd_ctx *ctx, pd_output_pictures *im, pd_field field, double time,
                                          const char *path, pd_image *image)
 {
@@ -21620,7 +22124,8 @@ static pd_status pdi_pictures_draw_frame(pd_ctx *ctx, pd_output_pictures *im, pd
     return status;
 }
 
-/* Copy the file `picture` to latest_C.png, end: "png" or "svg"; it joins the list of the folder at the first time. */
+/* Copy the file `picture` to latest_C.png through a temporary file, end: "png" or "svg"; it joins the list of the
+ * folder unless im->latest has the field already. PD_ERR_FILE. */
 static pd_status pdi_pictures_copy_latest(pd_ctx *ctx, pd_output_pictures *im, pd_field field, const char *end,
                                           const char *picture)
 {
@@ -21641,8 +22146,9 @@ static pd_status pdi_pictures_copy_latest(pd_ctx *ctx, pd_output_pictures *im, p
     return status;
 }
 
-/* Write the picture files of a frame, and copies as the latest ones if it is the last. fresh: 1: add them to the list
- * of the folder. image: the drawn frame for the PNG, or NULL: it is drawn. */
+/* Write the picture files of a frame in the formats asked for (PNG by default), and with updates_latest copies as the
+ * latest ones if it is frame im->last. fresh: 1: add them to the list of the folder. image: the drawn frame for the
+ * PNG, or NULL: it is drawn. */
 static pd_status pdi_pictures_write_files(pd_ctx *ctx, pd_output_pictures *im, pd_field field, int frame, double time,
                                           int fresh, const pd_image *image)
 {
@@ -21664,7 +22170,7 @@ static pd_status pdi_pictures_write_files(pd_ctx *ctx, pd_output_pictures *im, p
 
 /* ---- frames in a file ---- */
 
-/* Write numbers to the file as floats, or read them (reading: 1). */
+/* Write numbers to the file as floats, or read them (reading: 1). PD_ERR_FILE: it ends early. */
 static pd_status pdi_pictures_store_floats(pd_ctx *ctx, pd_file *file, int reading, double *values, int64_t count)
 {
     float piece[PDI_PICTURES_FLOAT_CHUNK];
@@ -21703,7 +22209,8 @@ static pd_status pdi_pictures_store_surface(pd_ctx *ctx, pd_output_pictures *im,
     return pdi_pictures_store_bytes(ctx, file, reading, im->surface_view.edge, pixels);
 }
 
-/* Write or read the data of a frame that follow its header; a newline ends them. */
+/* Write or read the data of a frame that follow its header: values and paint, or the rendered surface; displacements
+ * and bonds if it is deformed; velocities with streamlines or vectors; a newline at the end. */
 static pd_status pdi_pictures_store_frame_data(pd_ctx *ctx, pd_output_pictures *im, pd_field field, pd_file *file,
                                                int reading)
 {
@@ -21730,7 +22237,7 @@ static int64_t pdi_pictures_count_frame_bytes(const pd_output_pictures *im, pd_f
     return im->cells * ((pdi_pictures_is_deformed(im, field) ? 14 : 5) + overlay) + 1;
 }
 
-/* Append a frame to the file of frames. */
+/* Append a frame, with the range of the frames so far, to the file of frames and flush it. */
 static pd_status pdi_pictures_append_frame(pd_ctx *ctx, pd_output_pictures *im, pd_field field, int frame)
 {
     pdi_pictures_frame_header head;
@@ -21778,8 +22285,9 @@ static int pdi_pictures_is_same_view(const pd_picture_range *a, const pd_picture
     return memcmp(a, b, sizeof *a) == 0;
 }
 
-/* Read the frames of a field from the file into memory and draw those anew whose range has grown since, or, for a film
- * (else NULL), all; file names stay. */
+/* Read the frames of a field from the file into memory. Rewrite the picture files of those whose range or extent was
+ * another when they were drawn, under their names; add all to the film, if it is not NULL. A header that ends early
+ * ends the frames. PD_ERR_FILE: data end early. PD_CANCELLED. */
 static pd_status pdi_pictures_redraw_frames(pd_ctx *ctx, pd_output_pictures *im, pd_file *file, pd_field field,
                                             pdi_apng *film)
 {
@@ -21815,7 +22323,8 @@ static pd_status pdi_pictures_begin_film(pd_ctx *ctx, pd_output_pictures *im, pd
     return pdi_apng_create(ctx, path, (int)im->frames, PDI_PICTURES_FRAME_MS, film);
 }
 
-/* Finish the pictures of one field: redraw frames and make the film. */
+/* Finish the pictures of one field from the file of frames `path`: redraw frames and, with drawing.animate, make the
+ * film. On failure there is no film. */
 static pd_status pdi_pictures_redraw_field(pd_ctx *ctx, pd_output_pictures *im, pd_field field, const char *path)
 {
     int filmed = im->model->setup->drawing.animate;
@@ -21852,8 +22361,8 @@ PDI_FN pd_status pdi_pictures_remove_frame_file(pd_ctx *ctx, pd_output_pictures 
     return PD_OK;
 }
 
-/* 1: frames have to be stored, as the colour range, the extent or the largest speed of vectors of a drawn field may
- * still grow. */
+/* 1: frames have to be stored: in a drawn field the colour range is not fixed, metal is drawn deformed, or vectors are
+ * scaled by the largest speed. */
 static int pdi_pictures_has_growing_range(const pd_output_pictures *im)
 {
     for (int k = 0; k < PD_PICTURES_COUNT; k++) {
@@ -21873,7 +22382,9 @@ static int64_t pdi_pictures_count_max_values(const pd_output_pictures *im)
     return pixels > im->cells ? pixels : im->cells;
 }
 
-/* Allocate the arrays that the requested pictures need. */
+/* Allocate the arrays that the requested pictures need: pixels of the surface; values to sort for a percentile between
+ * 0 and 1; with images cell and paint, velocity for streamlines or vectors, displacement and bonds with a
+ * displacement_scale > 0. On failure the caller frees. */
 static pd_status pdi_pictures_allocate(pd_ctx *ctx, pd_output_pictures *im)
 {
     const pd_setup *u = im->model->setup;
@@ -21990,14 +22501,15 @@ enum { PDI_OUTPUT_COLUMN_NAME = 88 }; /* [byte] of a column of the probes */
 static const char *const pdi_output_node_kind_names[] = {"outside", "fluid", "metal", "wall"};
 static const char *const pdi_output_phase_names[] = {"fluid or wall", "metal"};
 
-/* 1: a field of the solid alone, NaN elsewhere. */
+/* 1: a field of the metal alone; files have NaN elsewhere. */
 static int pdi_output_is_solid_field(const pd_setup *setup, pd_field field)
 {
     return pd_fields_get_place(setup, field) == PD_FIELD_IN_METAL;
 }
 
-/* Samples all fields of the output at the nodes: fields of the solid are NaN where there is no metal, displacements,
- * too; grain and phase count the metal alone. */
+/* Sample the requested fields at all nodes into the arrays of out that are allocated. At nodes that are not metal,
+ * fields of the metal alone and displacements are NaN, grain is -1 and phase 0. Prepares also the fields of pictures
+ * and surface colours. */
 static void pdi_output_compute_fields(pd_ctx *ctx, pd_output *out)
 {
     pd_model *m = out->model;
@@ -22110,7 +22622,8 @@ static int pdi_output_compute_probe_row(const pd_output *out, char names[][PDI_O
     return count;
 }
 
-/* Create the probe table, if there are probes. */
+/* Create probes.csv and enter it in the list of the folder; nothing without probes. Columns beyond PD_CSV_MAX_COLUMNS
+ * are left out. */
 static pd_status pdi_output_begin_probe_table(pd_ctx *ctx, pd_output *out)
 {
     char names[PD_CSV_MAX_COLUMNS][PDI_OUTPUT_COLUMN_NAME], path[PD_PATH_SIZE];
@@ -22122,7 +22635,7 @@ static pd_status pdi_output_begin_probe_table(pd_ctx *ctx, pd_output *out)
     return pd_csv_create(ctx, path, list, count, &out->probes);
 }
 
-/* Create diagnostics.csv and probes.csv. */
+/* Create diagnostics.csv, and probes.csv if there are probes. */
 static pd_status pdi_output_begin_tables(pd_ctx *ctx, pd_output *out)
 {
     char path[PD_PATH_SIZE];
@@ -22186,7 +22699,8 @@ PDI_FN pd_status pdi_output_write_rows(pd_ctx *ctx, pd_output *out, const pd_ste
 
 /* ---- life ---- */
 
-/* Allocate the arrays of the requested fields. */
+/* Allocate the arrays of the fields that go to files: plain scalars, phase, grain, displacement. Velocity and kind are
+ * taken from the model; images have arrays of their own. */
 static pd_status pdi_output_allocate(pd_ctx *ctx, pd_output *out)
 {
     const pd_model *m = out->model;
@@ -22202,7 +22716,8 @@ static pd_status pdi_output_allocate(pd_ctx *ctx, pd_output *out)
 
 static const char *const pdi_output_loss_plot_names[2] = {"volume_loss.png", "volume_loss.svg"};
 
-/* Prepare everything but the tables. */
+/* Zero out and prepare everything but the tables: arrays, pictures, an empty PVD collection. No file is written. On
+ * failure the caller frees. */
 static pd_status pdi_output_build(pd_ctx *ctx, pd_model *model, pd_output_folder *folder, pd_output *out)
 {
     char path[PD_PATH_SIZE];
@@ -22229,7 +22744,8 @@ PDI_FN pd_status pdi_output_open(pd_ctx *ctx, pd_model *model, pd_output_folder 
     return pdi_output_begin_tables(ctx, out);
 }
 
-/* Store the state of output in a checkpoint, or load it. */
+/* Store frame number, time of the last fields, PVD entries, pictures and loss curve in a checkpoint, or load them,
+ * growing the curve. The tables are not part of it. */
 static pd_status pdi_output_store(pd_ctx *ctx, pd_output *out, pd_archive *archive)
 {
     PD_TRY(PD_ARCHIVE_ARRAY(ctx, archive, "frame", &out->frame, 1));
@@ -22271,8 +22787,9 @@ PDI_FN pd_status pdi_output_resume(pd_ctx *ctx, pd_model *model, pd_output_folde
                          &out->probes);
 }
 
-/* Add measured losses to the plot of the curve, in %, as many series as fit. unit [s]: of the time axis; last [s]: end
- * of the curve; work[3 points of all records]: memory of the series. */
+/* Add measured losses to the plot of the curve, in %, a series for each set of volume_loss, as many as fit; the curve
+ * is then named "computed". unit [s]: of the time axis; last [s]: end of the curve; work[3 points of all records]:
+ * memory of the series. */
 static void pdi_output_add_measured_series(const pd_output *out, double unit, double last, double *work, pd_plot *plot)
 {
     const pd_setup *u = out->model->setup;
@@ -22284,8 +22801,9 @@ static void pdi_output_add_measured_series(const pd_output *out, double unit, do
     if (plot->count > 1) plot->series[0].name = "computed";
 }
 
-/* Draw the volume loss over time so far into volume_loss.png and .svg, as requested; nothing without dissolution or
- * with fewer than two rows. */
+/* Draw the volume loss [%] over time so far into volume_loss.png and .svg, as requested (PNG by default), and enter
+ * them in the list of the folder the first time. Time is in s if the last one is below an hour, else in h. Nothing
+ * without dissolution or with fewer than two rows. */
 static pd_status pdi_output_draw_loss_curve(pd_ctx *ctx, pd_output *out)
 {
     const pd_setup *u = out->model->setup;
@@ -22366,7 +22884,9 @@ PDI_FN void pdi_output_free(pd_ctx *ctx, pd_output *out)
 /* stall_note: see stall_note.h */
 #include <math.h>
 
-/* Append what the active solver attempts: step length, attempt number, last error. */
+/* Append what the active solver attempts: its step from a time, or with a step of 0 the time alone; its steps accepted
+ * so far, the number of the attempt after rejected ones, and why the last was: no solution (error infinite or NaN), or
+ * an error above 1. */
 static void pdi_stall_note_append_attempt(const pd_attempt *now, char *line, size_t size)
 {
     char time[PD_UNITS_TEXT], dt[PD_UNITS_TEXT];
@@ -22426,7 +22946,8 @@ static int pdi_monitor_get_unit_index(const pd_setup *setup) { return setup->axi
 
 /* ---- figures ---- */
 
-/* Append an output to m->output, which has room for it. */
+/* Append an output to m->output and count it. Key and unit are copied and cut to their arrays. The array does not grow:
+ * the count must be below m->capacity. */
 static void pdi_monitor_add_output(pd_monitor *m, const char *key, const char *unit, double value)
 {
     pd_monitor_output *f = &m->output[m->count++];
@@ -22436,7 +22957,7 @@ static void pdi_monitor_add_output(pd_monitor *m, const char *key, const char *u
     f->value = value;
 }
 
-/* Append one output for each axis, scale times value; its key has x, y or z behind the first letter. */
+/* Append PD_DIM outputs, scale times value[d]. The key of axis d is letter, x, y or z, then rest: "fx_friction". */
 static void pdi_monitor_add_vector_output(pd_monitor *m, char letter, const char *rest, const char *unit,
                                           const double *value, double scale)
 {
@@ -22447,8 +22968,10 @@ static void pdi_monitor_add_vector_output(pd_monitor *m, char letter, const char
     }
 }
 
-/* Outputs of a plane: area, volume flux, mean velocity, pressure, mean and flux-weighted concentration, species flux.
- */
+/* Append the outputs of a plane: area; with flow, volume flow, mean speed and mean pressure; with transport, mean
+ * concentration and species flux; with both, C_bulk, the mean weighted by the flow. Flows are signed, positive towards
+ * +, and over the whole plane (per m in planar 2D, per m2 in 1D). Means are NaN where no face lies between two fluid
+ * cells, C_bulk also at rest. */
 static void pdi_monitor_compute_plane(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_setup *u = model->setup;
@@ -22467,8 +22990,9 @@ static void pdi_monitor_compute_plane(pd_ctx *ctx, pd_model *model, pd_monitor *
         pdi_monitor_add_output(m, "species", pdi_monitor_unit_species[pdi_monitor_get_unit_index(u)], r.species_flux);
 }
 
-/* Force on a body [PD_DIM] by the momentum balance of a box around it. PD_ERR_GEOMETRY: the box comes too close to
- * walls. */
+/* Force [PD_DIM] on what the box d->lo .. d->hi holds, by the momentum balance of steady flow. PD_ERR_GEOMETRY: a
+ * closed node or the edge of the lattice lies within two cells of a side; the message is rewritten and names balance =
+ * no. Other statuses are returned as they are. */
 static pd_status pdi_monitor_compute_control_volume_force(pd_ctx *ctx, pd_model *model, const pd_setup_monitor *d,
                                                           double *force)
 {
@@ -22480,8 +23004,10 @@ static pd_status pdi_monitor_compute_control_volume_force(pd_ctx *ctx, pd_model 
     return pd_fail(ctx, status, "force", "%.500s; balance = no leaves it out", what ? what + 1 : message);
 }
 
-/* Outputs of a force: on the surface, by friction and pressure, by momentum balance, and coefficients 2 F/(rho U^2 A).
- * Without a new flow solve since the last call they stay as they are. */
+/* Replace the outputs of a force: on the surface of one shape or of all bodies in the box, its friction and pressure
+ * parts, with momentum_balance that of the balance, and with a reference speed > 0 coefficients 2 F/(rho U^2 A).
+ * Nothing changes if no flow solve was made since the last call. PD_ERR_GEOMETRY: the box of the balance comes too
+ * close to walls; the outputs are incomplete then. */
 static pd_status pdi_monitor_compute_force(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_setup_monitor *d = m->desc;
@@ -22505,8 +23031,9 @@ static pd_status pdi_monitor_compute_force(pd_ctx *ctx, pd_model *model, pd_moni
     return PD_OK;
 }
 
-/* Reference concentration [mol/m3] of the fluid in each layer of a mass transfer into m->fluid[rows]: given, or the
- * mixing-cup mean sum u c / sum u. The profile is work for the latter. */
+/* Set m->fluid[rows] [mol/m3], the reference concentration of each layer: the given one, or for `bulk` the mixing-cup
+ * mean sum u c/sum u over all fluid nodes of the layer, also those outside the box. u is the signed velocity along the
+ * axis, times the circumference with axisymmetry. Not finite where sum u is 0. Overwrites m->profile as work. */
 static void pdi_monitor_compute_layer_concentration(const pd_model *model, pd_monitor *m)
 {
     const pd_grid *grid = &model->grid;
@@ -22527,8 +23054,10 @@ static void pdi_monitor_compute_layer_concentration(const pd_model *model, pd_mo
     for (int k = 0; k < m->rows; k++) m->fluid[k] /= stream[k];
 }
 
-/* Outputs of a mass transfer: species flux from solids into the fluid [mol/s], per m in planar 2D and per m2 in 1D,
- * area, flux density, Sherwood number and diffusion layer thickness. Fills m->flux, m->area and m->fluid by layers. */
+/* Append flux [mol/s] from walls and metal in the box into the fluid (per m in planar 2D, per m2 in 1D), area and
+ * flux/area; with a reference length L > 0 also Sh = flux L/(excess D) and layer = excess D/flux, where excess sums
+ * area (C_surface - C_fluid) over the layers that have area. A given area replaces the measured one and scales excess.
+ * NaN or infinite where a divisor is 0. Fills m->flux, m->area and m->fluid by layers. */
 static void pdi_monitor_compute_mass_transfer(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_setup_monitor *d = m->desc;
@@ -22564,8 +23093,9 @@ static double pdi_monitor_integrate_concentration(pd_ctx *ctx, pd_model *model, 
     return r.dissolved;
 }
 
-/* Add to sum [rows] of the element balances the solver residuals that carry over to the next step, and the solution in
- * volume that metal has left within cells. */
+/* Add to sum[rows] [mol] of the balance rows what the cells of the box do not show: amounts that the last step left to
+ * the next one, and, where it is kept, solution beside the cells where metal has gone. Each amount of a component
+ * counts by its part in the row. */
 static void pdi_monitor_add_carried_amounts(pd_ctx *ctx, pd_model *model, const pd_monitor *m, double *sum)
 {
     const pd_reactive *reactive = &model->reactive;
@@ -22580,7 +23110,9 @@ static void pdi_monitor_add_carried_amounts(pd_ctx *ctx, pd_model *model, const 
     }
 }
 
-/* Outputs of species: amounts in the box, and the total of each element or charge balance (sum_...). */
+/* Append the amount [mol] in the fluid of the box of each species that has a field (no solvent, no solid that is no
+ * mineral), then sum_NAME of each balance row, an element or the charge, with the amounts that carry over to the next
+ * step. */
 static void pdi_monitor_compute_species(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const char *unit = pdi_monitor_unit_amount[pdi_monitor_get_unit_index(model->setup)];
@@ -22603,8 +23135,8 @@ static void pdi_monitor_compute_species(pd_ctx *ctx, pd_model *model, pd_monitor
     }
 }
 
-/* Replace the extremes of the concentration in r by those without nodes just converted to fluid; NaN: there are no
- * others. */
+/* Set the smallest and largest concentration in r from the fluid nodes of the box whose concentration is defined, i.e.
+ * without nodes just converted to fluid. Both are NaN if there are none. */
 static void pdi_monitor_compute_extremes(const pd_model *model, const pd_setup_monitor *desc,
                                          pd_diagnostics_box_result *r)
 {
@@ -22619,7 +23151,9 @@ static void pdi_monitor_compute_extremes(const pd_model *model, const pd_setup_m
     }
 }
 
-/* Outputs of a box: volume, kinetic energy, momentum, dissolved amount, extremes, solid amount, species. */
+/* Append the outputs of a box: volume of fluid; with flow, kinetic energy and momentum by axes; with transport,
+ * dissolved amount and extremes of C in the fluid, without nodes just converted; with dissolution, the amount left in
+ * the metal; with chemistry, the species. Amounts are totals of the box (per m in planar 2D, per m2 in 1D). */
 static void pdi_monitor_compute_total(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_setup *u = model->setup;
@@ -22644,8 +23178,10 @@ static void pdi_monitor_compute_total(pd_ctx *ctx, pd_model *model, pd_monitor *
     if (u->has_chemistry) pdi_monitor_compute_species(ctx, model, m);
 }
 
-/* Outputs of the metal that bears load: largest displacement, overlap of faces, von Mises and hydrostatic stress
- * (tension positive), plastic strain. */
+/* Append the largest norm of the displacement, the largest overlap of crack faces or components now (where it is
+ * checked), and, where the material has stresses, the largest von Mises stress, the largest hydrostatic stress (signed,
+ * tension positive) and with plasticity the largest plastic strain. Points without metal left do not count; without
+ * points all are 0. */
 static void pdi_monitor_compute_solid_extremes(const pd_solid_coupling *s, pd_monitor *m)
 {
     const double *at = pd_solid_coupling_displacements(s);
@@ -22668,7 +23204,8 @@ static void pdi_monitor_compute_solid_extremes(const pd_solid_coupling *s, pd_mo
     if (s->solid.plastic_strain) pdi_monitor_add_output(m, "eps_p_max", "-", slip);
 }
 
-/* Energies of a body in motion: work, kinetic, elastic, released by broken bonds. */
+/* Append the energies of a body in motion: work, kinetic, elastic. Energy released by broken bonds and their number
+ * follow only where a critical stretch is given. */
 static void pdi_monitor_compute_dynamic_energies(pd_ctx *ctx, const pd_solid_coupling *s, pd_monitor *m)
 {
     const char *unit = pdi_monitor_unit_energy[PD_DIM - 1];
@@ -22680,8 +23217,10 @@ static void pdi_monitor_compute_dynamic_energies(pd_ctx *ctx, const pd_solid_cou
     pdi_monitor_add_output(m, "broken", "-", (double)s->dynamic_solver.broken);
 }
 
-/* Outputs of the metal's mechanics: extremes and energies (work, elastic, plastic, released, dissolved away), broken
- * bonds, load factor of the next break, time of separation, solver iterations. */
+/* Append the outputs of the mechanics of the metal: extremes, then energies. A body in motion has those of the time
+ * integration and no more. In quasi-static equilibrium: work, elastic, plastic where the material dissipates, "taken"
+ * by dissolution where metal dissolves; released energy, broken bonds and the load factor of the next break with a
+ * failure criterion; time of separation [s], number of components, iterations. */
 static void pdi_monitor_compute_solid(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_solid_coupling *s = &model->solid;
@@ -22708,8 +23247,10 @@ static void pdi_monitor_compute_solid(pd_ctx *ctx, pd_model *model, pd_monitor *
     pdi_monitor_add_output(m, "iterations", "-", (double)q->iterations);
 }
 
-/* Outputs of a crack: tip position, length along the cut and straight on, and its J integral on two contours; NaN where
- * a contour meets a surface. */
+/* Append the tip position, in 2D the crack length (length of the cut plus the signed advance of the tip along
+ * `direction` beyond the last corner), and J on the inner and outer contour where they are asked for. J is NaN where
+ * pd_crack_j gives PD_ERR_GEOMETRY or no result; its other errors, and those of the search for the tip, are
+ * returned. */
 static pd_status pdi_monitor_compute_crack(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_setup_precrack *cut = &model->setup->metal_body.precrack[m->desc->index];
@@ -22751,8 +23292,8 @@ static pd_status pdi_monitor_compute_crack(pd_ctx *ctx, pd_model *model, pd_moni
     return PD_OK;
 }
 
-/* Charge number of the metal of an electrode if all of its current dissolves that one metal by Faraday's law; 0: not
- * so. */
+/* Charge number of the metal of an electrode on a single metal whose rate law depends on the current density alone and
+ * follows Faraday's law at 1 A/m2 within 1e-9. 0: any other electrode, no dissolution, or migrating ions. */
 static double pdi_monitor_find_charge_number(const pd_model *model, int electrode)
 {
     const pd_setup *u = model->setup;
@@ -22778,8 +23319,10 @@ PDI_FN void pdi_monitor_get_electrode(const pd_model *model, int electrode, pd_c
     else pd_cell_electrode_of(&model->cell, electrode, e);
 }
 
-/* Outputs of an electrode: potential, total and anodic current, area, current densities, charge, ratio to Faraday's
- * law. */
+/* Append potential, net and anodic current, area, mean (0 without area), least and largest current density, and charge
+ * since the start. With a tabulated curve: range of E - phi met so far and time [s] at which it first left the table,
+ * NaN if not. "faraday", lost metal over that of the charge passed by Faraday's law, only where that law must hold; NaN
+ * while the charge passed is at most 1e-9 of that of the whole metal. */
 static void pdi_monitor_compute_electrode(const pd_model *model, pd_monitor *m)
 {
     const char *unit = pdi_monitor_unit_current[pdi_monitor_get_unit_index(model->setup)];
@@ -22806,7 +23349,7 @@ static void pdi_monitor_compute_electrode(const pd_model *model, pd_monitor *m)
     pdi_monitor_add_output(m, "faraday", "-", known ? charge * e.lost / e.passed : (double)NAN);
 }
 
-/* Outputs of a surface state: mean, extremes, area. */
+/* Append mean, smallest and largest value of a surface state, in its unit or "-", and the area that carries it. */
 static void pdi_monitor_compute_surface_state(const pd_model *model, pd_monitor *m)
 {
     const char *unit = model->setup->state[m->desc->index].unit;
@@ -22819,8 +23362,9 @@ static void pdi_monitor_compute_surface_state(const pd_model *model, pd_monitor 
     pdi_monitor_add_output(m, "area", pdi_monitor_unit_area[pdi_monitor_get_unit_index(model->setup)], f.area);
 }
 
-/* Compute the outputs of a monitor, by its kind, in place of those before; that of a mechanical boundary condition is
- * its reaction force. */
+/* Replace the outputs of a monitor by those of now. A line has none; a force keeps its outputs until the next flow
+ * solve; a mechanical boundary condition has its reaction force by axes. Errors of force, crack and reaction force; the
+ * outputs are incomplete then. */
 static pd_status pdi_monitor_compute_outputs(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     if (m->desc->kind == PD_MONITOR_FORCE) return pdi_monitor_compute_force(ctx, model, m);
@@ -22849,8 +23393,9 @@ static int pdi_monitor_set_column_name(char names[][PD_SETUP_NAME], int column, 
     return column + 1;
 }
 
-/* Names of the columns of a line: arc length, position, fields (v by components). first[f]: column of field f. Returns
- * their number. */
+/* Names of the columns of a line: arc length, position, the requested fields (v by components), with units, "-" for
+ * none. first[PD_FIELD_COUNT]: column of each field; of one that is not requested, of the next one. Returns the number
+ * of columns. */
 static int pdi_monitor_name_line_columns(const pd_setup *setup, const pd_monitor *m, char names[][PD_SETUP_NAME],
                                          int *first)
 {
@@ -22874,7 +23419,8 @@ static int pdi_monitor_name_line_columns(const pd_setup *setup, const pd_monitor
     return count;
 }
 
-/* Names of the columns of the profile of a mass transfer; returns their number. */
+/* Names of the columns of the profile of a mass transfer: position, area, flux density, and with a reference length
+ * C_fluid and Sh. Returns their number, 3 or 5. */
 static int pdi_monitor_name_transfer_columns(const pd_setup *setup, const pd_monitor *m, char names[][PD_SETUP_NAME])
 {
     char name[PD_SETUP_NAME];
@@ -22889,7 +23435,9 @@ static int pdi_monitor_name_transfer_columns(const pd_setup *setup, const pd_mon
     return pdi_monitor_set_column_name(names, count, "Sh [-]");
 }
 
-/* Sample the fields at the points of a line into profile [rows][columns]. */
+/* Sample the requested fields at m->rows points (2 or more), evenly spaced from d->lo to d->hi with both ends, into
+ * profile[rows][columns]: arc length from lo, position, fields by components, NaN where a field has no value. Call
+ * pd_sample_prepare before. */
 static void pdi_monitor_compute_line(const pd_model *model, pd_monitor *m)
 {
     const pd_setup_monitor *d = m->desc;
@@ -22907,8 +23455,9 @@ static void pdi_monitor_compute_line(const pd_model *model, pd_monitor *m)
     }
 }
 
-/* Fill the profile [rows][columns] of a mass transfer along its axis: place, area, flux density (NaN without area),
- * concentration, local Sherwood number; m->flux, m->area and m->fluid hold the layers. */
+/* Fill profile[rows][columns] of a mass transfer from m->flux, m->area and m->fluid: cell centre along the axis, area,
+ * flux density (NaN without area); with a reference length also C_fluid and the local Sherwood number with the
+ * difference C_surface - C_fluid of the layer. */
 static void pdi_monitor_compute_transfer_profile(const pd_model *model, pd_monitor *m)
 {
     const pd_setup_monitor *d = m->desc;
@@ -22923,8 +23472,9 @@ static void pdi_monitor_compute_transfer_profile(const pd_model *model, pd_monit
     }
 }
 
-/* Plot `count` columns of the profile from `first` on over column 0 [m], drawn in m, mm or um. axis: name of column 0;
- * label: of the values. No file where no value is finite. */
+/* Plot `count` columns of the profile from `first` on over column 0, drawn in um if its last value is below 2 mm, in mm
+ * below 2 m, else in m. axis: name of column 0; label: of the values. Series are named x, y, z if there are several.
+ * PD_OK and no file where no value is finite. */
 static pd_status pdi_monitor_draw_profile(pd_ctx *ctx, const pd_monitors *all, const pd_monitor *m, int first,
                                           int count, const char *axis, const char *label, const char *path)
 {
@@ -22976,7 +23526,7 @@ static pd_status pdi_monitor_format_path(pd_ctx *ctx, const pd_monitors *all, co
     return pdi_output_folder_add_file(ctx, all->folder, name, path);
 }
 
-/* Plot each requested field over a line. */
+/* Plot each field of m->desc->images over a line, one file a field. first[f]: column of field f. */
 static pd_status pdi_monitor_draw_line(pd_ctx *ctx, const pd_monitors *all, const pd_monitor *m, const int *first,
                                        int frame)
 {
@@ -22991,8 +23541,9 @@ static pd_status pdi_monitor_draw_line(pd_ctx *ctx, const pd_monitors *all, cons
     return PD_OK;
 }
 
-/* Fill the profile of a line or mass transfer and write it as a table and as plots: of each requested field, or of Sh,
- * else the flux density. */
+/* Fill the profile of a line or mass transfer, write it as a table, and plot it: each image field of a line; of a
+ * transfer Sh with a reference length, else the flux density. A line samples the fields now; a transfer uses m->flux,
+ * m->area and m->fluid of the last step. */
 static pd_status pdi_monitor_write_profile(pd_ctx *ctx, const pd_monitors *all, pd_monitor *m, int frame)
 {
     char names[1 + PD_DIM + PD_FIELD_COUNT + PD_DIM][PD_SETUP_NAME], path[PD_PATH_SIZE];
@@ -23024,7 +23575,8 @@ static void pdi_monitor_format_table_name(const pd_monitor *m, char name[2 * PD_
     snprintf(name, 2 * PD_SETUP_NAME, "%s_%s.csv", pd_setup_monitor_section_name(m->desc->kind), m->desc->name);
 }
 
-/* Create the table of a monitor with one column for each output. */
+/* Enter the table of a monitor in the list of the folder, create it with the column time and one for each present
+ * output, and open it. Errors of pd_csv_create. */
 static pd_status pdi_monitor_begin_table(pd_ctx *ctx, const pd_monitors *all, pd_monitor *m)
 {
     char names[PD_MONITOR_MAX_OUTPUTS + 1][64], name[2 * PD_SETUP_NAME], path[PD_PATH_SIZE];
@@ -23040,7 +23592,9 @@ static pd_status pdi_monitor_begin_table(pd_ctx *ctx, const pd_monitors *all, pd
 
 /* ---- life ---- */
 
-/* Allocate outputs and profile of a monitor, and for a transfer its layers: the cells along its axis, or one. */
+/* Allocate m->output (more with chemistry), and for a line or transfer the profile; set rows and columns. A transfer
+ * also gets its layers: one for each cell along its axis, or one without an axis. rows is 0 for all other kinds. On
+ * failure the caller frees. */
 static pd_status pdi_monitor_allocate(pd_ctx *ctx, const pd_model *model, pd_monitor *m)
 {
     const pd_setup_monitor *d = m->desc;
@@ -23060,7 +23614,8 @@ static pd_status pdi_monitor_allocate(pd_ctx *ctx, const pd_model *model, pd_mon
     return m->rows ? PD_NEW(ctx, "monitor", (int64_t)m->rows * m->columns, m->profile) : PD_OK;
 }
 
-/* Error message for a probe within a wall, with its depth. Returns PD_ERR_GEOMETRY. */
+/* Set the message for a probe within a wall; with its depth where the distance to the wall shape is known (smooth
+ * shapes). Returns PD_ERR_GEOMETRY. */
 static pd_status pdi_monitor_reject_probe(pd_ctx *ctx, const pd_model *model, const pd_setup_probe *probe)
 {
     const pd_setup *u = model->setup;
@@ -23075,8 +23630,9 @@ static pd_status pdi_monitor_reject_probe(pd_ctx *ctx, const pd_model *model, co
                    "surface: move it by that much", probe->name, deep);
 }
 
-/* Check that probes stand outside of walls, then allocate each monitor and compute its outputs once. all->error_line is
- * the line of the section in work; the caller frees on failure. */
+/* Zero all, refuse probes deep in a wall (PD_ERR_GEOMETRY), then allocate each monitor and compute its outputs once, so
+ * that they can be refused before the run. Forces are due again at the first step. all->error_line is the line of the
+ * section in work; the caller frees on failure. */
 static pd_status pdi_monitor_build_inner(pd_ctx *ctx, pd_model *model, pd_monitors *all)
 {
     const pd_setup *u = model->setup;
@@ -23211,7 +23767,8 @@ PDI_FN void pdi_monitors_free(pd_ctx *ctx, pd_monitors *all)
 /* Errors of a charge below this fraction of the charge passed both ways are rounding. */
 #define PDI_MONITOR_REPORT_CHARGE_ROUNDING 1e-9
 
-/* Print a note where lost metal and anodic charge of an electrode differ by more than 1 % from Faraday's law. */
+/* Print a note if the output "faraday" of a monitor, lost metal over that of its anodic charge by Faraday's law,
+ * differs from 1 by more than 1 %. NaN, or no such output: no note. */
 static void pdi_monitor_report_print_faraday_mismatch(const pd_monitor *m, pd_print_fn print, void *user)
 {
     char text[256];
@@ -23227,7 +23784,8 @@ static void pdi_monitor_report_print_faraday_mismatch(const pd_monitor *m, pd_pr
     }
 }
 
-/* Print a note where the charge of an electrode may be off by more than 5 %, as its current changed within steps. */
+/* Print a note if the estimated error of the charge, from current changes within steps, exceeds 5 % of |charge| plus
+ * 1e-9 of the charge that has passed in both directions. */
 static void pdi_monitor_report_print_charge_error(const pd_monitor *m, const pd_cell_electrode *e, pd_print_fn print,
                                                   void *user)
 {
@@ -23241,8 +23799,8 @@ static void pdi_monitor_report_print_charge_error(const pd_monitor *m, const pd_
     print(user, PD_PRINT_NOTE, text);
 }
 
-/* Print a note where a polarisation curve was evaluated outside of a measured table in it, where its end values hold.
- */
+/* Print a note if a tabulated polarisation curve was asked for below or above the points of a measured table in it,
+ * where its end values hold. Nothing for a curve that is no table, or was not asked for yet. */
 static void pdi_monitor_report_print_table_range(const pd_model *model, const pd_monitor *m, const pd_cell_electrode *e,
                                                  pd_print_fn print, void *user)
 {
@@ -23256,7 +23814,8 @@ static void pdi_monitor_report_print_table_range(const pd_model *model, const pd
     print(user, PD_PRINT_NOTE, text);
 }
 
-/* Print a note where a polarisation curve was evaluated outside of its range, where it is extrapolated linearly. */
+/* Print a note if a tabulated polarisation curve was asked for outside of its own range, where it is extrapolated
+ * linearly. Nothing for a curve that is no table. */
 static void pdi_monitor_report_print_curve_range(const pd_model *model, const pd_monitor *m, const pd_cell_electrode *e,
                                                  pd_print_fn print, void *user)
 {
@@ -23270,7 +23829,8 @@ static void pdi_monitor_report_print_curve_range(const pd_model *model, const pd
     print(user, PD_PRINT_NOTE, text);
 }
 
-/* Print the notes of one monitor: those of an electrode, and of a diffusion layer thinner than two cells. */
+/* Print the notes of one monitor: those of an electrode, and, if it has an output "layer", one where |layer| is below 2
+ * h, with h the smallest spacing of the lattice. */
 static void pdi_monitor_report_print_warnings(const pd_model *model, const pd_monitor *m, pd_print_fn print, void *user)
 {
     char text[256];
@@ -23295,8 +23855,8 @@ static void pdi_monitor_report_print_warnings(const pd_model *model, const pd_mo
     print(user, PD_PRINT_NOTE, text);
 }
 
-/* Print a note where the largest cell Peclet number v h/D of a species is above 2: upwinding then spreads it more than
- * D. */
+/* Print a note if the largest cell Peclet number v h/D of a species is above 2: upwinding then spreads it more than D.
+ * Nothing without a flow with species. */
 static void pdi_monitor_report_print_numerical_diffusion(const pd_model *model, pd_print_fn print, void *user)
 {
     const char *slowest;
@@ -23311,7 +23871,8 @@ static void pdi_monitor_report_print_numerical_diffusion(const pd_model *model, 
     print(user, PD_PRINT_NOTE, text);
 }
 
-/* Print a note where the largest ionic strength in the fluid exceeds the validity of Davies' equation, 0.5 mol/L. */
+/* Print a note if the largest ionic strength of a fluid node exceeds 0.5 mol/L, to which Davies' equation holds.
+ * Nothing without chemistry or with ideal activities. */
 static void pdi_monitor_report_print_ionic_strength(const pd_model *model, pd_print_fn print, void *user)
 {
     const pd_reactive *r = &model->reactive;
@@ -23387,8 +23948,8 @@ static pd_status pdi_scalar_outputs_add(pd_ctx *ctx, pd_scalar_outputs *f, const
     return PD_OK;
 }
 
-/* Append the values of one field at a probe, by components, if the probe records the field. all: as of
- * pdi_scalar_outputs_collect. */
+/* Append the values of one field at a probe, one for each component; nothing if the probe does not record it. all: 1: 0
+ * in the metal for fields of the fluid; 0: NaN there. */
 static pd_status pdi_scalar_outputs_add_probe_field(pd_ctx *ctx, const pd_model *model, const pd_setup_probe *p,
                                                     pd_field field, int all, pd_scalar_outputs *f)
 {
@@ -23413,7 +23974,8 @@ static int pdi_scalar_outputs_is_smooth_field(const pd_setup *setup, int field)
     return field == PD_FIELD_PH || (species >= 0 && setup->electrolyte.species[species].phase == PD_PHASE_SOLUTE);
 }
 
-/* Append the values of a probe, those of flow and concentration first. */
+/* Append the values of a probe: v, p and C first, then, in the order of pd_field, all other fields with `all`, else pH
+ * and solutes alone. */
 static pd_status pdi_scalar_outputs_add_probe(pd_ctx *ctx, const pd_model *model, const pd_setup_probe *p, int all,
                                               pd_scalar_outputs *f)
 {
@@ -23515,7 +24077,8 @@ static pd_status pdi_compare_measured_reject_output(pd_ctx *ctx, const pd_measur
                    r->output_name, list[0] ? list : "it watches none");
 }
 
-/* Check that a measured set names an output of the run, with the same physical dimension. */
+/* Check that a measured set names an output of the run of the same physical dimension. PD_ERR_ARGUMENT: no such output,
+ * with a list of all, or another dimension. */
 static pd_status pdi_compare_measured_check_figure(pd_ctx *ctx, const pd_measured_comparison *c,
                                                    const pd_setup_measured *r)
 {
@@ -23535,7 +24098,8 @@ static pd_status pdi_compare_measured_check_figure(pd_ctx *ctx, const pd_measure
                    r->name, found, wanted, r->output_name);
 }
 
-/* Fill the comparison, which the caller frees on failure; c->error_line is the line of the set in work. */
+/* Zero and fill the comparison, with NaN for all computed values. Outputs are collected only if there are measured
+ * sets. The caller frees on failure; c->error_line is the line of the set in work. */
 static pd_status pdi_compare_measured_build_inner(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors,
                                                   const double *share, int curves, pd_measured_comparison *c)
 {
@@ -23592,7 +24156,7 @@ PDI_FN double pdi_compare_measured_find_next_time(const pd_measured_comparison *
     return next;
 }
 
-/* 1: `time` [s] is that of a measured point, within rounding, and behind the start. */
+/* 1: |time of the point - time| <= 1e-9 time, and time [s] is positive. */
 static int pdi_compare_measured_is_at_point(const pd_setup_measured *r, int point, double time)
 {
     return time > 0.0 && fabs(r->time[point] - time) <= PDI_COMPARE_MEASURED_TIME_TOLERANCE * time;
@@ -23700,7 +24264,8 @@ PDI_FN void pdi_compare_measured_print(const pd_measured_comparison *c, pd_print
 
 /* ---- files ---- */
 
-/* Write the table of one set: time, measured, spread, computed, difference. */
+/* Write the table of one set, a row a point: time [s]; measured, spread (NaN if not known), computed (NaN if not
+ * reached) and computed - measured in the unit of the column. */
 static pd_status pdi_compare_measured_write_table(pd_ctx *ctx, const pd_measured_set *d, pd_output_folder *folder)
 {
     const pd_setup_measured *r = d->record;
@@ -23728,7 +24293,8 @@ static pd_status pdi_compare_measured_write_table(pd_ctx *ctx, const pd_measured
     return status;
 }
 
-/* Plot the computed curve and the measured points into a file; work [2 rows + 3 points]. */
+/* Plot the computed curve, which has a row at least, and the measured points into a file; time in s if the last is
+ * below one hour, else in h. work[2 rows + 3 points]. */
 static pd_status pdi_compare_measured_draw_curve(pd_ctx *ctx, const pd_measured_comparison *c, const pd_measured_set *d,
                                                  const char *path, double *work)
 {
@@ -23754,7 +24320,8 @@ static pd_status pdi_compare_measured_draw_curve(pd_ctx *ctx, const pd_measured_
     return pd_plot_write(ctx, path, &plot);
 }
 
-/* Write the plot of one set; the volume loss has a plot of its own elsewhere. */
+/* Write the plot of one set; nothing for the volume loss, which is plotted elsewhere, or with fewer than two rows, as
+ * in a run that keeps no curves. */
 static pd_status pdi_compare_measured_write_plot(pd_ctx *ctx, const pd_measured_comparison *c, const pd_measured_set *d,
                                                  pd_output_folder *folder)
 {
@@ -23822,7 +24389,8 @@ typedef struct pdi_run {
     char checkpoint_path[PD_PATH_SIZE];
 } pdi_run;
 
-/* Print the progress line now; doing, count: what is being computed, or NULL. */
+/* Print the progress line now and set progress_clock; doing, count: what is being computed, or NULL. Nothing without a
+ * print function or with an end time of 0. */
 static void pdi_run_print_progress_line(pdi_run *r, const char *doing, int64_t count)
 {
     char line[360], time[PD_UNITS_TEXT], dt[PD_UNITS_TEXT];
@@ -23845,7 +24413,7 @@ static void pdi_run_print_progress_line(pdi_run *r, const char *doing, int64_t c
     r->desc->print(r->desc->print_user, PD_PRINT_PROGRESS, line);
 }
 
-/* Print progress a few times a second. */
+/* Print the progress line if 0.2 s have passed since the last one, or at the end time. */
 static void pdi_run_print_progress(pdi_run *r)
 {
     if (pd_par_clock() - r->progress_clock >= PDI_RUN_PROGRESS_INTERVAL ||
@@ -23853,7 +24421,8 @@ static void pdi_run_print_progress(pdi_run *r)
         pdi_run_print_progress_line(r, NULL, 0);
 }
 
-/* Print a note on a run without a step for `waited` [s] of wall time; the next one follows after twice that. */
+/* Print a note on a run without a step for `waited` [s] of wall time, and set stall_time to twice the larger of it and
+ * `waited`. The print function must be set. */
 static void pdi_run_print_stall(pdi_run *r, const char *doing, int64_t count, double waited)
 {
     char line[480];
@@ -23862,8 +24431,9 @@ static void pdi_run_print_stall(pdi_run *r, const char *doing, int64_t count, do
     r->desc->print(r->desc->print_user, PD_PRINT_NOTE, line);
 }
 
-/* Poll function within steps: notes on long waits, progress and the caller's poll, these two at intervals. Returns 1 to
- * stop the computation: once asked to stop it stays so, but while files are written. */
+/* Poll function of the context within steps. Returns 1 to stop: once r->stopped is set, always 1, but 0 while the files
+ * of the last step are written. Prints a note after stall_time without a step. At most every 0.2 s asks the poll
+ * function of the caller, whose non-zero answer sets r->stopped; prints progress at most every 0.4 s. */
 static int pdi_run_poll(void *user, const char *doing, int64_t count)
 {
     pdi_run *r = (pdi_run *)user;
@@ -23878,7 +24448,9 @@ static int pdi_run_poll(void *user, const char *doing, int64_t count)
     return r->stopped;
 }
 
-/* 1: fields are written now: at multiples of `every`, at the end, and when a run without checkpoints is stopped. */
+/* 1: fields are written now: if none are yet, at the end time, if a run without checkpoints is stopped, and at a
+ * multiple of the output interval (within 1e-9 of the interval) that lies at least half of it behind the last
+ * fields. */
 static int pdi_run_is_frame_due(const pdi_run *r)
 {
     double time = r->model.time_loop.time, every = r->setup->output_interval,
@@ -23889,7 +24461,8 @@ static int pdi_run_is_frame_due(const pdi_run *r)
     return time >= next && fabs(time - multiple) <= 1e-9 * every;
 }
 
-/* Write fields, pictures and profiles of this time, unless they are there already. */
+/* Write fields, pictures and profiles of this time and count the frame; nothing if those of this time, or of a later
+ * one, are written. */
 static pd_status pdi_run_write_frame(pdi_run *r)
 {
     int frame = r->output.frame;
@@ -23897,8 +24470,8 @@ static pd_status pdi_run_write_frame(pdi_run *r)
     return r->output.frame > frame ? pdi_monitors_write_frame(r->ctx, &r->monitors, frame) : PD_OK;
 }
 
-/* Write the rows of this step. Without files, outputs are computed only when the observer or measured points need them.
- */
+/* Write the rows of this step. With no_files the monitors are computed only for an observer or where the comparison
+ * needs outputs; else they keep those of an earlier step. The comparison is stepped only where it needs outputs. */
 static pd_status pdi_run_write_rows(pdi_run *r)
 {
     int asked = r->desc->observe || pdi_compare_measured_needs_output(&r->compare, r->model.time_loop.time);
@@ -23909,7 +24482,8 @@ static pd_status pdi_run_write_rows(pdi_run *r)
                : PD_OK;
 }
 
-/* Call the caller's observer, if there is one; it may set r->stopped, but not at the end of the run. */
+/* Call the observer of the caller with the present state; nothing without one. Its non-zero answer sets r->stopped, but
+ * not at the stage END, nor when the end time is reached. */
 static void pdi_run_call_observer(pdi_run *r, pd_snapshot_stage when)
 {
     pd_snapshot at;
@@ -23933,8 +24507,8 @@ static void pdi_run_call_observer(pdi_run *r, pd_snapshot_stage when)
 
 /* ---- checkpoints ---- */
 
-/* Store or load solver state, diagnostics, computed points and wall time in a checkpoint; the clock of the start moves
- * so that wall time goes on. */
+/* Store or load model, diagnostics, computed points and wall time. On loading, start_clock moves so that wall time goes
+ * on. PD_ERR_ARGUMENT: the checkpoint is of another scene; after a failure the model may only be freed. */
 static pd_status pdi_run_store_state(pdi_run *r, pd_archive *archive)
 {
     double now = pd_par_clock(), spent = now - r->start_clock;
@@ -23955,7 +24529,7 @@ static pd_status pdi_run_store_all(pdi_run *r, pd_archive *archive)
     return pdi_output_folder_store(r->ctx, &r->folder, archive);
 }
 
-/* Write the checkpoint file. */
+/* Write the checkpoint file under a temporary name and rename it. On failure the former file stays. PD_ERR_FILE. */
 static pd_status pdi_run_write_checkpoint(pdi_run *r)
 {
     pd_archive_file store;
@@ -23966,8 +24540,8 @@ static pd_status pdi_run_write_checkpoint(pdi_run *r)
     return status;
 }
 
-/* Keep a checkpoint in memory, a few times a second at most. Without enough memory, a run that is stopped within a step
- * continues from the file. */
+/* Store a checkpoint in memory, at most every 0.2 s; nothing with no_files or without checkpoints. A failure is no
+ * error but clears kept_is_complete: a run stopped within a step then continues from the file. */
 static void pdi_run_keep_checkpoint(pdi_run *r)
 {
     double now = pd_par_clock();
@@ -23981,7 +24555,9 @@ static void pdi_run_keep_checkpoint(pdi_run *r)
     r->kept_is_complete = status == PD_OK;
 }
 
-/* Write the checkpoint file when it is due. A failure only stops a run that was to stop. */
+/* Write the checkpoint file if the run is stopped, or checkpoint_every [s] of wall time have passed since the last;
+ * nothing without checkpoints. A failure is returned only if the run is stopped; else it is printed as a note, the
+ * former file stays, and the status is PD_OK. */
 static pd_status pdi_run_write_due_checkpoint(pdi_run *r)
 {
     char line[PD_MESSAGE_SIZE + 80];
@@ -24003,7 +24579,9 @@ static pd_status pdi_run_update_outputs(pdi_run *r)
     return pdi_monitors_step(r->ctx, &r->monitors);
 }
 
-/* Load the checkpoint and continue all files. */
+/* Load the checkpoint and open all files to append at the lengths it holds; files listed later are deleted. With an
+ * observer the outputs are computed, too. Notes on what was depleted before are not repeated. On failure the archive is
+ * closed, and the state may only be freed. */
 static pd_status pdi_run_read_checkpoint(pdi_run *r)
 {
     pd_archive_file store;
@@ -24022,7 +24600,8 @@ static pd_status pdi_run_read_checkpoint(pdi_run *r)
     return status;
 }
 
-/* Lock the folder and continue its run from the checkpoint. result->bad_input: 1: folder or checkpoint do not fit. */
+/* Lock the folder, continue its run from the checkpoint and say so. result->bad_input: 1: any failure but PD_ERR_MEMORY
+ * and PD_ERR_LIMIT. */
 static pd_status pdi_run_resume(pdi_run *r, pd_run_result *result)
 {
     char line[80];
@@ -24036,8 +24615,9 @@ static pd_status pdi_run_resume(pdi_run *r, pd_run_result *result)
     return PD_OK;
 }
 
-/* Open the output folder and remove the files of former runs, the checkpoint included, with a note. result->bad_input:
- * 1: the folder is in use or of another run. */
+/* Open the output folder, delete the files of the former run, with a note if there were any, and its checkpoint. Enter
+ * the checkpoint in the new list of files. result->bad_input: 1: the folder is in use (PD_ERR_STATE) or of another run
+ * (PD_ERR_ARGUMENT). */
 static pd_status pdi_run_clear_folder(pdi_run *r, pd_run_result *result)
 {
     char line[PD_PATH_SIZE + 80];
@@ -24051,7 +24631,7 @@ static pd_status pdi_run_clear_folder(pdi_run *r, pd_run_result *result)
     return pdi_output_folder_add_file(r->ctx, &r->folder, PD_RUN_CHECKPOINT, r->checkpoint_path);
 }
 
-/* Open the files of a run: new ones, or those of a checkpoint. */
+/* Open the files of a run: those of a checkpoint with desc->resume, else new ones. Nothing with no_files. */
 static pd_status pdi_run_open_files(pdi_run *r, pd_run_result *result)
 {
     if (r->desc->no_files) return PD_OK;
@@ -24065,8 +24645,9 @@ static pd_status pdi_run_open_files(pdi_run *r, pd_run_result *result)
 
 /* ---- steps ---- */
 
-/* After each step, by the time loop: diagnostics, tables, observer, output files, checkpoints. Returns 1 to end the
- * run. */
+/* Callback of the time loop after the start and each step: diagnostics, tables, observer, fields when due, checkpoints,
+ * progress. desc->stop is asked only before the end time. Returns 1 to end the run: it is stopped, or r->status, the
+ * first failure, is negative; what follows a failure is skipped. */
 static int pdi_run_observe_step(void *user, const pd_time_loop *couple)
 {
     pdi_run *r = (pdi_run *)user;
@@ -24088,7 +24669,8 @@ static int pdi_run_observe_step(void *user, const pd_time_loop *couple)
     return r->stopped || r->status < 0;
 }
 
-/* Step to the end, or until r->stopped; steps also end on the times of measured points. */
+/* Step to the end time, or until r->stopped; steps also end on the times of measured points. Returns the failure of the
+ * time loop or of what follows a step. */
 static pd_status pdi_run_step_to_end(pdi_run *r)
 {
     double until = r->setup->end_time, reached;
@@ -24101,7 +24683,8 @@ static pd_status pdi_run_step_to_end(pdi_run *r)
     return PD_OK;
 }
 
-/* Print a note where node velocities and conserved fluxes disagree: too coarse for the flow. */
+/* Print a note if layer_flux_error is above 0.5: node velocities and conserved fluxes disagree, as the lattice is too
+ * coarse for the flow. */
 static void pdi_run_print_flux_error(const pdi_run *r)
 {
     char text[256];
@@ -24113,7 +24696,8 @@ static void pdi_run_print_flux_error(const pdi_run *r)
     r->desc->print(r->desc->print_user, PD_PRINT_NOTE, text);
 }
 
-/* Print a note where crack faces overlapped: there is no contact model, so stresses are wrong there. */
+/* Print a note if crack faces overlapped at any time of the run: there is no contact model, so stresses are wrong
+ * there. */
 static void pdi_run_print_overlap(const pdi_run *r)
 {
     char line[320];
@@ -24144,8 +24728,10 @@ static pd_status pdi_run_write_kept_checkpoint(pdi_run *r)
     return pdi_archive_file_write_memory(r->ctx, &r->kept_checkpoint, r->checkpoint_path);
 }
 
-/* Make all steps and write the final files and result lines. A cancelled run ends with PD_OK. A complete one removes
- * its checkpoint and its file of frames. */
+/* Make all steps and write the final files and result lines. With no_files only outputs, computed points and the
+ * observer get the end. A cancelled run ends with PD_OK and writes the checkpoint of its last complete step. A stopped
+ * run keeps checkpoint and file of frames and redraws no picture; a complete one removes both. After a failed step
+ * nothing final is written. */
 static pd_status pdi_run_run_steps(pdi_run *r)
 {
     pdi_run_keep_checkpoint(r);
@@ -24180,7 +24766,8 @@ static pd_status pdi_run_run_steps(pdi_run *r)
     return PD_OK;
 }
 
-/* [mol] Gas evolved by dissolution so far (per m in planar 2D, per m2 in 1D). */
+/* [mol] Gas evolved by dissolution so far (per m in planar 2D, per m2 in 1D): lost metal times gas_released, summed
+ * over metals where the species keep them apart, else with that of the one metal. 0 without species in time. */
 static double pdi_run_compute_evolved_gas(const pdi_run *r)
 {
     const pd_setup *u = r->setup;
@@ -24246,8 +24833,9 @@ PDI_FN void pdi_run_prefix_message(pd_ctx *ctx, const pd_setup *setup, int line)
     pd_fail(ctx, ctx->status, where, "%s", message);
 }
 
-/* Build everything that can refuse the setup: memory estimate, model, monitors, measured points. Nothing is written
- * before. result->bad_input: 1: the setup is refused, and the message begins with its line. */
+/* Build everything that can refuse the setup: memory estimate, model, monitors, measured points. Stops at the first
+ * failure; nothing is written. result->bad_input: 1: the failure is not fatal (memory, limit, cancelled), and the
+ * message begins with file and line. */
 static pd_status pdi_run_build(pdi_run *r, pd_run_result *result)
 {
     pd_status status = pd_memory_estimate_check_limit(r->ctx, r->setup, r->desc->no_files);
@@ -24270,8 +24858,9 @@ static pd_status pdi_run_build(pdi_run *r, pd_run_result *result)
     return status;
 }
 
-/* Dry check: output folder, and checkpoint with `resume`, which is loaded; nothing is written. Collects the figures for
- * the caller. result->bad_input: 1: one of them is refused. */
+/* Dry check: collect the figures for the caller, check that the output folder can be opened, and with `resume` load the
+ * checkpoint into the model. Writes nothing. result->bad_input: 1: folder or checkpoint is refused by an error that is
+ * not fatal. */
 static pd_status pdi_run_check_resume(pdi_run *r, pd_run_result *result)
 {
     pd_archive_file store;
@@ -24289,7 +24878,8 @@ static pd_status pdi_run_check_resume(pdi_run *r, pd_run_result *result)
     return status;
 }
 
-/* Print the summary, run all steps, and fill in the result. */
+/* Print the summary, run all steps, and fill in the result, before the steps and after them. With check_only no step is
+ * made: figures are collected, folder and checkpoint checked, or with no_files none of that. */
 static pd_status pdi_run_execute(pdi_run *r, pd_run_result *result)
 {
     r->folder_path = r->desc->folder ? r->desc->folder : r->setup->folder;
@@ -24371,7 +24961,8 @@ void pd_run_format_result(const pd_run_result *r, char *text, size_t size)
 /* sim: see sim.h */
 #include <string.h>
 
-/* Check the memory estimate and build the model of the setup. */
+/* Check the memory estimate and build the model of the setup. On failure the message begins with file and line.
+ * PD_ERR_LIMIT: the estimate exceeds the limit. */
 static pd_status pdi_sim_build(pd_ctx *ctx, pd_sim *sim)
 {
     pd_status status = pd_memory_estimate_check_limit(ctx, &sim->setup, 0);
@@ -24515,8 +25106,8 @@ static int pdi_coarsen_setup_is_uniform(const pd_grid *grid, const int *i, int f
     return 1;
 }
 
-/* Set wide[total], 0 before, to 1 for nodes within a block of `factor` nodes an axis of their own kind: features that a
- * coarse cell resolves. PD_CANCELLED. */
+/* Set wide[total], 0 before, to 1 for the nodes of each block of `factor` nodes an axis that is of one kind and, where
+ * it reaches out of the box, is so beyond its side: features that a coarse cell resolves. PD_CANCELLED. */
 static pd_status pdi_coarsen_setup_mark_resolved(pd_ctx *ctx, const pd_grid *grid, int factor, uint8_t *wide)
 {
     int i[PD_DIM], at[PD_DIM];
@@ -24571,8 +25162,10 @@ static pd_status pdi_coarsen_setup_reject_feature(pd_ctx *ctx, const pdi_coarsen
                    names[pdi_coarsen_setup_kind(&fine->grid, node)], place, what);
 }
 
-/* Check that every feature is at least one coarse cell wide, corners aside, and has nodes on the coarse lattice.
- * wide[total of the fine grid]: work, zeroed. PD_ERR_GEOMETRY. */
+/* Check each node of the fine lattice: it, or a node of its kind at most factor - 1 nodes away along each axis, is
+ * wide, so that features are one coarse cell wide but for corners; and the coarse cell that holds it, or one beside
+ * that, has its kind. PD_ERR_GEOMETRY: the first node that fails. PD_CANCELLED. wide[total of the fine grid]: work,
+ * zeroed. */
 static pd_status pdi_coarsen_setup_check_features(pd_ctx *ctx, const pdi_coarsen_setup_grid *fine,
                                                   const pdi_coarsen_setup_grid *coarse, int factor, uint8_t *wide)
 {
@@ -24600,7 +25193,7 @@ static pd_status pdi_coarsen_setup_check_features(pd_ctx *ctx, const pdi_coarsen
 }
 
 /* Build both grids, which the caller frees also on failure, and check that the coarse one resolves the features of the
- * fine one. */
+ * fine one. PD_ERR_GEOMETRY: it does not. */
 static pd_status pdi_coarsen_setup_build_grids(pd_ctx *ctx, const pd_setup *setup, const pd_setup *coarser, int factor,
                                                pdi_coarsen_setup_grid *fine, pdi_coarsen_setup_grid *coarse)
 {
@@ -24614,7 +25207,7 @@ static pd_status pdi_coarsen_setup_build_grids(pd_ctx *ctx, const pd_setup *setu
     return status;
 }
 
-/* Check that the coarser lattice resolves the geometry; frees what it builds. */
+/* Check that the coarser lattice resolves the geometry (PD_ERR_GEOMETRY); frees what it builds. */
 static pd_status pdi_coarsen_setup_check_geometry(pd_ctx *ctx, const pd_setup *setup, const pd_setup *coarser,
                                                   int factor)
 {
@@ -24642,8 +25235,9 @@ static pd_status pdi_coarsen_setup_check_box(pd_ctx *ctx, const pd_setup *setup,
     return PD_OK;
 }
 
-/* Check a face of a shape at coordinate `place` [m]: if it lies on cell faces of the lattice, it has to on the coarser
- * one, too. Else the body size jumps, which would hide the order of convergence. PD_ERR_GEOMETRY. */
+/* Check a face of a shape at coordinate `place` [m]: if it lies on cell faces of the lattice (within 1e-6 cells), it
+ * has to on the coarser one, else the body size jumps, which hides the order of convergence: PD_ERR_GEOMETRY. A face
+ * between cell faces passes, as does one outside the box or on its sides. */
 static pd_status pdi_coarsen_setup_check_face(pd_ctx *ctx, const pd_setup *setup, int factor, int axis, double place)
 {
     char text[PD_UNITS_TEXT];
@@ -24657,7 +25251,8 @@ static pd_status pdi_coarsen_setup_check_face(pd_ctx *ctx, const pd_setup *setup
                    "expected a multiple of %d", factor, "xyz"[axis], text, (int)whole, factor);
 }
 
-/* Check all faces of boxes and half spaces that are normal to an axis. */
+/* Check both faces of each box along every axis, and the plane of each half space whose normal is along an axis. Other
+ * shapes are not checked. PD_ERR_GEOMETRY. */
 static pd_status pdi_coarsen_setup_check_faces(pd_ctx *ctx, const pd_setup *setup, int factor)
 {
     for (int k = 0; k < setup->shapes; k++) {
@@ -24673,8 +25268,9 @@ static pd_status pdi_coarsen_setup_check_faces(pd_ctx *ctx, const pd_setup *setu
     return PD_OK;
 }
 
-/* Add the monitor of a plane on the coarser lattice, or two with linear interpolation weights, to coarser->setup.
- * cells: of the finer lattice along the axis of the plane. */
+/* Add the monitor of a plane to coarser->setup: one plane of weight 1 where its index is a multiple of the factor, else
+ * the two beside it with weights of linear interpolation. cells: of the finer lattice along its axis. PD_ERR_GEOMETRY:
+ * one of them lies on an end of the box or beyond. PD_ERR_SIZE: too many monitors. */
 static pd_status pdi_coarsen_setup_add_plane(pd_ctx *ctx, const pd_setup_monitor *m, int cells, int factor,
                                              pd_coarsened_setup *coarser)
 {
@@ -24698,7 +25294,8 @@ static pd_status pdi_coarsen_setup_add_plane(pd_ctx *ctx, const pd_setup_monitor
 }
 
 /* Copy the setup with `factor` times the spacing, check that its lattice holds the scene, and rebuild its monitors with
- * weights; lines are left out, since they write only files. */
+ * weights; lines are left out, since they write only files. Arrays of the copy are those of the setup. PD_ERR_GEOMETRY;
+ * PD_ERR_SIZE: more monitors than a setup holds. */
 static pd_status pdi_coarsen_setup_build_inner(pd_ctx *ctx, const pd_setup *setup, int factor,
                                                pd_coarsened_setup *coarser)
 {
@@ -24795,7 +25392,8 @@ static pd_status pdi_richardson_run_setup(pd_ctx *ctx, const pd_run_desc *desc, 
     return status;
 }
 
-/* Coarsen the setup (level 0: 2 h, 1: 4 h) and run it. */
+/* Coarsen the setup (level 0: 2 h, 1: 4 h) and run it with the flow order of the run. PD_OK also for a run that missed
+ * a tolerance. Errors of pdi_coarsen_setup_build and pd_run; PD_ERR_STATE: stopped. */
 static pd_status pdi_richardson_run_coarser_grid(pd_ctx *ctx, const pd_run_desc *desc, pd_richardson *e, int level)
 {
     pd_coarsened_setup *coarser = NULL;
@@ -24809,15 +25407,17 @@ static pd_status pdi_richardson_run_coarser_grid(pd_ctx *ctx, const pd_run_desc 
 
 /* ---- orders and errors ---- */
 
-/* Formal order of convergence of an output: 1 where dissolution or upwinding decides, else 2. */
+/* Formal order of convergence of an output: 1 if it is carried by species (a unit with mol, a transfer, or the volume
+ * loss) and metal dissolves or a flow is advected upwind; else 2. */
 static double pdi_richardson_get_formal_order(const pd_setup *setup, const pd_scalar_output *f)
 {
     int carried = strstr(f->unit, "mol") || strcmp(f->section, "transfer") == 0 || strcmp(f->section, "scene") == 0;
     return carried && (setup->has_dissolve || (setup->has_flow && setup->advection == PD_ADVECTION_UPWIND)) ? 1.0 : 2.0;
 }
 
-/* Set order, is_formal_order and relative error [-] of one output from its three values: the observed order, or, where
- * that is not usable, the formal one with the larger of both differences. */
+/* Set order, is_formal_order and relative error [-] of one output from its three values: |f1 - f2|/((2^p - 1) |f1|).
+ * The observed order counts from 0.5 to 3 and for |f1 - f2| > 1e-9 |f1|; else the formal p with the larger of |f1 - f2|
+ * and |f4 - f2|/2^p. The error is 0 for differences of 0, infinite for f1 = 0 otherwise, NaN where f2 is NaN. */
 static void pdi_richardson_compute_error(const pd_setup *setup, pd_richardson_output *e)
 {
     double value = e->figure.value, near_step = e->coarser[0] - value, far_step = e->coarser[1] - e->coarser[0];
@@ -24831,13 +25431,14 @@ static void pdi_richardson_compute_error(const pd_setup *setup, pd_richardson_ou
     if (step <= 0.0) e->error = 0.0; /* the figure may be 0, too */
 }
 
-/* 1: two outputs are of the same sort: unit and first letter of the key. */
+/* 1: two outputs are of the same sort: the same unit and the same first letter of the key. */
 static int pdi_richardson_is_same_kind(const pd_scalar_output *a, const pd_scalar_output *b)
 {
     return a->key[0] == b->key[0] && strcmp(a->unit, b->unit) == 0;
 }
 
-/* Mark minor outputs, and set e->worst_output to the largest relative error of the others, -1: there are none. */
+/* Set is_minor of each output: its size is 0, below a tenth of the largest of its sort, or its error is NaN. Set
+ * e->worst_output to the largest relative error of the others, the first of equal ones; -1: there are none. */
 static void pdi_richardson_mark_minor(pd_richardson *e)
 {
     e->worst_output = -1;
@@ -24853,8 +25454,8 @@ static void pdi_richardson_mark_minor(pd_richardson *e)
     }
 }
 
-/* Run both coarser lattices and compute all errors. If the one at 4 h fails, but not fatally, e->missing_reason says
- * why, and formal orders are taken. PD_ERR_STATE: stopped. */
+/* Run both coarser lattices and compute all errors. An error at 2 h ends it. If the one at 4 h fails, but not fatally,
+ * e->missing_reason says why, and formal orders are taken. PD_ERR_STATE: stopped. */
 static pd_status pdi_richardson_run_coarser_grids(pd_ctx *ctx, const pd_run_desc *desc, pd_richardson *e)
 {
     PD_TRY(pdi_richardson_run_coarser_grid(ctx, desc, e, 0));
@@ -24925,7 +25526,8 @@ static int pdi_richardson_format_section(const pd_richardson *e, int first, char
     return k;
 }
 
-/* Append the error of the volume loss, if there is one, and the worst of all outputs to text[size]. */
+/* Append the number of coarser runs, order and error of the volume loss if the list begins with it, the worst of all
+ * outputs that are not minor ("none"), and the wall time to text[size]. */
 static void pdi_richardson_format_scene(const pd_richardson *e, char *text, size_t size)
 {
     char worst[2 * PD_SETUP_NAME] = "none";
@@ -24973,7 +25575,7 @@ void pd_richardson_print(const pd_richardson *e, pd_print_fn print, void *user)
     print(user, PD_PRINT_NOTE, text);
 }
 
-/* Greatest common divisor (Euclid). */
+/* Greatest common divisor (Euclid) of a, b >= 0; of 0 and b: b. */
 static int pdi_richardson_compute_common_divisor(int a, int b)
 {
     while (b) {
@@ -25022,8 +25624,8 @@ typedef struct pdi_tolerance_presets {
     char set_text[256], kept_text[256];
 } pdi_tolerance_presets;
 
-/* Set a solver setting to `pick`, unless the scene gives it (given: 1), and append "key = value" to the list of set or
- * kept ones. */
+/* Set a solver setting to `pick`, unless the scene gives it (given: 1), and append "key = value", with the value that
+ * counts, to the list of set or kept ones. */
 static void pdi_tolerance_presets_set_unless_given(pdi_tolerance_presets *a, const char *key, int given, double pick,
                                                    double *value)
 {
@@ -25039,7 +25641,10 @@ static int pdi_tolerance_presets_is_given(const pdi_tolerance_presets *a, pd_sol
     return (int)((a->setup->settings_given >> knob) & 1u);
 }
 
-/* Set all tolerances. The constants are measured (guide: 5.3). */
+/* Set the tolerances of the physics that the setup has, from the accuracy w: steady flow 0.1 w, implicit flow 0.5 w,
+ * rtol of unsteady transport without dissolution 0.5 w (each at most 0.1); dissolved fraction of a step 2.5 w (at most
+ * 0.5; kept if rtol is given; not with bond-based corrosion); limiter of limited advection 0.1 w. The factors are
+ * measured (guide: 5.3). */
 static void pdi_tolerance_presets_set_all(pdi_tolerance_presets *a)
 {
     pd_setup *u = a->setup;
@@ -25114,7 +25719,8 @@ static pd_status pdi_fit_reject_range(pd_ctx *ctx, const char *range, const char
                    "\"transport.D=1e-10..1e-8 m2/s\"", range, expected);
 }
 
-/* Length of the number at text, which is not taken to reach into "..", and *value. 0: there is none. */
+/* Length of the number at text and *value; strtod reads no further than the first ".." and 63 bytes. 0: there is
+ * none. */
 static size_t pdi_fit_parse_number(const char *text, double *value)
 {
     char copy[64], *end;
@@ -25139,7 +25745,8 @@ static int pdi_fit_parse_unit(const char *text, const char *end, char *unit)
     return 1;
 }
 
-/* Convert the low bound to the unit of the high one; without a unit it has that of the high one. */
+/* Convert the low bound from `unit` to the unit of the high one. Nothing where `unit` is empty or the same.
+ * PD_ERR_ARGUMENT: one of them is no unit, or their dimensions differ. */
 static pd_status pdi_fit_convert_low_bound(pd_ctx *ctx, const char *range, const char *unit, pd_fit_parameter *p)
 {
     double from, to;
@@ -25152,7 +25759,9 @@ static pd_status pdi_fit_convert_low_bound(pd_ctx *ctx, const char *range, const
     return PD_OK;
 }
 
-/* Parse "KEY=LOW..HIGH UNIT" into a parameter, with both bounds in the unit of the high one. PD_ERR_ARGUMENT. */
+/* Parse "KEY=LOW..HIGH UNIT" into a parameter, with both bounds in the unit of the high one. PD_ERR_ARGUMENT: no or too
+ * long a key, no number on either side of "..", too long a unit, bounds of different dimensions, low >= high, or bounds
+ * that are not finite. */
 static pd_status pdi_fit_parse_range(pd_ctx *ctx, const char *range, pd_fit_parameter *p)
 {
     const char *equal = strchr(range, '='), *dots = strstr(range, "..");
@@ -25173,7 +25782,8 @@ static pd_status pdi_fit_parse_range(pd_ctx *ctx, const char *range, pd_fit_para
     return pdi_fit_reject_range(ctx, range, "a finite low bound below the high one");
 }
 
-/* Parse all ranges. PD_ERR_ARGUMENT: too many, or a key twice. */
+/* Parse all ranges. PD_ERR_ARGUMENT: none or too many, one that cannot be read, or a key twice. fit->parameters is set
+ * only when all are read. */
 static pd_status pdi_fit_parse_ranges(pd_ctx *ctx, const pd_fit_desc *desc, pd_fit *fit)
 {
     if (desc->ranges < 1 || desc->ranges > PD_LEAST_SQUARES_PARAMETERS)
@@ -25218,7 +25828,8 @@ pd_status pd_fit_read_setup(pd_ctx *ctx, const pd_fit_desc *desc, const char *co
     return status;
 }
 
-/* Put the trial values of the parameters before the message of a failed run. Returns status. */
+/* Put the trial values of the parameters, and the lattice if it is a coarser one, before the message of a failed run.
+ * Returns status. */
 static pd_status pdi_fit_prefix_message(pdi_fit *f, pd_status status)
 {
     char message[PD_MESSAGE_SIZE], values[240] = "";
@@ -25233,7 +25844,7 @@ static pd_status pdi_fit_prefix_message(pdi_fit *f, pd_status status)
 }
 
 /* Run the setup without files, on the coarser lattice where factor > 1, into f->computed [SI], NaN where it does not
- * come. PD_ERR_STATE: stopped. */
+ * come. PD_ERR_STATE: stopped. Errors of pdi_coarsen_setup_build and pd_run. */
 static pd_status pdi_fit_run_model(pdi_fit *f, const pd_setup *setup)
 {
     pd_run_desc dry;
@@ -25253,7 +25864,8 @@ static pd_status pdi_fit_run_model(pdi_fit *f, const pd_setup *setup)
 }
 
 /* Residuals [points] [-] for parameter values: (computed - measured) times weight. Reads the scene anew, makes a run,
- * counts it, and keeps the residuals of the lowest sum of squares. The function of pd_least_squares_solve. */
+ * counts it, and keeps the residuals of the lowest sum of squares; a sum that is NaN is never the lowest. A run that
+ * fails, or is stopped, ends with its status and the values in the message. The function of pd_least_squares_solve. */
 static pd_status pdi_fit_compute_residuals(pd_ctx *ctx, void *user, const double *value, double *residual)
 {
     pdi_fit *f = (pdi_fit *)user;
@@ -25285,8 +25897,9 @@ static pd_status pdi_fit_compute_residuals(pd_ctx *ctx, void *user, const double
 
 /* ---- points ---- */
 
-/* Check that points in the run have positive standard deviations, all or, with a single set, none of the sets; *known:
- * 1: they have. PD_ERR_ARGUMENT. */
+/* Check the standard deviations; *known: 1: all sets have them. PD_ERR_ARGUMENT: that of a point in the run is not
+ * positive, or of several sets some or all have none. A single set needs none. Points outside the run are not
+ * checked. */
 static pd_status pdi_fit_check_std_devs(pd_ctx *ctx, const pd_setup *setup, int *known)
 {
     int with = 0;
@@ -25355,7 +25968,7 @@ static void pdi_fit_print(const pdi_fit *f, pd_print_kind kind, const char *text
     if (f->desc->print) f->desc->print(f->desc->print_user, kind, text);
 }
 
-/* Print an iteration: values and sum of squares. */
+/* Print an iteration: number of runs, values, and chi2 (the sum of squares) if points have a spread, else rms. */
 static void pdi_fit_print_iteration(void *user, const double *value, double sum, int evaluations)
 {
     pdi_fit *f = (pdi_fit *)user;
@@ -25402,8 +26015,9 @@ static pd_status pdi_fit_solve_on_grid(pdi_fit *f, const double *start)
 /* 1: the caller wants to stop. */
 static int pdi_fit_is_stopped(const pdi_fit *f) { return f->desc->stop && f->desc->stop(f->desc->stop_user); }
 
-/* Solve on the lattices at 4 h, 2 h and h, each from the result before. A coarser lattice that fails is left out, with
- * a note. Starts are geometric means of wide positive ranges, else midpoints. Returns the status of the last solve. */
+/* Solve on the lattices at 4 h, 2 h and h (or h alone), each from the result before. A coarser lattice that fails is
+ * left out, with a note; out of memory, a cancelled run and a wish to stop end the fit. The first start is sqrt(low
+ * high) of a range with low > 0 and high >= 10 low, else the midpoint. Returns the status of the last solve. */
 static pd_status pdi_fit_solve_coarse_to_fine(pdi_fit *f)
 {
     double start[PD_LEAST_SQUARES_PARAMETERS];
@@ -25439,7 +26053,9 @@ static pd_status pdi_fit_compute_rms(pdi_fit *f)
     return PD_OK;
 }
 
-/* Make the whole fit: ranges, points, lattices. fit->bad_input: 1: a failure before the first run that is not fatal. */
+/* Make the whole fit: ranges, points, lattices. The scene is read once at the low bounds to check it. fit->bad_input:
+ * 1: a failure before the first run that is not fatal. Returns the status of the last solve, PD_NOT_CONVERGED
+ * included. */
 static pd_status pdi_fit_run_inner(pdi_fit *f)
 {
     pd_setup *setup = NULL;
@@ -25525,8 +26141,8 @@ void pd_fit_format_result(const pd_fit *fit, char *text, size_t size)
 /* Number of blanks at the start of text. */
 static size_t pdi_parameter_sweep_count_blanks(const char *text) { return strspn(text, " \t"); }
 
-/* Length of the value at text, up to a comma outside of parentheses, without trailing blanks. *next: behind the comma,
- * or the end. */
+/* Length of the value at text, up to the first comma outside of round brackets, or the end, without trailing blanks.
+ * *next: behind the comma, or the end. */
 static size_t pdi_parameter_sweep_find_value_length(const char *text, const char **next)
 {
     size_t at = 0, length;
@@ -25570,8 +26186,9 @@ static pd_status pdi_parameter_sweep_reject_axis(pd_ctx *ctx, const char *axis, 
                    axis, why);
 }
 
-/* Number of values of an axis. unit [PD_PARAMETER_SWEEP_VALUE_BYTES]: the unit behind the last one when all are numbers
- * and none before has a unit; else "". */
+/* Number of values of an axis, at least 1, empty ones included. unit [PD_PARAMETER_SWEEP_VALUE_BYTES]: what stands
+ * behind the number of the last value, if every value begins with a number and all before the last are nothing else;
+ * otherwise, or if it is too long, "". */
 static int pdi_parameter_sweep_count_values(const char *values, char *unit)
 {
     int count = 0, plain = 1, more = 1;
@@ -25598,8 +26215,9 @@ static void pdi_parameter_sweep_append_text(char *text, const char *part, size_t
     text[used + length] = '\0';
 }
 
-/* Parse "key=value, value, ..." into an axis, whose text is allocated, with the unit of the last value behind all
- * numbers. */
+/* Parse "key=value, value, ..." into an axis, whose text is allocated (the caller frees it on failure, too), with the
+ * unit of the last value behind all numbers. PD_ERR_ARGUMENT: no key, an empty value, too long a key, unit or value, or
+ * more than PD_PARAMETER_SWEEP_MAX_RUNS values. */
 static pd_status pdi_parameter_sweep_parse_axis(pd_ctx *ctx, const char *text, pd_parameter_sweep_axis *axis)
 {
     char unit[PD_PARAMETER_SWEEP_VALUE_BYTES];
@@ -25659,7 +26277,9 @@ static pd_status pdi_parameter_sweep_read_scene(pd_ctx *ctx, const pd_parameter_
     return pd_scene_read(ctx, s->desc.scene, overrides, count, setup);
 }
 
-/* Parse all axes and count the runs. */
+/* Parse all axes and count the runs, the product of their numbers of values. PD_ERR_ARGUMENT: no or too many axes, too
+ * many overrides or runs, an axis that cannot be read, a key twice. s->axes counts the one in work, for the caller to
+ * free. */
 static pd_status pdi_parameter_sweep_parse_axes(pd_ctx *ctx, const pd_parameter_sweep_desc *desc, pd_parameter_sweep *s)
 {
     if (desc->axis_count < 1 || desc->axis_count > PD_PARAMETER_SWEEP_MAX_AXES ||
@@ -25698,8 +26318,9 @@ static pd_status pdi_parameter_sweep_format_paths(pd_ctx *ctx, const pd_paramete
     return pd_file_join(ctx, folder, PDI_PARAMETER_SWEEP_STATUS_FILE, result);
 }
 
-/* Read the scenes of all runs to check them, set name, folder and has_dissolution of the sweep, and remove results of
- * former sweeps. */
+/* Read the scenes of all runs to check them; the first error ends it, and nothing is removed then. Set name and, if the
+ * caller gives none, folder from the last one; has_dissolution if metal dissolves in any. Then delete the result files
+ * of former sweeps. */
 static pd_status pdi_parameter_sweep_check_scenes(pd_ctx *ctx, pd_parameter_sweep *s)
 {
     for (int index = 0; index < s->runs; index++) {
@@ -25810,8 +26431,8 @@ static size_t pdi_parameter_sweep_find_next_pair(const char **at)
     return 0;
 }
 
-/* Collect the keys of a result line as columns, in the order of first appearance. Long names, case, and more than fit
- * are left out. */
+/* Append the keys of a result line that are not yet columns, in the order of first appearance. The key case, keys of
+ * PDI_PARAMETER_SWEEP_NAME_BYTES or more, and those beyond the last column are left out. */
 static void pdi_parameter_sweep_find_names(const char *text, pdi_parameter_sweep_results *rows)
 {
     const char *at = text;
@@ -25827,8 +26448,9 @@ static void pdi_parameter_sweep_find_names(const char *text, pdi_parameter_sweep
     }
 }
 
-/* Read the result files of all runs into new memory of rows, count how they ended, and collect the columns. A file that
- * cannot be read counts as a run that was not begun. */
+/* Read the result files of all runs into new memory of rows, which the caller frees, count how they ended, and collect
+ * the columns from those that are done. A file that cannot be read counts as stopped; one that begins neither with done
+ * nor with stopped as failed. Out of memory is an error. */
 static pd_status pdi_parameter_sweep_read_results(pd_ctx *ctx, const pd_parameter_sweep *s,
                                                   pdi_parameter_sweep_results *rows, pd_parameter_sweep_count *count)
 {
@@ -25852,7 +26474,7 @@ static pd_status pdi_parameter_sweep_read_results(pd_ctx *ctx, const pd_paramete
     return PD_OK;
 }
 
-/* Write a CSV field, in quotes where it needs them. */
+/* Write a CSV field, in double quotes, with those inside doubled, if it has a comma, a double quote or #. */
 static pd_status pdi_parameter_sweep_write_csv_field(pd_ctx *ctx, pd_file *file, const char *text, size_t length)
 {
     if (!memchr(text, ',', length) && !memchr(text, '"', length) && !memchr(text, '#', length))
@@ -25865,8 +26487,8 @@ static pd_status pdi_parameter_sweep_write_csv_field(pd_ctx *ctx, pd_file *file,
     return pdi_file_write_text(ctx, file, "\"");
 }
 
-/* Value of key `name` in the result line of a run that is done, *length bytes at the returned place; *length 0: it has
- * none. */
+/* Value of key `name` in the result line of a run that is done, *length bytes at the returned place, not terminated.
+ * *length 0: the run is not done, or its line has no such key. */
 static const char *pdi_parameter_sweep_find_result_value(const char *text, const char *name, size_t *length)
 {
     const char *at = strchr(text, '\n');
@@ -25881,7 +26503,8 @@ static const char *pdi_parameter_sweep_find_result_value(const char *text, const
     return text;
 }
 
-/* Write the row of a run: values, how it ended, results, message. */
+/* Write the row of a run: its number, values without the common unit of their axis, how it ended, results (empty where
+ * it has none), and, unless it is done, its message. */
 static pd_status pdi_parameter_sweep_write_row(pd_ctx *ctx, const pd_parameter_sweep *s,
                                                const pdi_parameter_sweep_results *rows, int index, pd_file *file)
 {
@@ -25910,7 +26533,8 @@ static pd_status pdi_parameter_sweep_write_row(pd_ctx *ctx, const pd_parameter_s
     return pdi_file_write_text(ctx, file, "\n");
 }
 
-/* Write the header and all rows of the table. */
+/* Write the header and a row for each run. Columns of results have the prefix result_, since a swept key may have the
+ * name of a figure. */
 static pd_status pdi_parameter_sweep_write_lines(pd_ctx *ctx, const pd_parameter_sweep *s,
                                                  const pdi_parameter_sweep_results *rows, pd_file *file)
 {
@@ -25930,7 +26554,7 @@ static pd_status pdi_parameter_sweep_write_lines(pd_ctx *ctx, const pd_parameter
     return PD_OK;
 }
 
-/* Write sweep.csv. */
+/* Write sweep.csv through a temporary file; on failure a former one stays. */
 static pd_status pdi_parameter_sweep_write_table(pd_ctx *ctx, const pd_parameter_sweep *s,
                                                  const pdi_parameter_sweep_results *rows)
 {
@@ -25955,8 +26579,9 @@ typedef struct pdi_parameter_sweep_loss_curves {
     char label[PD_PLOT_MAX_SERIES][PD_PARAMETER_SWEEP_MAX_AXES * PD_PARAMETER_SWEEP_VALUE_BYTES];
 } pdi_parameter_sweep_loss_curves;
 
-/* Add the volume loss [%] of a run over time [h] to the plot, with its data in new memory; none for a run without a
- * table of 2 rows. */
+/* Append the volume loss [%] of a run over time [h] to the plot, with its data in new memory of c, which the caller
+ * frees. No curve, and PD_OK, where diagnostics.csv cannot be read or has fewer than two rows. Dashed in the second
+ * half of the series. */
 static pd_status pdi_parameter_sweep_add_curve(pd_ctx *ctx, const pd_parameter_sweep *s, int index,
                                                pdi_parameter_sweep_loss_curves *c)
 {
@@ -25995,7 +26620,8 @@ static pd_status pdi_parameter_sweep_add_curve(pd_ctx *ctx, const pd_parameter_s
     return PD_OK;
 }
 
-/* Draw the loss curves as sweep.png; with too many runs, evenly chosen ones. No file where no run has a curve. */
+/* Draw the loss curves as sweep.png; of more runs than a plot has series, evenly chosen ones with the first and the
+ * last. No file where no run has a curve. */
 static pd_status pdi_parameter_sweep_draw_curves(pd_ctx *ctx, const pd_parameter_sweep *s,
                                                  pdi_parameter_sweep_loss_curves *c)
 {
@@ -26013,7 +26639,7 @@ static pd_status pdi_parameter_sweep_draw_curves(pd_ctx *ctx, const pd_parameter
     return pd_plot_write(ctx, path, &c->plot);
 }
 
-/* Write sweep.png, if metal dissolves. */
+/* Write sweep.png; nothing if no metal dissolves in any run. */
 static pd_status pdi_parameter_sweep_write_plot(pd_ctx *ctx, const pd_parameter_sweep *s)
 {
     pdi_parameter_sweep_loss_curves *c = NULL;
@@ -26075,7 +26701,8 @@ typedef struct pdi_speciation_report_context {
 
 /* Print a formatted line. */
 PD_PRINTF_LIKE(3, 4)
-/* Prints a line, printf style, through the print callback of the caller. */
+/* Print a line, printf style, through the print callback of the caller, which must be set; what exceeds
+ * PDI_SPECIATION_REPORT_LINE_BYTES is cut off. */
 static void pdi_speciation_report_print(const pdi_speciation_report_context *w, pd_print_kind kind, const char *format,
                                         ...)
 {
@@ -26089,7 +26716,8 @@ static void pdi_speciation_report_print(const pdi_speciation_report_context *w, 
 
 /* ---- the equilibrium ---- */
 
-/* Print written and equilibrium concentrations c[count] [mol/m3] and log10 activities of the solutes. */
+/* Print written and equilibrium concentrations c[count] [mol/m3] and log10 activities of the solutes; solvent and
+ * minerals are skipped. */
 static void pdi_speciation_report_print_species(const pdi_speciation_report_context *w, const double *c,
                                                 const pd_electrolyte_state *s)
 {
@@ -26103,7 +26731,8 @@ static void pdi_speciation_report_print_species(const pdi_speciation_report_cont
     }
 }
 
-/* Print amounts [mol/m3] and saturation indices log10(IAP/K) of minerals; returns how many are supersaturated. */
+/* Print amounts [mol/m3] and saturation indices log10(IAP/K) of minerals; nothing without minerals. Returns how many
+ * have an index above 1e-9. */
 static int pdi_speciation_report_print_minerals(const pdi_speciation_report_context *w, const double *c,
                                                 const pd_electrolyte_state *s)
 {
@@ -26121,8 +26750,8 @@ static int pdi_speciation_report_print_minerals(const pdi_speciation_report_cont
     return above;
 }
 
-/* Print the totals [mol/m3] of elements before and after the equilibrium; returns the largest relative difference [-].
- */
+/* Print the totals [mol/m3] of elements before and after the equilibrium, of those with a positive one; returns the
+ * largest |out - in|/max(in, out) [-]. */
 static double pdi_speciation_report_print_elements(const pdi_speciation_report_context *w, const double *c)
 {
     double worst = 0.0;
@@ -26139,7 +26768,8 @@ static double pdi_speciation_report_print_elements(const pdi_speciation_report_c
     return worst;
 }
 
-/* Note each ion that was added for charge balance or a given pH. */
+/* Print a note for each species whose concentration was changed for charge balance or a given pH, by more than 1e-9 of
+ * the written one; the amount is signed. */
 static void pdi_speciation_report_print_charge_balance(const pdi_speciation_report_context *w)
 {
     const pd_electrolyte *e = &w->electrolyte;
@@ -26151,7 +26781,7 @@ static void pdi_speciation_report_print_charge_balance(const pdi_speciation_repo
     }
 }
 
-/* Note equilibrium constants without an enthalpy at other temperatures than 25 C. */
+/* Print one note with the equilibrium constants that have no enthalpy; nothing at 25 C. */
 static void pdi_speciation_report_print_missing_enthalpies(const pdi_speciation_report_context *w)
 {
     char list[400] = "";
@@ -26164,7 +26794,8 @@ static void pdi_speciation_report_print_missing_enthalpies(const pdi_speciation_
                                     "constants without an enthalpy, which do not follow the temperature: %s", list);
 }
 
-/* Solve the equilibrium of the inlet and print its pH where it differs from ph. */
+/* Solve the equilibrium of the inlet and print its pH where it differs from ph by more than 1e-9. Errors of
+ * pd_electrolyte_solve. */
 static pd_status pdi_speciation_report_print_inlet_ph(pd_ctx *ctx, const pdi_speciation_report_context *w, double ph)
 {
     pd_electrolyte_state s;
@@ -26175,7 +26806,8 @@ static pd_status pdi_speciation_report_print_inlet_ph(pd_ctx *ctx, const pdi_spe
     return PD_OK;
 }
 
-/* Solve the equilibrium and print pH, ionic strength, species, minerals, elements and the result line. */
+/* Solve the equilibrium and print pH, ionic strength, charge, species, minerals, elements and the result line, whose
+ * err_elements is the largest relative change of an element. Nothing is printed if it is not solved. */
 static pd_status pdi_speciation_report_print_equilibrium(pd_ctx *ctx, const pdi_speciation_report_context *w)
 {
     pd_electrolyte_state s;
@@ -26222,7 +26854,9 @@ static pd_status pdi_speciation_report_reject_titration(pd_ctx *ctx, const char 
                    text, PDI_SPECIATION_REPORT_MAX_ROWS);
 }
 
-/* Parse "REAGENT FROM..TO UNIT ROWS" into t, amounts in mol/m3. PD_ERR_PARSE. */
+/* Parse "REAGENT FROM..TO UNIT ROWS" into t, amounts in mol/m3. PD_ERR_PARSE: a part is missing, the unit is no
+ * concentration, rows are not 2 to 100000, an amount is not finite, or the text has 512 bytes or more. FROM may be
+ * above TO, and negative. Errors of pd_electrolyte_reagent. */
 static pd_status pdi_speciation_report_parse_titration(pd_ctx *ctx, const pd_electrolyte *e, const char *text,
                                                        pdi_speciation_report_titration *t)
 {
@@ -26257,7 +26891,8 @@ static pd_status pdi_speciation_report_parse_titration(pd_ctx *ctx, const pd_ele
     return pd_electrolyte_reagent(ctx, e, copy, t->reagent);
 }
 
-/* Print the header of the titration table. */
+/* Print the header of the titration table: added amount, pH, ionic strength, all species but the solvent, and the
+ * saturation index of each mineral. */
 static void pdi_speciation_report_print_header(const pdi_speciation_report_context *w)
 {
     char line[PDI_SPECIATION_REPORT_LINE_BYTES] = "added [mol/m3],pH [-],strength [mol/m3]";
@@ -26283,7 +26918,9 @@ static void pdi_speciation_report_print_row(const pdi_speciation_report_context 
     pdi_speciation_report_print(w, PD_PRINT_SUMMARY, "%s", line);
 }
 
-/* Solve and print all rows of a titration. PD_ERR_ARGUMENT: more of a species is taken than there is. */
+/* Solve and print all rows of a titration, evenly spaced in the added amount with both ends, each from the initial
+ * composition, and a result line with the first and last pH. PD_ERR_ARGUMENT: more of a species (not the solvent) is
+ * taken than there is; the rows before are printed. */
 static pd_status pdi_speciation_report_print_titration(pd_ctx *ctx, const pdi_speciation_report_context *w,
                                                        const pdi_speciation_report_titration *t)
 {
@@ -26308,7 +26945,7 @@ static pd_status pdi_speciation_report_print_titration(pd_ctx *ctx, const pdi_sp
 }
 
 /* Read the electrolyte and print its equilibrium or titration; *bad_input: 1: the file or the titration text is
- * refused, 0: solved or failed later. */
+ * refused, 0: solved, or not solved. */
 static pd_status pdi_speciation_report_execute(pd_ctx *ctx, pdi_speciation_report_context *w, int *bad_input)
 {
     pdi_speciation_report_titration t;

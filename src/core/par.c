@@ -299,9 +299,10 @@ PDI_FN double pdi_par_max_abs(const pd_ctx *ctx, int64_t n, const double *x)
             int64_t lo = (first + b) * PDI_PAR_BLOCK;
             partial[b] = pdi_par_block_max(x + lo, n - lo < PDI_PAR_BLOCK ? n - lo : PDI_PAR_BLOCK);
         }
-        for (int b = 0; b < batch; b++)
-            if (!(partial[b] <= largest)) largest = partial[b];
-        if (largest != largest) return largest;
+        for (int b = 0; b < batch; b++) {
+            if (partial[b] != partial[b]) return partial[b];
+            largest = partial[b] > largest ? partial[b] : largest;
+        }
     }
     return largest;
 }

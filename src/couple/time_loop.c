@@ -86,7 +86,8 @@ static pd_status pdi_time_loop_check_own_balances(pd_ctx *ctx, pd_time_loop *c)
     c->own_imbalance = 0.0;
     for (int n = 0; n < c->count; n++) {
         const pd_physics *p = &c->process[n];
-        if (p->imbalance) c->own_imbalance = pd_max(c->own_imbalance, p->imbalance(ctx, p->self));
+        double imbalance = p->imbalance ? p->imbalance(ctx, p->self) : 0.0;
+        if (!(imbalance <= c->own_imbalance)) c->own_imbalance = imbalance; /* which may be NaN */
         if (c->own_imbalance <= c->desc.ledger_tolerance) continue;
         return pd_fail(ctx, PD_ERR_BALANCE, "time_loop",
                        "at t = %g s the balances of %s miss by %.3g of what they have, "
@@ -342,7 +343,7 @@ pd_status pd_time_loop_run(pd_ctx *ctx, pd_time_loop *c, double t_end, double ev
                        t_end, every);
     if (!c->started) {
         PD_TRY(pd_time_loop_start(ctx, c));
-        if (observer && observer(user, c)) return PD_OK;
+        if (observer && observer(user, c)) return c->unsolved ? PD_NOT_CONVERGED : PD_OK;
     }
     pdi_physics_progress pace = {c->time, 0};
     int n = 0; /* the process whose steps the run makes */

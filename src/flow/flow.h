@@ -109,7 +109,8 @@ typedef struct pd_flow {
 PD_API pd_status pd_flow_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow_desc *desc,
                                pd_flow *flow);
 /* After pd_bonds_update: `changed` nodes have turned fluid. They get velocity 0 and the mean pressure of the fluid
- * nodes of their family that no closed cell blocks, other changed ones included (p_out without any). Boundary data are
+ * nodes of their family that no closed cell blocks: layer by layer from what was fluid before, in any order of
+ * `changed` (p_out without any). Boundary data are
  * evaluated again at flow->time, without acceleration of walls. Scales, derived fields and surface patches stay.
  * PD_ERR_ARGUMENT: a boundary value is not finite. */
 PD_API pd_status pd_flow_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_flow *flow);

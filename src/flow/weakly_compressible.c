@@ -183,11 +183,12 @@ pd_status pd_weakly_compressible_step(pd_ctx *ctx, pd_weakly_compressible *un, d
     pdi_par_copy(ctx, split, flow->u, un->start_state);
     pdi_par_copy(ctx, total, un->density, un->start_state + split);
     for (int stage = 0; stage < 3; stage++) {
-        PD_TRY(pdi_flow_set_time(ctx, flow, un->time + instant[stage] * dt, 0.5 * dt, NULL));
-        if (pdi_weakly_compressible_step_stage(ctx, un, old_share[stage], dt)) continue;
+        pd_status status = pdi_flow_set_time(ctx, flow, un->time + instant[stage] * dt, 0.5 * dt, NULL);
+        if (status == PD_OK && pdi_weakly_compressible_step_stage(ctx, un, old_share[stage], dt)) continue;
         pdi_par_copy(ctx, split, un->start_state, flow->u);
         pdi_par_copy(ctx, total, un->start_state + split, un->density);
         pdi_weakly_compressible_update_derived_fields(ctx, un);
+        if (status != PD_OK) return status;
         return pd_fail(ctx, PD_RETRY, "weakly_compressible",
                        "a density or velocity left its range in a step of %g s at t = %g s", dt, un->time);
     }

@@ -251,8 +251,8 @@ static double pdi_grid_find_next_fold(const pdi_grid_folded_line *line, double e
 {
     const pd_grid *grid = line->grid;
     for (int d = 0; d < PD_DIM; d++) {
-        double length = grid->hi[d] - grid->lo[d], step = fabs(length / line->xi[d]);
         if (!(fabs(line->xi[d]) > 0.0)) continue;
+        double length = grid->hi[d] - grid->lo[d], step = fabs(length / line->xi[d]);
         if (grid->side[2 * d] == PD_SIDE_WALL && grid->side[2 * d + 1] == PD_SIDE_WALL) continue;
         double first = (grid->lo[d] - line->x[d]) / line->xi[d];
         double t = first + step * (floor((line->from - first) / step) + 1.0);

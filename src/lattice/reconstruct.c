@@ -419,7 +419,9 @@ static pd_status pdi_reconstruct_reserve(pd_ctx *ctx, int32_t count, pd_quadrati
     rec->capacity = count + count / 4;
     rec->wide_capacity = bonds->stencil->reach > 1 ? rec->capacity : 0;
     rec->row_capacity = bonds->capacity;
-    return pdi_array_registry_build(ctx, pdi_reconstruct_list_arrays, rec);
+    pd_status status = pdi_array_registry_build(ctx, pdi_reconstruct_list_arrays, rec);
+    if (status < 0) rec->capacity = rec->wide_capacity = rec->row_capacity = 0;
+    return status;
 }
 PDI_COLD_END
 

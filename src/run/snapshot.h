@@ -5,7 +5,7 @@
  *       pd_field_view c;
  *       if (pd_snapshot_get_field(ctx, at, "C", &c) < 0) return 1;
  *       printf("%g s: %g\n", at->time, c.data[0]);
- *       return at->observables->volume_loss > 0.5;
+ *       return at->diagnostics->volume_loss > 0.5;
  *   }
  */
 #ifndef PD_SNAPSHOT_H

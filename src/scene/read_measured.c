@@ -82,7 +82,7 @@ static pd_status pdi_read_measured_values(const pdi_read_tables_state *s, pd_set
     PD_TRY(pdi_read_measured_check_dims(s, "standard_deviation", &dims, &r->dims));
     for (int k = 0; k < r->points; k++) {
         if (!(r->spread[k] >= 0.0) || !(r->spread[k] < HUGE_VAL))
-            return pdi_read_measured_fail_row(s, k, "spread", r->spread[k], "a finite spread of at least 0");
+            return pdi_read_measured_fail_row(s, k, "standard_deviation", r->spread[k], "a finite one of at least 0");
         r->spread[k] *= scale;
     }
     return PD_OK;

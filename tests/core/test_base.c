@@ -336,6 +336,18 @@ TEST(largest_magnitude)
         CHECK(isnan(pdi_par_max_abs(&ctx, 5, x)));
         x[k] = keep;
     }
+    enum { MANY = 300000 };
+    double *many = (double *)calloc(MANY, sizeof *many);
+    if (!CHECK(many != NULL)) return;
+    for (int threads = 1; threads <= 4; threads++) {
+        ctx.threads = threads;
+        for (int k = 7; k < MANY; k += 20011) {
+            many[k] = NAN;
+            CHECK(isnan(pdi_par_max_abs(&ctx, MANY, many)));
+            many[k] = 0.0;
+        }
+    }
+    free(many);
 }
 
 /* Neumaier's own example, and 0.1 added ten million times, whose exact sum is known. */

@@ -490,6 +490,54 @@ TEST(update_of_dissolved_nodes)
     flow_free(s);
 }
 
+/* Metal that dissolves at once takes the pressure of the fluid beside it, layer by layer, and none of what metal held;
+ * the order of the nodes changes no bit. */
+TEST(update_in_any_order)
+{
+    scene *s = &test_scene;
+    int32_t changed[4096], count = 0;
+    double *kept = NULL;
+    for (int order = 0; order < 3; order++) {
+        scene_start(s, 14, 11, 10);
+        s->grid_desc.side[0] = PD_SIDE_INLET;
+        s->grid_desc.side[1] = PD_SIDE_OUTLET;
+        s->shapes[0].type = PD_SHAPE_BOX;
+        for (int d = 0; d < PD_DIM; d++) {
+            s->shapes[0].a[d] = 3.0 * H;
+            s->shapes[0].b[d] = 7.0 * H;
+        }
+        s->grid_desc.solid = &s->shapes[0];
+        if (!flow_build(s, 2.0)) return;
+        count = 0;
+        for (int32_t node = 0; node < s->grid.total; node++) {
+            double x[PD_DIM];
+            pd_grid_position(&s->grid, node, x);
+            if (s->grid.kind[node] == PD_FLUID) s->flow.p[node] = 5.0 + x[0] / H;
+            if (s->grid.kind[node] == PD_SOLID) changed[count++] = node;
+        }
+        for (int32_t k = 0; k < count && order; k++) { /* backwards, and as cards are mixed */
+            int32_t other = order == 1 ? count - 1 - k : (k * 7 + 3) % count, keep = changed[k];
+            if (order == 1 && other <= k) break;
+            changed[k] = changed[other];
+            changed[other] = keep;
+        }
+        for (int32_t k = 0; k < count; k++) pdi_grid_set_fluid(&s->grid, changed[k]);
+        CHECK_OK(&s->ctx, pd_bonds_update(&s->ctx, changed, count, &s->bonds));
+        CHECK_OK(&s->ctx, pd_flow_update(&s->ctx, changed, count, &s->flow));
+        if (!kept) kept = (double *)calloc((size_t)s->grid.total, sizeof *kept);
+        if (!CHECK(kept != NULL)) return;
+        for (int32_t k = 0; k < count; k++) {
+            double p = s->flow.p[changed[k]];
+            CHECK(p >= 5.0 && p <= 5.0 + 14.0);
+            if (!order) kept[changed[k]] = p;
+            CHECK_NEAR(p, kept[changed[k]], 0.0);
+        }
+        flow_free(s);
+    }
+    CHECK(count >= 4);
+    free(kept);
+}
+
 TEST(memory_faults)
 {
     scene *s = &test_scene;
@@ -524,5 +572,5 @@ TEST(memory_faults)
 #endif
 
 TEST_MAIN(ENTRY(hydrostatics) OF_DIM ENTRY(sections_balance) ENTRY(linearisation) ENTRY(threads_change_no_bit)
-          ENTRY(surfaces_of_any_size) ENTRY(sides_as_surfaces) ENTRY(nearest_of_surfaces)
-          ENTRY(bad_input) ENTRY(update_of_dissolved_nodes) ENTRY(memory_faults))
+              ENTRY(surfaces_of_any_size) ENTRY(sides_as_surfaces) ENTRY(nearest_of_surfaces) ENTRY(bad_input)
+                  ENTRY(update_of_dissolved_nodes) ENTRY(update_in_any_order) ENTRY(memory_faults))

@@ -246,7 +246,7 @@ TEST(refusals)
     put_text("a.csv", "time [h],loss [%]\n2,5\n1,6\n");
     refused(SLAB_V "[measured a] file = a.csv\n", "a.csv:3: found 1, expected a time that is not before");
     put_text("a.csv", "time [h],loss [%],spread [%]\n1,5,1\n2,6,-1\n");
-    refused(SLAB_V "[measured a] file = a.csv\n", "a.csv:3: found -1, expected a finite spread of at least 0");
+    refused(SLAB_V "[measured a] file = a.csv\n", "a.csv:3: found -1, expected a finite one of at least 0");
     put_text("a.csv", "time [h],loss [%]\n1,nan\n");
     refused(SLAB_V "[measured a] file = a.csv\n", "expected a finite value");
     put_text("a.csv", "time [h]\n1\n");
