@@ -382,7 +382,7 @@ $$(BUILD)/check/pd$(1)d: drivers/scene.c $$(wildcard drivers/*.h) $$(AMALGAM) $$
 
 $$(BUILD)/check/%$(1)d: drivers/%.c $$(wildcard drivers/*.h) $$(CASES) $$(OBJECTS_$(1)) $$(BUILD)/flags
 	@mkdir -p $$(@D)
-	$$(building) $$(CC) $$(DEV_TEST) -DPD_DIM=$(1) -DPDCORR_LINKED -DPDI_SPLIT -I. $$< $$(OBJECTS_$(1)) -o $$@ $$(LIBS)
+	$$(building) $$(CC) $$(filter-out $$(WARN),$$(DEV_TEST)) -DPD_DIM=$(1) -DPDCORR_LINKED -DPDI_SPLIT -I. $$< $$(OBJECTS_$(1)) -o $$@ $$(LIBS)
 
 $$(BUILD)/check/libpdcorr$(1)d.so: $$(OBJECTS_$(1)) $$(BUILD)/flags
 	@mkdir -p $$(@D)

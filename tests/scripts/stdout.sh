@@ -27,7 +27,7 @@ lost() {
 for program in pd validate bench stability; do
     for k in 1 2 3; do lost "$program${k}d --help" "$programs/$program${k}d" --help; done
 done
-for program in validate bench stability; do lost "$program --list" "$build/${program}2d" --list; done
+for program in validate bench stability; do lost "$program --list" "$programs/${program}2d" --list; done
 lost "validate" "$programs/validate2d" patch --quick --quiet
 lost "a check" "$programs/pd2d" "$dir/slab.scene" --out "$dir/check" --check
 lost "a run" "$programs/pd2d" "$dir/slab.scene" --out "$dir/out" --quiet
