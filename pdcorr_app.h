@@ -136,7 +136,6 @@ PD_API pd_status pd_file_make_directory(pd_ctx *ctx, const char *path);
 /* Join a directory and a file name: path[PD_PATH_SIZE] = "directory/name", without a second separator where the
  * directory ends in one. An empty directory gives the name. PD_ERR_SIZE when it does not fit; path is empty then. */
 PD_API pd_status pd_file_join(pd_ctx *ctx, const char *directory, const char *name, char *path);
-
 #endif
 
 /* ======== >>io/archive_file.h ======== */
@@ -182,7 +181,6 @@ PD_API pd_status pd_archive_file_open(pd_ctx *ctx, const char *path, pd_archive_
  * reading: check that everything was read, else PD_ERR_ARGUMENT. PD_ERR_FILE. It is closed on failure, too; a temporary
  * file is deleted then. */
 PD_API pd_status pd_archive_file_close(pd_ctx *ctx, pd_archive_file *store);
-
 #endif
 
 /* ======== >>io/output_folder.h ======== */
@@ -212,7 +210,6 @@ typedef struct pd_output_folder {
     int lock_descriptor;    /* descriptor of the lock file */
     int removed_count;      /* number of deleted files of the previous run */
 } pd_output_folder;
-
 #endif
 
 /* ======== >>io/png.h ======== */
@@ -246,7 +243,6 @@ PD_API pd_status pd_png_write(pd_ctx *ctx, const char *path, const pd_image *ima
  * transparency. PD_ERR_FILE: not readable, or above 256 MiB; PD_ERR_PARSE: damaged, interlaced, 16 bits a channel, more
  * than PD_PNG_MAX_PIXELS. The image is zeroed on failure. */
 PD_API pd_status pd_png_read(pd_ctx *ctx, const char *path, pd_image *image);
-
 #endif
 
 /* ======== >>io/colour.h ======== */
@@ -262,7 +258,6 @@ typedef enum pd_colour_map {
     PD_COLOUR_MAP_GREY = 3,       /* dark to light grey */
     PD_COLOUR_MAP_VIRIDIS = 4     /* through the colours of the map of that name (van der Walt and Smith 2015) */
 } pd_colour_map;
-
 #endif
 
 /* ======== >>io/field_plot.h ======== */
@@ -326,7 +321,6 @@ PD_API pd_status pd_field_plot_draw_image(pd_ctx *ctx, const pd_field_plot *pict
 
 /* Draw and write as PNG, or as SVG where the path ends in ".svg". Also PD_ERR_FILE. */
 PD_API pd_status pd_field_plot_write(pd_ctx *ctx, const char *path, const pd_field_plot *picture);
-
 #endif
 
 /* ======== >>io/plot.h ======== */
@@ -375,7 +369,6 @@ PD_API pd_status pd_plot_draw_image(pd_ctx *ctx, const pd_plot *plot, pd_image *
 
 /* Draw and write as PNG, or as SVG where the path ends with ".svg". Also PD_ERR_FILE. */
 PD_API pd_status pd_plot_write(pd_ctx *ctx, const char *path, const pd_plot *plot);
-
 #endif
 
 /* ======== >>io/renderer.h ======== */
@@ -400,7 +393,6 @@ typedef struct pd_rendering {
     uint8_t *coverage;          /* [width * height] number of samples that the body covers */
     uint8_t *edge;              /* [width * height] number of samples on visible edges of the box */
 } pd_rendering;
-
 #endif
 
 /* ======== >>io/vti.h ======== */
@@ -451,7 +443,6 @@ typedef struct pd_pvd {
  * stays. */
 PD_API pd_status pd_vti_write(pd_ctx *ctx, const char *path, const pd_grid *grid, double time,
                               const pd_vti_field *fields, int count);
-
 #endif
 
 /* ======== >>io/csv.h ======== */
@@ -518,7 +509,6 @@ PD_API const char *pd_table_get_text(const pd_table *table, int row, int column)
 PD_API pd_status pd_table_parse_column(pd_ctx *ctx, const pd_table *table, const char *name, double *values);
 /* Free the table. A zeroed one is allowed. */
 PD_API void pd_table_free(pd_ctx *ctx, pd_table *table);
-
 #endif
 
 /* ======== >>io/points_file.h ======== */
@@ -542,7 +532,6 @@ PD_API void pd_table_free(pd_ctx *ctx, pd_table *table);
  * unreadable or too large. PD_ERR_PARSE with path:line: a format error, a point or cell without positive volume, a cell
  * that is folded or inverted, no point at all. */
 PD_API pd_status pd_points_read(pd_ctx *ctx, const char *path, double scale, pd_points *points);
-
 #endif
 
 /* ======== >>io/stl.h ======== */
@@ -557,7 +546,6 @@ PD_API pd_status pd_points_read(pd_ctx *ctx, const char *path, double scale, pd_
  * [m] (NULL: not). PD_ERR_ARGUMENT: scale is not positive, or not below 1e100. PD_ERR_FILE: also above 2 GiB.
  * PD_ERR_PARSE: no STL file (path:line), or one that is cut off. Else as pd_facets_build. */
 PD_API pd_status pd_facets_read(pd_ctx *ctx, const char *path, double scale, const double *shift, pd_facets *facets);
-
 #endif
 
 #if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_MODEL) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_POTENTIAL) && !defined(PDCORR_NO_PHYSICS)
@@ -573,7 +561,6 @@ PD_API pd_status pd_facets_read(pd_ctx *ctx, const char *path, double scale, con
 
 /* The table of all sections, in the order of the guide; *count: their number. */
 PD_API const pd_key_section *pd_key_sections(int *count);
-
 #endif
 
 /* ======== >>scene/renamed_keys.h ======== */
@@ -584,7 +571,6 @@ PD_API const pd_key_section *pd_key_sections(int *count);
 #define PD_RENAMED_KEYS_H
 
 #define PD_RENAMED_KEYS 48 /* most of them */
-
 #endif
 
 /* ======== >>scene/template.h ======== */
@@ -603,7 +589,6 @@ typedef struct pd_template {
 
 /* All templates of this dimension, by name; *count: their number. One whose name is NULL follows them. */
 PD_API const pd_template *pd_templates(int *count);
-
 #endif
 
 /* ======== >>scene/text.h ======== */
@@ -691,7 +676,6 @@ typedef struct pd_word_list {
     int count;
     char word[PD_TEXT_WORDS][PD_TEXT_WORD];
 } pd_word_list;
-
 #endif
 
 /* ======== >>scene/read_electrolyte.h ======== */
@@ -719,7 +703,6 @@ PD_API pd_status pd_electrolyte_read(pd_ctx *ctx, const char *path, const char *
  * included files are relative to the folder of `path`. */
 PD_API pd_status pd_electrolyte_parse(pd_ctx *ctx, const char *path, const char *text, const char *const *overrides,
                                       int count, pd_electrolyte *electrolyte);
-
 #endif
 
 /* ======== >>scene/scene.h ======== */
@@ -745,7 +728,6 @@ PD_API pd_status pd_scene_read(pd_ctx *ctx, const char *path, const char *const 
  * messages, and files that the scene names are relative to the folder of `path`. */
 PD_API pd_status pd_scene_parse(pd_ctx *ctx, const char *path, const char *text, const char *const *overrides,
                                 int count, pd_setup *setup);
-
 #endif
 
 /* ======== >>run/field_view.h ======== */
@@ -770,7 +752,6 @@ typedef struct pd_field_views {
     int64_t cells;                 /* of the box */
     double *field[PD_FIELD_COUNT]; /* [components][cells] [unit of the field] */
 } pd_field_views;
-
 #endif
 
 /* ======== >>run/pictures.h ======== */
@@ -818,7 +799,6 @@ typedef struct pd_output_pictures {
     pd_file frame_file;
     int64_t frame_file_bytes; /* [byte] of it when the checkpoint was made */
 } pd_output_pictures;
-
 #endif
 
 /* ======== >>run/output.h ======== */
@@ -852,7 +832,6 @@ typedef struct pd_output {
     int64_t rows, time_room, loss_room;
     int curve[2];             /* 1: volume_loss.png, .svg stands in the list of the folder */
 } pd_output;
-
 #endif
 
 /* ======== >>run/monitor.h ======== */
@@ -896,7 +875,6 @@ typedef struct pd_monitors {
     int error_line;                        /* line of the scene that an error is about */
     pd_monitor monitor[PD_SETUP_MONITORS]; /* setup->monitors of them */
 } pd_monitors;
-
 #endif
 
 /* ======== >>run/scalar_outputs.h ======== */
@@ -925,7 +903,6 @@ typedef struct pd_scalar_outputs {
 
 /* Free the list and zero figures. A zeroed one is allowed. */
 PD_API void pd_scalar_outputs_free(pd_ctx *ctx, pd_scalar_outputs *figures);
-
 #endif
 
 /* ======== >>run/snapshot.h ======== */
@@ -978,7 +955,6 @@ PD_API pd_status pd_snapshot_get_field(pd_ctx *ctx, const pd_snapshot *at, const
 /* All scalar outputs, with every field of the probes; the same list at each time of a run. Zero-initialise `figures`
  * once: it is filled anew at each call, and freed by pd_scalar_outputs_free. */
 PD_API pd_status pd_snapshot_get_outputs(pd_ctx *ctx, const pd_snapshot *at, pd_scalar_outputs *figures);
-
 #endif
 
 /* ======== >>run/compare_measured.h ======== */
@@ -1019,7 +995,6 @@ typedef struct pd_measured_error {
     double rms, max_difference; /* [unit of the column] */
     double max_difference_time; /* [s] time of the largest difference */
 } pd_measured_error;
-
 #endif
 
 /* ======== >>run/run.h ======== */
@@ -1112,7 +1087,6 @@ PD_API pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *d
  * times. Results that the run does not have, and those that are NaN or infinite, are left out. Bond-based corrosion has
  * front= in place of residual= and evals=. */
 PD_API void pd_run_format_result(const pd_run_result *result, char *text, size_t size);
-
 #endif
 
 /* ======== >>run/sim.h ======== */
@@ -1159,7 +1133,6 @@ PD_API void pd_sim_detach_view(pd_sim *sim, const pd_field_view *view);
 PD_API void pd_sim_free_view(pd_ctx *ctx, pd_field_view *view);
 /* Free views, model and setup and zero sim. A zeroed one is allowed. Views that were detached stay. */
 PD_API void pd_sim_close(pd_ctx *ctx, pd_sim *sim);
-
 #endif
 
 /* ======== >>run/coarsen_setup.h ======== */
@@ -1177,7 +1150,6 @@ typedef struct pd_coarsened_setup {
     pd_setup setup;                   /* borrows from the setup it was made of: never free it */
     double monitor_weight[PD_SETUP_MONITORS]; /* [-] weight of each monitor in the outputs of its section */
 } pd_coarsened_setup;
-
 #endif
 
 /* ======== >>run/richardson.h ======== */
@@ -1235,7 +1207,6 @@ PD_API void pd_richardson_print(const pd_richardson *estimate, pd_print_fn print
 PD_API void pd_richardson_suggest_spacing(const pd_richardson *estimate, double accuracy, double *h);
 /* Free the outputs of the estimate and zero it. A zeroed one is allowed. */
 PD_API void pd_richardson_free(pd_ctx *ctx, pd_richardson *estimate);
-
 #endif
 
 /* ======== >>run/tolerance_presets.h ======== */
@@ -1257,7 +1228,6 @@ PD_API void pd_richardson_free(pd_ctx *ctx, pd_richardson *estimate);
  * goes what was picked and what the scene keeps, as "accuracy 1 %: picked flow.steady_tolerance = 0.001; the scene sets
  * run.rtol = 0.004". */
 PD_API pd_status pd_tolerance_presets_apply(pd_ctx *ctx, double accuracy, pd_setup *setup, char *text, size_t size);
-
 #endif
 
 /* ======== >>run/fit.h ======== */
@@ -1330,7 +1300,6 @@ PD_API void pd_fit_format_result(const pd_fit *fit, char *text, size_t size);
  * is not touched then). Errors of pd_scene_read. */
 PD_API pd_status pd_fit_read_setup(pd_ctx *ctx, const pd_fit_desc *desc, const char *const *more, int count,
                                    pd_setup *setup);
-
 #endif
 
 /* ======== >>run/parameter_sweep.h ======== */
@@ -1413,7 +1382,6 @@ PD_API pd_status pd_parameter_sweep_write(pd_ctx *ctx, const pd_parameter_sweep 
                                           pd_parameter_sweep_count *count);
 /* Free the texts of the axes and zero the sweep; files stay. A zeroed one is allowed. */
 PD_API void pd_parameter_sweep_free(pd_ctx *ctx, pd_parameter_sweep *sweep);
-
 #endif
 
 /* ======== >>run/speciation_report.h ======== */
@@ -1438,7 +1406,6 @@ typedef struct pd_speciation_report_desc {
  * pd_electrolyte_read and pd_electrolyte_solve. PD_ERR_PARSE: the text of the reagent; PD_ERR_ARGUMENT: it takes more
  * than there is. *bad_input: 1: the file or the text is refused, and not for lack of memory. */
 PD_API pd_status pd_speciation_report_print(pd_ctx *ctx, const pd_speciation_report_desc *desc, int *bad_input);
-
 #endif
 #endif /* cut */
 

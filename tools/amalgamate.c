@@ -336,8 +336,9 @@ static void part_header(module *m)
             continue;
         }
         if (behind_directive(line, "endif")) depth--;
-        /* what stood apart from a part that is cut out needs one blank line, not two */
+        /* what stood apart from a part that is cut out needs one blank line, not two, and the end of the guard none */
         const char *end = visible.size > 1 ? visible.data + visible.size - 2 : "";
+        if (!depth && behind_directive(line, "endif") && strcmp(end, "\n\n") == 0) visible.data[--visible.size] = '\0';
         int again = !within && *line == '\n' && strcmp(end, "\n\n") == 0;
         if (!again) append(within ? &hidden : &visible, line, size);
         if (within) continue;

@@ -35,15 +35,8 @@ typedef struct pd_electrolyte_state {
     pd_speciation_result result;
 } pd_electrolyte_state;
 
-/* Makes the recipe c [mol/m3] electroneutral by the ion e.balance, and adds acid or base until its equilibrium has the
- * pH `ph` (NaN: any). c holds the recipe, not the equilibrium. PD_ERR_ARGUMENT: charges do not sum to 0 and there is no
- * such ion, or it would become negative; a pH without a counter ion, or one that cannot be reached. */
 #define pd_electrolyte_neutralise PD_NAME(pd_electrolyte_neutralise)
-/* Brings c [mol/m3] to equilibrium of all reactions that have a constant K, also those with rates. PD_ERR_ARGUMENT,
- * PD_ERR_DIVERGED: there is none, c is unchanged. */
 #define pd_electrolyte_solve PD_NAME(pd_electrolyte_solve)
-/* per [e.count]: species in one unit of a neutral reagent "Na+ + OH-". PD_ERR_PARSE: an unknown species, a net
- * charge. */
 #define pd_electrolyte_reagent PD_NAME(pd_electrolyte_reagent)
 #define pd_electrolyte_build_speciation PD_NAME(pd_electrolyte_build_speciation)
 #define pd_electrolyte_compute_element_total PD_NAME(pd_electrolyte_compute_element_total)

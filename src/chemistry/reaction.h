@@ -27,8 +27,6 @@ typedef struct pd_reaction {
 } pd_reaction;
 
 #define pd_reaction_read PD_NAME(pd_reaction_read)
-/* Rate [mol/m3/s] of a kinetic reaction by ideal mass action at concentrations c [mol/m3] of `count` species (eq.
- * 5b.3). A solid, the solvent and a gas count as 1. */
 #define pd_reaction_rate PD_NAME(pd_reaction_rate)
 
 /* Read a reaction among `count` species. PD_ERR_PARSE, in one message with the remedy: an unknown species or one on

@@ -29,9 +29,6 @@ typedef struct pd_speciation_result {
 } pd_speciation_result;
 
 #define pd_speciation_build PD_NAME(pd_speciation_build)
-/* Brings c [mol/m3], at least 0, to equilibrium by Newton's method with an active set of minerals (theory: 5b.3). A
- * species that no reaction makes of those with c > 0 stays 0. PD_ERR_ARGUMENT: c is negative or not finite.
- * PD_NOT_CONVERGED: no solution was found. c is unchanged then. */
 #define pd_speciation_solve PD_NAME(pd_speciation_solve)
 
 /* A system of `count` species and the reactions that are in equilibrium: kinetic ones are left out. temperature [K] is

@@ -6,15 +6,7 @@
 #define PD_FORCE_H
 #include "flow/flow.h"
 
-/* Force of the present flow on the surface of walls and solids between lo and hi [m]: force [PD_DIM] [N; 1D: N/m2, 2D:
- * N/m, axisymmetric: N along z, 0 across]. friction and pressure: its parts, NULL allowed. A constant pressure gives
- * itself times the area; friction takes the steady momentum balance at the surface. shape: PD_FORCE_ALL,
- * PD_FORCE_BOX_SIDES or an index in the shapes of the grid (walls, metal that has not dissolved). Pieces of a smooth
- * surface count for the nearest shape, faces of closed cells for every shape that contains the centre. */
 #define pd_force_surface PD_NAME(pd_force_surface)
-/* Force [PD_DIM] on everything inside the box of cells next to lo .. hi [m], from the momentum flux through its faces
- * in steady flow; the body force acts on the fluid inside. PD_ERR_GEOMETRY: a closed node or the edge of the lattice is
- * within two cells of a face. */
 #define pd_force_momentum_balance PD_NAME(pd_force_momentum_balance)
 
 #define PD_FORCE_ALL (-1) /* as shape: all surfaces */

@@ -57,10 +57,6 @@ typedef struct pd_gas {
     int64_t first_order_count; /* nodes that fell back to first order, summed over stages */
 } pd_gas;
 
-/* Allocates and sets the initial state. Grid and bonds are borrowed and must not change. Sides: periodic, mirror, slip
- * wall; outlets let waves leave (zero gradient); inlets keep the state of their ghosts (a far field, which waves leave
- * through, too; theory: eq. 4.24b). PD_ERR_ARGUMENT: gamma not above 1, cfl negative, an initial density or pressure
- * not positive and finite. */
 #define pd_gas_build PD_NAME(pd_gas_build)
 #define pd_gas_limit PD_NAME(pd_gas_limit)
 #define pd_gas_step PD_NAME(pd_gas_step)
