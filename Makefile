@@ -24,9 +24,15 @@ NATIVE += $(call probe,int main(void) { return 0; }\n,-mprefer-vector-width=512)
 ifneq ($(OPENMP),0)
 OMP := $(call probe,\043include <omp.h>\nint main(void) { return omp_get_max_threads() < 1; }\n,-fopenmp)
 endif
+# gcc reads the header on one core and optimises it on all of them, to an object like any other, in half of the time.
+# Without optimisation there is nothing to share out.
+TO_OBJECT = -flto=auto -r -flinker-output=nolto-rel
+PARTS := $(shell d=$$(mktemp -d) && echo 'int main(void) { return 0; }' > $$d/p.c && $(CC) -flto -c $$d/p.c -o $$d/p.o 2> $$d/log && \
+           $(CC) $(TO_OBJECT) $$d/p.o -o $$d/q.o 2> $$d/log && $(CC) $$d/q.o -o $$d/p 2> $$d/log && echo 1; rm -rf $$d)
 endif
 
 CFLAGS ?= -std=c99 -O3 $(NATIVE) -ffp-contract=off
+PARTS := $(if $(filter -O2 -O3,$(CFLAGS)),$(PARTS))
 # Tests run the split sources with the library's own assertions on. A test program itself needs no speed. Position
 # independent, since they are loaded as a shared library, of the Python package too.
 DEV = -std=c99 -O2 -fPIC -ffp-contract=off $(WARN) -DPD_DEBUG -DPDI_SPLIT $(OMP) $(EXTRA)
@@ -187,10 +193,10 @@ named = $(filter $(foreach t,$(T),$(foreach n,$t test_$t hard_$t $(patsubst test
         $(LOGS)/$n.log $(LOGS)/$n_1d.log $(LOGS)/$n_2d.log $(LOGS)/$n_3d.log)),$(ALL_LOGS))
 test: ## fast checks and tests of every module: minutes; ends with the sum; T=NAME: those of a module, room or script
 	$(if $(T),$(if $(named),,$(error T=$(T): tests/ has no test, room or script of that name)))
-	$(call run-logs,$(if $(T),$(named),$(FAST_LOGS)),PROGRAMS=$(BUILD)/check $(if $(filter $(SLOW_SCRIPT_LOGS),$(named)),ALL_DRIVERS=1))
+	$(call run-logs,$(if $(T),$(named),$(FAST_LOGS)),PROGRAMS=$(BUILD)/check FAST_SCRIPTS=$(if $(filter $(SLOW_SCRIPT_LOGS),$(named)),,1))
 
 test-ci: ## what CI runs: `make test` and the slow scripts, without the weekly ones
-	$(call run-logs,$(CI_LOGS),PROGRAMS=$(BUILD)/check ALL_DRIVERS=1,$(BUILD)/pd2d)
+	$(call run-logs,$(CI_LOGS),PROGRAMS=$(BUILD)/check,$(BUILD)/pd2d)
 
 test-all: ## all checks and tests, slow ones too
 	$(call run-logs,$(ALL_LOGS),PD_TEST_ALL=1)
@@ -402,7 +408,8 @@ $$(BUILD)/web/pdcorr$(1)d.wasm: drivers/web/web.c $$(AMALGAM)
 
 # The library of all programs. PDI_SPLIT: the reports measure internal functions, too.
 $$(BUILD)/pdcorr$(1)d.o: $$(AMALGAM) $$(BUILD)/flags
-	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -DPD_DIM=$(1) -DPDCORR_IMPLEMENTATION -DPDI_SPLIT -x c -c $$< -o $$@
+	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -DPD_DIM=$(1) -DPDCORR_IMPLEMENTATION -DPDI_SPLIT $$(if $$(PARTS),-flto) -x c -c $$< -o $$@
+	$$(if $$(PARTS),@$$(CC) $$(CFLAGS) $$(OMP) $$(TO_OBJECT) $$@ -o $$@.whole && mv $$@.whole $$@)
 
 # The library that is installed: its public functions alone have names outside of it.
 $$(BUILD)/lib/pdcorr$(1)d.o: $$(AMALGAM) $$(BUILD)/flags
@@ -462,17 +469,16 @@ $(METAMORPHIC_LOGS): $(LOGS)/%.log: $(BUILD)/% FORCE
 	@$(call log,$< --quick)
 
 # PROGRAMS: where shell tests find pd1d and its like. `make test` gives them programs linked to the objects of the
-# tests, which are built in a moment and have assertions.
-# ALL_DRIVERS: those of the reports, and what is linked without optimisation, too.
-PLAIN_OBJECTS = $(DIMS:%=$(BUILD)/plain/pdcorr%d.o)
-SCRIPT_PROGRAMS = $(if $(PROGRAMS),$(DIMS:%=$(PROGRAMS)/pd%d),$(DRIVERS) $(BUILD)/pdcorr2d.o) \
-                  $(if $(ALL_DRIVERS),$(DRIVERS:$(BUILD)/%=$(PROGRAMS)/%)) \
-                  $(if $(PROGRAMS),$(if $(ALL_DRIVERS),$(PLAIN_OBJECTS)),$(PLAIN_OBJECTS)) $(BUILD)/amalgamate $(BUILD)/lint
+# tests, which are built in a moment and have assertions. FAST_SCRIPTS=1: no slow script needs the programs of the
+# reports, nor the library without optimisation.
+PROGRAMS ?= $(BUILD)
+SCRIPT_PROGRAMS = $(DIMS:%=$(PROGRAMS)/pd%d) $(BUILD)/amalgamate $(BUILD)/lint \
+                  $(if $(FAST_SCRIPTS),,$(DRIVERS:$(BUILD)/%=$(PROGRAMS)/%) $(DIMS:%=$(BUILD)/plain/pdcorr%d.o))
 .PHONY: script-programs
 script-programs: $(SCRIPT_PROGRAMS) $(DIMS:%=$(BUILD)/check/libpdcorr%d.so)
 
 $(SCRIPT_LOGS): $(LOGS)/%.log: tests/scripts/%.sh $(AMALGAM) $(SCRIPT_PROGRAMS) FORCE
-	@$(call log,env CC='$(CC)' BUILD='$(BUILD)' OMP='$(OMP)' $(if $(PROGRAMS),PROGRAMS='$(PROGRAMS)') sh $<)
+	@$(call log,env CC='$(CC)' BUILD='$(BUILD)' OMP='$(OMP)' PROGRAMS='$(PROGRAMS)' sh $<)
 
 $(LOGS)/walk.log: $(BUILD)/check/libpdcorr2d.so
 $(LOGS)/python.log $(LOGS)/python_examples.log: $(DIMS:%=$(BUILD)/check/libpdcorr%d.so) $(wildcard drivers/python/*.py drivers/python/pdcorr/*.py)

@@ -807,16 +807,16 @@ pd_status pd_flow_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds,
 }
 PDI_COLD_END
 
-/* Mean kinematic pressure of the fluid nodes that node i has open bonds to, without those where it is NaN; NaN: there
- * are none. */
-static double pdi_flow_mean_pressure_beside(const pd_flow *flow, int32_t i)
+/* Average kinematic pressure of the fluid nodes that node i has open bonds to, without those where it is NaN; NaN:
+ * there are none. */
+static double pdi_flow_average_neighbour_pressure(const pd_flow *flow, int32_t i)
 {
     const pd_bonds *bonds = flow->bonds;
     double sum = 0.0;
     int found = 0;
     for (int k = 0; k < bonds->stencil->count; k++) {
         int32_t j = i + bonds->paths.shift[k];
-        if (flow->grid->kind[j] != PD_FLUID || flow->p[j] != flow->p[j] ||
+        if (flow->grid->kind[j] != PD_FLUID || isnan(flow->p[j]) ||
             pdi_bond_path_find_closed_group(&bonds->paths, i, k) >= 0)
             continue;
         sum += flow->p[j];
@@ -827,20 +827,21 @@ static double pdi_flow_mean_pressure_beside(const pd_flow *flow, int32_t i)
 
 pd_status pd_flow_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_flow *flow)
 {
-    double *mean = flow->u; /* at changed nodes: the pressure to be, until all of their layer have one */
+    double *average = flow->u; /* at nodes without a pressure, until all of their layer have one */
     for (int32_t c = 0; c < count; c++) flow->p[changed[c]] = NAN;
     for (int32_t found = count; found;) { /* layer by layer from what was fluid before */
+        for (int32_t c = 0; c < count; c++)
+            if (isnan(flow->p[changed[c]])) average[changed[c]] = pdi_flow_average_neighbour_pressure(flow, changed[c]);
         found = 0;
-        for (int32_t c = 0; c < count; c++) mean[changed[c]] = pdi_flow_mean_pressure_beside(flow, changed[c]);
         for (int32_t c = 0; c < count; c++) {
-            double *p = flow->p + changed[c];
-            int fixed = !(*p != *p) || mean[changed[c]] != mean[changed[c]];
-            found += !fixed;
-            if (!fixed) *p = mean[changed[c]];
+            int32_t i = changed[c];
+            if (!isnan(flow->p[i]) || isnan(average[i])) continue;
+            flow->p[i] = average[i];
+            found++;
         }
     }
     for (int32_t c = 0; c < count; c++) {
-        if (flow->p[changed[c]] != flow->p[changed[c]]) flow->p[changed[c]] = flow->p_out;
+        if (isnan(flow->p[changed[c]])) flow->p[changed[c]] = flow->p_out;
         for (int d = 0; d < PD_DIM; d++) flow->u[(int64_t)d * flow->grid->total + changed[c]] = 0.0;
     }
     double walls;

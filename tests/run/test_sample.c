@@ -484,16 +484,11 @@ TEST(what_no_datum_gives)
 #if PD_DIM == 1
 #define MORE
 #elif PD_DIM == 2
-#define MORE \
-    ENTRY(between_plates) \
-    ENTRY(beside_a_ball) \
-    ENTRY(pressure_on_walls) ENTRY(bent_pressure_on_walls) ENTRY(mirrored_pressure) ENTRY(dissolving_metal) \
-        ENTRY(tube) ENTRY(what_no_datum_gives)
+#define MORE ENTRY(between_plates) ENTRY(beside_a_ball) ENTRY(pressure_on_walls) \
+    ENTRY(bent_pressure_on_walls) ENTRY(mirrored_pressure) ENTRY(dissolving_metal) ENTRY(tube) \
+    ENTRY(what_no_datum_gives)
 #else
-#define MORE \
-    ENTRY(between_plates) \
-    ENTRY(beside_a_ball) \
-    ENTRY(pressure_on_walls) ENTRY(bent_pressure_on_walls) ENTRY(mirrored_pressure) ENTRY(dissolving_metal) \
-        ENTRY(what_no_datum_gives)
+#define MORE ENTRY(between_plates) ENTRY(beside_a_ball) ENTRY(pressure_on_walls) \
+    ENTRY(bent_pressure_on_walls) ENTRY(mirrored_pressure) ENTRY(dissolving_metal) ENTRY(what_no_datum_gives)
 #endif
 TEST_MAIN(ENTRY(concentration_at_walls) ENTRY(concentration_in_layers) ENTRY(probe_in_a_wall) MORE)

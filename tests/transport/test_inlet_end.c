@@ -245,21 +245,28 @@ static double patch_held(void *user, const double *x)
     return 1.0;
 }
 
+/* A box of 16 x 8 cells, periodic along x, with a patch on a side from `from` [cells] on. */
+static scene *patch_scene(int side, double from)
+{
+    scene *s = &test_scene;
+    scene_box(s, 1.0, 1.0, 16, 8, 3);
+    s->grid_desc.side[0] = s->grid_desc.side[1] = PD_SIDE_PERIODIC;
+    s->grid_desc.side[side] = PD_SIDE_INLET;
+    s->grid_desc.is_inlet = patch_enters;
+    s->with = WITH_TRANSPORT;
+    s->transport_desc.diffusivity = 1.0;
+    s->transport_desc.tolerance = 1e-13;
+    s->transport_desc.held = patch_held;
+    patch_start = from;
+    return s;
+}
+
 /* A patch that holds 0 has the same field wherever it lies on a periodic side, across the border, too. */
 TEST(patch_across_a_border)
 {
     double *kept = NULL, far = 0.0;
     for (int shift = 0; shift < 16; shift++) {
-        scene *s = &test_scene;
-        scene_box(s, 1.0, 1.0, 16, 8, 3);
-        s->grid_desc.side[0] = s->grid_desc.side[1] = PD_SIDE_PERIODIC;
-        s->grid_desc.side[2] = PD_SIDE_INLET;
-        s->grid_desc.is_inlet = patch_enters;
-        s->with = WITH_TRANSPORT;
-        s->transport_desc.diffusivity = 1.0;
-        s->transport_desc.tolerance = 1e-13;
-        s->transport_desc.held = patch_held;
-        patch_start = shift + 0.2;
+        scene *s = patch_scene(2, shift + 0.2);
         if (!scene_build(s) || !CHECK_OK(&s->ctx, pd_transport_steady(&s->ctx, &s->transport, &s->result))) return;
         if (!shift) kept = (double *)calloc((size_t)s->grid.total, sizeof *kept);
         if (!CHECK(kept != NULL)) return;
@@ -282,18 +289,9 @@ TEST(on_either_side)
 {
     double *kept = NULL, far = 0.0, largest = 0.0;
     for (int upper = 0; upper < 2; upper++) {
-        scene *s = &test_scene;
-        scene_box(s, 1.0, 1.0, 16, 8, 3);
-        s->grid_desc.side[0] = s->grid_desc.side[1] = PD_SIDE_PERIODIC;
-        s->grid_desc.side[2 + upper] = PD_SIDE_INLET;
+        scene *s = patch_scene(2 + upper, 3.2);
         s->grid_desc.side[3 - upper] = PD_SIDE_WALL;
         for (int d = 2; d < PD_DIM; d++) s->grid_desc.side[2 * d] = s->grid_desc.side[2 * d + 1] = PD_SIDE_MIRROR;
-        s->grid_desc.is_inlet = patch_enters;
-        s->with = WITH_TRANSPORT;
-        s->transport_desc.diffusivity = 1.0;
-        s->transport_desc.tolerance = 1e-13;
-        s->transport_desc.held = patch_held;
-        patch_start = 3.2;
         if (!scene_build(s) || !CHECK_OK(&s->ctx, pd_transport_implicit(&s->ctx, &s->transport, 4.0, &s->result)))
             return;
         if (!upper) kept = (double *)calloc((size_t)s->grid.total, sizeof *kept);
