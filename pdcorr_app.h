@@ -81,10 +81,13 @@
  *     checkpoint stores the state of a model in an archive, or loads it into a model built from the same setup.
  *     field_view output fields by name as arrays over the cells of the box, for programs that access a model while it
  *     surface_view 3D rendering of the metal surface for pictures.
+ *     picture_frame what a picture shows at one output time: values and paint of the cells of the drawn plane, or the
  *     pictures   pictures of fields and of the metal surface at output times, with one colour range and one size for
  *     output     the files of a run: fields, pictures, diagnostics, probes, the curve of the volume loss.
  *     stall_note note on a run that has made no step for long: which solver is active, at what time, and its present
- *     monitor    scalar outputs of a run over time (planes, forces, mass transfer, totals, electrodes, ...), profiles and
+ *     monitor_outputs scalar outputs of a monitor now: of a plane, the force on bodies, a mass transfer, a box, the
+ *     monitor_profile tables and plots of values along a line, and of a mass transfer along its axis.
+ *     monitor    monitors of a run: their outputs in one table each, a row a step, and their profiles at output times.
  *     monitor_report result lines of all monitors at the end of a run, and notes on outputs that are doubtful (too few
  *     scalar_outputs all scalar outputs of a run in one list: volume loss, values of monitors (planes, forces, transfers,
  *     snapshot   snapshot of a run for the observer callback: time, step, losses, fields by name, scalar outputs.
@@ -754,18 +757,14 @@ typedef struct pd_field_views {
 } pd_field_views;
 #endif
 
-/* ======== >>run/pictures.h ======== */
-/* pictures: pictures of fields and of the metal surface at output times, with one colour range and one size for
- * all frames of a field.
- *
- * A frame is drawn at once, with the range of the frames so far. Its data are stored in a file, PD_FRAMES_FILE. At the
- * end frames whose range has grown since are drawn again, and films are made. That file is not needed where all ranges
- * are given and there is no film.
+/* ======== >>run/picture_frame.h ======== */
+/* picture_frame: what a picture shows at one output time: values and paint of the cells of the drawn plane, or the
+ * rendered surface; displacements, bonds and velocities; the range of all frames of a field so far. Frames are written
+ * to a file and read back.
  */
-#ifndef PD_PICTURES_H
-#define PD_PICTURES_H
+#ifndef PD_PICTURE_FRAME_H
+#define PD_PICTURE_FRAME_H
 
-#define PD_FRAMES_FILE "pictures.bin"
 #define PD_PICTURES_SURFACE PD_FIELD_COUNT /* in place of a field: the surface of the metal */
 #define PD_PICTURES_COUNT (PD_FIELD_COUNT + 1)
 
@@ -782,23 +781,37 @@ typedef struct pd_output_pictures {
     int right, up, mirrored_rows; /* axes of the drawn plane; rows below the axis of an axisymmetric scene */
     int nx, ny;
     int64_t cells;
-    double *cell;            /* [cells] [unit of the field] */
-    uint8_t *paint;          /* [cells] pd_paint */
+    double *cell;   /* [cells] [unit of the field] */
+    uint8_t *paint; /* [cells] pd_paint */
     /* [2][cells] [m] displacements as they are drawn, NaN: none; NULL: nothing is moved */
     double *displacement;
-    uint8_t *bonded;         /* [cells] bit k: the cell and its neighbour k hold together */
-    double *velocity;        /* [2][cells] [m/s] along right and up, NaN: nothing flows; NULL: none is drawn */
-    double *sorted;          /* [unit of the field] values of a frame, for percentiles; NULL: all of them count */
+    uint8_t *bonded;           /* [cells] bit k: the cell and its neighbour k hold together */
+    double *velocity;          /* [2][cells] [m/s] along right and up, NaN: nothing flows; NULL: none is drawn */
+    double *sorted;            /* [unit of the field] values of a frame, for percentiles; NULL: all of them count */
     pd_rendering surface_view; /* the surface of the metal, in 3D */
     pd_picture_range view[PD_PICTURES_COUNT];
-    int64_t frames;          /* so far */
-    int64_t last;            /* number of the last frame */
-    int updates_latest;      /* 1: the last picture of each field is there under a name of its own, too */
-    pd_fields latest;        /* those of which a picture stands in the list of the folder */
-    int stores_frames;       /* 1: frames are kept, in: */
+    int64_t frames;     /* so far */
+    int64_t last;       /* number of the last frame */
+    int updates_latest; /* 1: the last picture of each field is there under a name of its own, too */
+    pd_fields latest;   /* those of which a picture stands in the list of the folder */
+    int stores_frames;  /* 1: frames are kept, in: */
     pd_file frame_file;
     int64_t frame_file_bytes; /* [byte] of it when the checkpoint was made */
 } pd_output_pictures;
+#endif
+
+/* ======== >>run/pictures.h ======== */
+/* pictures: pictures of fields and of the metal surface at output times, with one colour range and one size for
+ * all frames of a field.
+ *
+ * A frame is drawn at once, with the range of the frames so far. Its data are stored in a file, PD_FRAMES_FILE. At the
+ * end frames whose range has grown since are drawn again, and films are made. That file is not needed where all ranges
+ * are given and there is no film.
+ */
+#ifndef PD_PICTURES_H
+#define PD_PICTURES_H
+
+#define PD_FRAMES_FILE "pictures.bin"
 #endif
 
 /* ======== >>run/output.h ======== */
@@ -834,18 +847,15 @@ typedef struct pd_output {
 } pd_output;
 #endif
 
-/* ======== >>run/monitor.h ======== */
-/* monitor: scalar outputs of a run over time (planes, forces, mass transfer, totals, electrodes, ...), profiles and
- * plots.
+/* ======== >>run/monitor_outputs.h ======== */
+/* monitor_outputs: scalar outputs of a monitor now: of a plane, the force on bodies, a mass transfer, a box, the
+ * mechanics of the metal, a crack tip, an electrode, a surface state, a mechanical boundary condition.
  *
- * plane_up.csv, force_pin.csv, transfer_pin.csv, total_all.csv     one row a step line_centre_000012_t6.1s.csv,
- * line_centre_C_000012_t6.1s.png     at output times, as are the local values of a transfer
- *
- * Names of columns hold their units, "flow [m2/s]". Sherwood number: Sh = flux L / (area (C_surface - C_fluid) D); with
- * the bulk concentration, area (C_surface - C_fluid) is summed over the layers.
+ * Sherwood number: Sh = flux L / (area (C_surface - C_fluid) D); with the bulk concentration, area (C_surface -
+ * C_fluid) is summed over the layers.
  */
-#ifndef PD_MONITOR_H
-#define PD_MONITOR_H
+#ifndef PD_MONITOR_OUTPUTS_H
+#define PD_MONITOR_OUTPUTS_H
 
 #define PD_MONITOR_MAX_OUTPUTS 80 /* largest number of outputs of a monitor: of boxes, all species and balances */
 #define PD_MONITOR_MAX_OUTPUTS_NO_SPECIES 24 /* the same without species */
@@ -860,14 +870,25 @@ typedef struct pd_monitor_output {
 typedef struct pd_monitor {
     const pd_setup_monitor *desc;
     pd_csv table;
-    int count;              /* number of outputs */
-    int capacity;           /* capacity of figure[] */
-    pd_monitor_output *output; /* [room] */
-    int64_t flow_solves;       /* force: number of flow solves at the last update */
-    int columns, rows;      /* of the profile */
-    double *profile;        /* [rows][columns] [unit of the column] */
+    int count;                   /* number of outputs */
+    int capacity;                /* capacity of output[] */
+    pd_monitor_output *output;   /* [capacity] */
+    int64_t flow_solves;         /* force: number of flow solves at the last update */
+    int columns, rows;           /* of the profile */
+    double *profile;             /* [rows][columns] [unit of the column] */
     double *flux, *area, *fluid; /* [rows] [mol/s] [m^(d-1)] [mol/m3] transfer: of the layers */
 } pd_monitor;
+#endif
+
+/* ======== >>run/monitor.h ======== */
+/* monitor: monitors of a run: their outputs in one table each, a row a step, and their profiles at output times.
+ *
+ * plane_up.csv, force_pin.csv, transfer_pin.csv, total_all.csv
+ *
+ * Names of columns hold their units, "flow [m2/s]".
+ */
+#ifndef PD_MONITOR_H
+#define PD_MONITOR_H
 
 typedef struct pd_monitors {
     pd_model *model;
@@ -3111,6 +3132,46 @@ PDI_FN pd_status pdi_surface_view_draw(pd_ctx *ctx, const pd_model *model, pd_re
 
 #endif
 
+/* ======== >>run/picture_frame.h, internal ======== */
+/* 1: the metal is drawn at its displaced place in pictures of this field: the field has values in the metal, and
+ * displacements are drawn. */
+PDI_FN int pdi_picture_frame_is_deformed(const pd_output_pictures *im, pd_field field);
+/* 1: the scene asks for pictures of this field, or of the surface. */
+PDI_FN int pdi_picture_frame_is_drawn(const pd_output_pictures *im, pd_field field);
+/* The field that gives the colours; PD_FIELD_COUNT: none does. */
+PDI_FN pd_field pdi_picture_frame_get_colour_field(const pd_output_pictures *im, pd_field field);
+/* Name of the field in file names, such as "C". */
+PDI_FN const char *pdi_picture_frame_get_field_name(const pd_output_pictures *im, pd_field field);
+/* 1: streamlines or velocity vectors are drawn over the field. */
+PDI_FN int pdi_picture_frame_has_flow_overlay(const pd_output_pictures *im, pd_field field);
+/* 1: its colour scale is logarithmic. */
+PDI_FN int pdi_picture_frame_is_log_scale(const pd_output_pictures *im, pd_field field);
+/* Fill displacement [2][cells] [m] with the displacements of the metal along right and up times the scale of the setup,
+ * NaN elsewhere, and bonded. */
+PDI_FN void pdi_picture_frame_compute_displacements(pd_output_pictures *im);
+/* 1: a cell and its neighbour are bonded and drawn as one piece. Callback of pdi_deformed_plot. */
+PDI_FN int pdi_picture_frame_are_bonded(const void *user, int cell, int other);
+/* Fill velocity[2][cells] [m/s] with the components along right and up in the drawn plane, the latter reversed in
+ * mirrored rows; NaN outside the fluid. */
+PDI_FN void pdi_picture_frame_compute_velocities(pd_output_pictures *im);
+/* Fill cell[cells] with the values of a field, rounded to float, and paint[cells]. */
+PDI_FN void pdi_picture_frame_compute_cells(pd_output_pictures *im, pd_field field);
+/* 1: the colour range is known from the start: given (low < high), 0 to 1 of a fraction that is not drawn
+ * logarithmically, that of kind or phase, or no field gives colours. */
+PDI_FN int pdi_picture_frame_is_range_fixed(const pd_setup *setup, pd_field field);
+/* Extend im->view of the field by this frame: the extent of deformed metal (described by warp) if it is drawn deformed,
+ * the largest speed with streamlines or vectors, and the colour range unless it is fixed. */
+PDI_FN pd_status pdi_picture_frame_update_range(pd_ctx *ctx, pd_output_pictures *im, pd_field field,
+                                                const pdi_deformed_plot *warp);
+/* Largest number of values that are sorted for percentiles. */
+PDI_FN int64_t pdi_picture_frame_count_max_values(const pd_output_pictures *im);
+/* Write or read the data of a frame that follow its header: values and paint, or the rendered surface; displacements
+ * and bonds if it is deformed; velocities with streamlines or vectors; a newline at the end. */
+PDI_FN pd_status pdi_picture_frame_store(pd_ctx *ctx, pd_output_pictures *im, pd_field field, pd_file *file,
+                                         int reading);
+/* [byte] Length of the data of a frame, without header. */
+PDI_FN int64_t pdi_picture_frame_count_bytes(const pd_output_pictures *im, pd_field field);
+
 /* ======== >>run/pictures.h, internal ======== */
 /* Colour map by how the values of a field lie: labels for categories, diverging where they have both signs, else
  * sequential. */
@@ -3177,6 +3238,35 @@ PDI_FN void pdi_stall_note_format(const pd_time_loop *couple, double waited, con
 
 #endif
 
+/* ======== >>run/monitor_outputs.h, internal ======== */
+/* Replace the outputs of a monitor by those of now. A line has none; a force keeps its outputs until the next flow
+ * solve; a mechanical boundary condition has its reaction force by axes. Errors of force, crack and reaction force; the
+ * outputs are incomplete then. */
+PDI_FN pd_status pdi_monitor_outputs_compute(pd_ctx *ctx, pd_model *model, pd_monitor *m);
+/* State of an electrode now (potential, currents, charge), from the potential solver or, with migrating ions, from the
+ * species solver. */
+PDI_FN void pdi_monitor_outputs_get_electrode(const pd_model *model, int electrode, pd_cell_electrode *e);
+/* Unit of areas: "m2" in 3D and with axisymmetry, "m" in 2D, "-" in 1D. */
+PDI_FN const char *pdi_monitor_outputs_get_area_unit(const pd_setup *setup);
+
+/* ======== >>run/monitor_profile.h ======== */
+/* monitor_profile: tables and plots of values along a line, and of a mass transfer along its axis.
+ *
+ * line_centre_000012_t6.1s.csv, line_centre_C_000012_t6.1s.png     at output times
+ */
+#ifndef PD_MONITOR_PROFILE_H
+#define PD_MONITOR_PROFILE_H
+
+#ifdef PDI_APP_INTERNAL
+/* Fill the profile of a line or mass transfer, write it as a table, and plot it: each image field of a line; of a
+ * transfer Sh with a reference length, else the flux density. A line samples the fields now; a transfer uses m->flux,
+ * m->area and m->fluid of the last step. */
+PDI_FN pd_status pdi_monitor_profile_write(pd_ctx *ctx, pd_model *model, pd_output_folder *folder, pd_monitor *m,
+                                           int frame);
+#endif
+
+#endif
+
 /* ======== >>run/monitor.h, internal ======== */
 /* Zero monitors, build all of the setup and compute their outputs once; model is borrowed. On failure all are freed,
  * and error_line says where the scene asks for what failed. PD_ERR_GEOMETRY: a probe deep in a wall, a box around a
@@ -3197,9 +3287,6 @@ PDI_FN pd_status pdi_monitors_step(pd_ctx *ctx, pd_monitors *monitors);
 /* Write profiles and plots of lines, and of transfers along an axis, at output time number `frame`, after
  * pdi_monitors_step. Monitors of fewer than two rows are skipped: a transfer without axis or with one layer. */
 PDI_FN pd_status pdi_monitors_write_frame(pd_ctx *ctx, pd_monitors *monitors, int frame);
-/* State of an electrode now (potential, currents, charge), from the potential solver or, with migrating ions, from the
- * species solver. */
-PDI_FN void pdi_monitor_get_electrode(const pd_model *model, int electrode, pd_cell_electrode *e);
 /* Close all tables; those not open are allowed. PD_ERR_FILE: rows could not be written; the tables behind stay open
  * until pdi_monitors_free. */
 PDI_FN pd_status pdi_monitors_close(pd_ctx *ctx, pd_monitors *monitors);
@@ -21595,68 +21682,52 @@ PDI_FN pd_status pdi_surface_view_draw(pd_ctx *ctx, const pd_model *m, pd_render
     return status;
 }
 
-/* ======== >>run/pictures.c ======== */
-/* pictures: see pictures.h */
+/* ======== >>run/picture_frame.c ======== */
+/* picture_frame: see picture_frame.h */
 #include <float.h>
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#define PDI_PICTURES_MAX_FILE_BYTES 1073741824u /* [byte] largest picture file that is copied */
-#define PDI_PICTURES_FLOAT_CHUNK 1024           /* floats that are converted at a time */
-#define PDI_PICTURES_FRAME_MS 100               /* [ms] between frames of a film */
+#define PDI_PICTURE_FRAME_FLOAT_CHUNK 1024 /* floats that are converted at a time */
 
-/* Header of a frame in the file of frames. */
-typedef struct pdi_pictures_frame_header {
-    double field, frame, time; /* [-], [-], [s] */
-    pd_picture_range view;     /* with which it was drawn */
-} pdi_pictures_frame_header;
-
-/* 1: the metal is drawn at its displaced place in pictures of this field: the field has values in the metal, and
- * displacements are drawn. */
-static int pdi_pictures_is_deformed(const pd_output_pictures *im, pd_field field)
+PDI_FN int pdi_picture_frame_is_deformed(const pd_output_pictures *im, pd_field field)
 {
     return im->displacement && field < PD_FIELD_COUNT && pd_fields_is_in_metal(im->model->setup, field);
 }
 
-/* 1: the scene asks for pictures of this field, or of the surface. */
-static int pdi_pictures_is_drawn(const pd_output_pictures *im, pd_field field)
+PDI_FN int pdi_picture_frame_is_drawn(const pd_output_pictures *im, pd_field field)
 {
     if (field == PD_PICTURES_SURFACE) return pdi_surface_view_is_requested(im->model->setup);
     return (int)(im->model->setup->images >> field & 1u);
 }
 
-/* The field that gives the colours; PD_FIELD_COUNT: none does. */
-static pd_field pdi_pictures_get_colour_field(const pd_output_pictures *im, pd_field field)
+PDI_FN pd_field pdi_picture_frame_get_colour_field(const pd_output_pictures *im, pd_field field)
 {
     return field == PD_PICTURES_SURFACE ? pdi_surface_view_get_colour_field(im->model->setup) : field;
 }
 
-/* Name of the field in file names, such as "C". */
-static const char *pdi_pictures_get_field_name(const pd_output_pictures *im, pd_field field)
+PDI_FN const char *pdi_picture_frame_get_field_name(const pd_output_pictures *im, pd_field field)
 {
     return field == PD_PICTURES_SURFACE ? "surface" : pd_fields_get_name(im->model->setup, field);
 }
 
-/* 1: streamlines or velocity vectors are drawn over the field. */
-static int pdi_pictures_has_flow_overlay(const pd_output_pictures *im, pd_field field)
+PDI_FN int pdi_picture_frame_has_flow_overlay(const pd_output_pictures *im, pd_field field)
 {
     const pd_setup_image_options *drawing = &im->model->setup->drawing;
     return field < PD_FIELD_COUNT && (drawing->streamlines[field] || drawing->vectors[field]);
 }
 
-/* 1: its colour scale is logarithmic. */
-static int pdi_pictures_is_log_scale(const pd_output_pictures *im, pd_field field)
+PDI_FN int pdi_picture_frame_is_log_scale(const pd_output_pictures *im, pd_field field)
 {
-    pd_field of = pdi_pictures_get_colour_field(im, field);
+    pd_field of = pdi_picture_frame_get_colour_field(im, field);
     return of < PD_FIELD_COUNT && (int)(im->model->setup->drawing.log >> of & 1u);
 }
 
 /* How the cell of a node is painted. A field of all cells: by its value. Else walls and inactive nodes as wall; solid
  * by the value of a field of the metal, else as solid; fluid by the value, but blank where the value is undefined (just
  * converted) or the field is of the metal alone. */
-static pd_paint pdi_pictures_get_cell_kind(const pd_model *m, pd_field field, int32_t node)
+static pd_paint pdi_picture_frame_get_cell_kind(const pd_model *m, pd_field field, int32_t node)
 {
     uint8_t kind = m->grid.kind[node];
     int solid = pd_fields_is_in_metal(m->setup, field);
@@ -21669,7 +21740,7 @@ static pd_paint pdi_pictures_get_cell_kind(const pd_model *m, pd_field field, in
 
 /* Node that a cell of the drawn plane shows. In 3D the plane is the layer of cells that holds slice_at, within the box;
  * with mirrored rows those below the axis show the node above it. */
-static int32_t pdi_pictures_get_node(const pd_output_pictures *im, int64_t cell)
+static int32_t pdi_picture_frame_get_node(const pd_output_pictures *im, int64_t cell)
 {
     const pd_model *m = im->model;
     int row = (int)(cell / im->nx), i[PD_DIM];
@@ -21684,7 +21755,7 @@ static int32_t pdi_pictures_get_node(const pd_output_pictures *im, int64_t cell)
 
 /* Round to float, as the file of frames stores it, so that a frame drawn again is the same. Larger values become
  * +-FLT_MAX; NaN stays. */
-static double pdi_pictures_round_to_float(double value)
+static double pdi_picture_frame_round_to_float(double value)
 {
     if (value > (double)FLT_MAX) return (double)FLT_MAX;
     if (value < -(double)FLT_MAX) return -(double)FLT_MAX;
@@ -21693,112 +21764,105 @@ static double pdi_pictures_round_to_float(double value)
 
 /* 1: an unbroken bond joins the metal of two cells; 0: it is broken, or there is none. Both cells must be points of the
  * body. */
-static int pdi_pictures_has_bond(const pd_output_pictures *im, int64_t cell, int64_t other)
+static int pdi_picture_frame_has_bond(const pd_output_pictures *im, int64_t cell, int64_t other)
 {
     const pd_solid_coupling *s = &im->model->solid;
-    int32_t i = s->point[pdi_pictures_get_node(im, cell)], j = s->point[pdi_pictures_get_node(im, other)];
+    int32_t i = s->point[pdi_picture_frame_get_node(im, cell)], j = s->point[pdi_picture_frame_get_node(im, other)];
     for (pd_bond_iterator f = pd_body_bonds_begin(&s->body, i); pd_body_bonds_next(&f);)
         if (f.neighbour == j) return !pd_body_bond_is_broken(&f);
     return 0;
 }
 
 /* Offsets (column, row) of the four neighbours to the right and above. */
-static const int pdi_pictures_neighbour_offset[4][2] = {{1, 0}, {0, 1}, {1, 1}, {-1, 1}};
+static const int pdi_picture_frame_neighbour_offset[4][2] = {{1, 0}, {0, 1}, {1, 1}, {-1, 1}};
 
 /* Set bonded[cells]: bit k: the metal of the cell has an unbroken bond to that of neighbour k (right, above, both
  * diagonals above), so that cracks open in deformed pictures. Cells without displacement have none. In an intact body
  * all neighbours count. */
-static void pdi_pictures_mark_bonded_neighbours(pd_output_pictures *im)
+static void pdi_picture_frame_mark_bonded_neighbours(pd_output_pictures *im)
 {
     int whole = pd_body_is_intact(&im->model->solid.body);
     for (int64_t k = 0; k < im->cells; k++) {
         int x = (int)(k % im->nx), y = (int)(k / im->nx);
         im->bonded[k] = 0;
         for (int b = 0; b < 4; b++) {
-            int column = x + pdi_pictures_neighbour_offset[b][0], row = y + pdi_pictures_neighbour_offset[b][1];
+            int column = x + pdi_picture_frame_neighbour_offset[b][0],
+                row = y + pdi_picture_frame_neighbour_offset[b][1];
             int64_t other = (int64_t)row * im->nx + column;
             if (column < 0 || column >= im->nx || row >= im->ny || isnan(im->displacement[k]) ||
                 isnan(im->displacement[other]))
                 continue;
-            if (whole || pdi_pictures_has_bond(im, k, other)) im->bonded[k] |= (uint8_t)(1 << b);
+            if (whole || pdi_picture_frame_has_bond(im, k, other)) im->bonded[k] |= (uint8_t)(1 << b);
         }
     }
 }
 
-/* Fill displacement [2][cells] [m] with the displacements of the metal along right and up times the scale of the setup,
- * NaN elsewhere, and bonded. */
-static void pdi_pictures_compute_displacements(pd_output_pictures *im)
+PDI_FN void pdi_picture_frame_compute_displacements(pd_output_pictures *im)
 {
     const pd_model *m = im->model;
     for (int64_t k = 0; k < im->cells; k++) {
-        int32_t node = pdi_pictures_get_node(im, k), point = m->solid.point[node];
+        int32_t node = pdi_picture_frame_get_node(im, k), point = m->solid.point[node];
         const double *u = pd_solid_coupling_displacements(&m->solid) + (int64_t)(point < 0 ? 0 : point) * PD_DIM;
         int metal = point >= 0 && m->grid.kind[node] == PD_SOLID;
         im->displacement[k] =
-            metal ? pdi_pictures_round_to_float(m->setup->displacement_scale * u[im->right]) : (double)NAN;
+            metal ? pdi_picture_frame_round_to_float(m->setup->displacement_scale * u[im->right]) : (double)NAN;
         im->displacement[im->cells + k] =
-            metal ? pdi_pictures_round_to_float(m->setup->displacement_scale * u[im->up]) : (double)NAN;
+            metal ? pdi_picture_frame_round_to_float(m->setup->displacement_scale * u[im->up]) : (double)NAN;
     }
-    pdi_pictures_mark_bonded_neighbours(im);
+    pdi_picture_frame_mark_bonded_neighbours(im);
 }
 
-/* 1: a cell and its neighbour are bonded and drawn as one piece. Callback of pdi_deformed_plot. */
-static int pdi_pictures_are_bonded(const void *user, int cell, int other)
+PDI_FN int pdi_picture_frame_are_bonded(const void *user, int cell, int other)
 {
     const pd_output_pictures *im = (const pd_output_pictures *)user;
     int low = cell < other ? cell : other, high = cell < other ? other : cell;
     int x = high % im->nx - low % im->nx, y = high / im->nx - low / im->nx;
     for (int b = 0; b < 4; b++)
-        if (pdi_pictures_neighbour_offset[b][0] == x && pdi_pictures_neighbour_offset[b][1] == y)
+        if (pdi_picture_frame_neighbour_offset[b][0] == x && pdi_picture_frame_neighbour_offset[b][1] == y)
             return im->bonded[low] >> b & 1;
     return 0;
 }
 
-/* Fill velocity[2][cells] [m/s] with the components along right and up in the drawn plane, the latter reversed in
- * mirrored rows; NaN outside the fluid. */
-static void pdi_pictures_compute_velocities(pd_output_pictures *im)
+PDI_FN void pdi_picture_frame_compute_velocities(pd_output_pictures *im)
 {
     const pd_model *m = im->model;
     const double *right = pd_model_velocity(m) + (int64_t)im->right * m->grid.total;
     const double *up = pd_model_velocity(m) + (int64_t)im->up * m->grid.total;
     for (int64_t k = 0; k < im->cells; k++) {
-        int32_t node = pdi_pictures_get_node(im, k);
+        int32_t node = pdi_picture_frame_get_node(im, k);
         int fluid = m->grid.kind[node] == PD_FLUID, mirrored = k / im->nx < im->mirrored_rows;
-        im->velocity[k] = fluid ? pdi_pictures_round_to_float(right[node]) : (double)NAN;
+        im->velocity[k] = fluid ? pdi_picture_frame_round_to_float(right[node]) : (double)NAN;
         im->velocity[im->cells + k] =
-            fluid ? pdi_pictures_round_to_float(mirrored ? -up[node] : up[node]) : (double)NAN;
+            fluid ? pdi_picture_frame_round_to_float(mirrored ? -up[node] : up[node]) : (double)NAN;
     }
 }
 
-/* Fill cell[cells] with the values of a field, rounded to float, and paint[cells]. */
-static void pdi_pictures_compute_cells(pd_output_pictures *im, pd_field field)
+PDI_FN void pdi_picture_frame_compute_cells(pd_output_pictures *im, pd_field field)
 {
     int32_t node = 0, step = im->model->grid.stride[im->right];
     for (int64_t k = 0; k < im->cells; k++, node += step) {
-        if (k % im->nx == 0) node = pdi_pictures_get_node(im, k);
-        im->cell[k] = pdi_pictures_round_to_float(pd_sample_get_node(im->model, field, node));
-        im->paint[k] = (uint8_t)pdi_pictures_get_cell_kind(im->model, field, node);
+        if (k % im->nx == 0) node = pdi_picture_frame_get_node(im, k);
+        im->cell[k] = pdi_picture_frame_round_to_float(pd_sample_get_node(im->model, field, node));
+        im->paint[k] = (uint8_t)pdi_picture_frame_get_cell_kind(im->model, field, node);
     }
 }
 
-/* ---- what frames have in common ---- */
-
 /* Comparison of two doubles for qsort. */
-static int pdi_pictures_compare_doubles(const void *a, const void *b)
+static int pdi_picture_frame_compare_doubles(const void *a, const void *b)
 {
     double x = *(const double *)a, y = *(const double *)b;
     return (x > y) - (x < y);
 }
 
 /* Value at fractional rank `at`, 0 to count - 1, of sorted[count], linear between two: a percentile. */
-static double pdi_pictures_interpolate_sorted(const double *sorted, int64_t count, double at)
+static double pdi_picture_frame_interpolate_sorted(const double *sorted, int64_t count, double at)
 {
     int64_t below = (int64_t)pd_min(floor(at), (double)count - 1.0), above = below + 1 < count ? below + 1 : below;
     return sorted[below] + (at - (double)below) * (sorted[above] - sorted[below]);
 }
 
 /* Number of values of a frame: cells, or pixels of the rendered surface. */
-static int64_t pdi_pictures_count_values(const pd_output_pictures *im, pd_field field)
+static int64_t pdi_picture_frame_count_values(const pd_output_pictures *im, pd_field field)
 {
     return field == PD_PICTURES_SURFACE ? (int64_t)im->surface_view.width * im->surface_view.height : im->cells;
 }
@@ -21806,16 +21870,16 @@ static int64_t pdi_pictures_count_values(const pd_output_pictures *im, pd_field 
 /* Smallest and largest value of this frame that is painted by the field, without NaN and (log) values <= 0. With
  * im->sorted, which is work, the bounds of the central fraction drawing.percentile of them. *lo > *hi: there are
  * none. */
-static void pdi_pictures_find_range(pd_output_pictures *im, pd_field field, double *lo, double *hi)
+static void pdi_picture_frame_find_range(pd_output_pictures *im, pd_field field, double *lo, double *hi)
 {
-    int64_t count = 0, values = pdi_pictures_count_values(im, field);
+    int64_t count = 0, values = pdi_picture_frame_count_values(im, field);
     int surface = field == PD_PICTURES_SURFACE;
     *lo = HUGE_VAL;
     *hi = -HUGE_VAL;
     for (int64_t k = 0; k < values; k++) {
         double value = surface ? (double)im->surface_view.value[k] : im->cell[k];
         if (!surface && im->paint[k] != PD_PAINT_FIELD) continue;
-        if (isnan(value) || (pdi_pictures_is_log_scale(im, field) && !(value > 0.0))) continue;
+        if (isnan(value) || (pdi_picture_frame_is_log_scale(im, field) && !(value > 0.0))) continue;
         if (value < *lo) *lo = value;
         if (value > *hi) *hi = value;
         if (im->sorted) im->sorted[count] = value;
@@ -21823,14 +21887,12 @@ static void pdi_pictures_find_range(pd_output_pictures *im, pd_field field, doub
     }
     if (!im->sorted || count == 0) return;
     double cut = 0.5 * (1.0 - im->model->setup->drawing.percentile) * (double)(count - 1);
-    qsort(im->sorted, (size_t)count, sizeof *im->sorted, pdi_pictures_compare_doubles);
-    *lo = pdi_pictures_interpolate_sorted(im->sorted, count, cut);
-    *hi = pdi_pictures_interpolate_sorted(im->sorted, count, (double)(count - 1) - cut);
+    qsort(im->sorted, (size_t)count, sizeof *im->sorted, pdi_picture_frame_compare_doubles);
+    *lo = pdi_picture_frame_interpolate_sorted(im->sorted, count, cut);
+    *hi = pdi_picture_frame_interpolate_sorted(im->sorted, count, (double)(count - 1) - cut);
 }
 
-/* 1: the colour range is known from the start: given (low < high), 0 to 1 of a fraction that is not drawn
- * logarithmically, that of kind or phase, or no field gives colours. */
-static int pdi_pictures_is_range_fixed(const pd_setup *setup, pd_field field)
+PDI_FN int pdi_picture_frame_is_range_fixed(const pd_setup *setup, pd_field field)
 {
     if (field == PD_FIELD_COUNT) return 1; /* nothing gives it colours */
     const double *range = setup->drawing.range[field];
@@ -21839,25 +21901,108 @@ static int pdi_pictures_is_range_fixed(const pd_setup *setup, pd_field field)
            field == PD_FIELD_PHASE;
 }
 
-/* Extend im->view of the field by this frame: the extent of deformed metal (described by warp) if it is drawn deformed,
- * the largest speed with streamlines or vectors, and the colour range unless it is fixed. */
-static pd_status pdi_pictures_update_range(pd_ctx *ctx, pd_output_pictures *im, pd_field field,
-                                           const pdi_deformed_plot *warp)
+PDI_FN pd_status pdi_picture_frame_update_range(pd_ctx *ctx, pd_output_pictures *im, pd_field field,
+                                                const pdi_deformed_plot *warp)
 {
     pd_picture_range *view = &im->view[field];
     double lo, hi;
-    if (pdi_pictures_is_deformed(im, field))
+    if (pdi_picture_frame_is_deformed(im, field))
         PD_TRY(pdi_deformed_plot_extend_range(ctx, warp, view->extent_min, view->extent_max));
-    for (int64_t k = 0; pdi_pictures_has_flow_overlay(im, field) && k < im->cells; k++)
+    for (int64_t k = 0; pdi_picture_frame_has_flow_overlay(im, field) && k < im->cells; k++)
         view->max_speed = pd_max(view->max_speed, pdi_canvas_hypot(im->velocity[k], im->velocity[im->cells + k]));
-    if (pdi_pictures_is_range_fixed(im->model->setup, pdi_pictures_get_colour_field(im, field))) return PD_OK;
-    pdi_pictures_find_range(im, field, &lo, &hi);
+    if (pdi_picture_frame_is_range_fixed(im->model->setup, pdi_picture_frame_get_colour_field(im, field))) return PD_OK;
+    pdi_picture_frame_find_range(im, field, &lo, &hi);
     view->min = pd_min(view->min, lo);
     view->max = pd_max(view->max, hi);
     return PD_OK;
 }
 
-/* ---- pictures ---- */
+PDI_FN int64_t pdi_picture_frame_count_max_values(const pd_output_pictures *im)
+{
+    int64_t pixels = pdi_picture_frame_count_values(im, PD_PICTURES_SURFACE);
+    return pixels > im->cells ? pixels : im->cells;
+}
+
+/* Write numbers to the file as floats, or read them (reading: 1). PD_ERR_FILE: it ends early. */
+static pd_status pdi_picture_frame_store_floats(pd_ctx *ctx, pd_file *file, int reading, double *values, int64_t count)
+{
+    float piece[PDI_PICTURE_FRAME_FLOAT_CHUNK];
+    size_t got;
+    for (int64_t at = 0; at < count; at += PDI_PICTURE_FRAME_FLOAT_CHUNK) {
+        size_t n = (size_t)(count - at < PDI_PICTURE_FRAME_FLOAT_CHUNK ? count - at : PDI_PICTURE_FRAME_FLOAT_CHUNK);
+        if (reading) {
+            PD_TRY(pdi_file_read_bytes(ctx, file, piece, n * sizeof *piece, &got));
+            if (got != n * sizeof *piece) return pd_fail(ctx, PD_ERR_FILE, "images", "'%s' ends early", file->path);
+            for (size_t k = 0; k < n; k++) values[(size_t)at + k] = (double)piece[k];
+        } else {
+            for (size_t k = 0; k < n; k++) piece[k] = (float)values[(size_t)at + k];
+            PD_TRY(pdi_file_write(ctx, file, piece, n * sizeof *piece));
+        }
+    }
+    return PD_OK;
+}
+
+/* Write bytes to the file, or read them. PD_ERR_FILE: it ends early. */
+static pd_status pdi_picture_frame_store_bytes(pd_ctx *ctx, pd_file *file, int reading, void *data, size_t size)
+{
+    size_t got;
+    if (!reading) return pdi_file_write(ctx, file, data, size);
+    PD_TRY(pdi_file_read_bytes(ctx, file, data, size, &got));
+    return got == size ? PD_OK : pd_fail(ctx, PD_ERR_FILE, "images", "'%s' ends early", file->path);
+}
+
+/* Write or read the pixels of the rendered surface. */
+static pd_status pdi_picture_frame_store_surface(pd_ctx *ctx, pd_output_pictures *im, pd_file *file, int reading)
+{
+    size_t pixels = (size_t)im->surface_view.width * (size_t)im->surface_view.height;
+    PD_TRY(pdi_picture_frame_store_bytes(ctx, file, reading, im->surface_view.value,
+                                         pixels * sizeof *im->surface_view.value));
+    PD_TRY(pdi_picture_frame_store_bytes(ctx, file, reading, im->surface_view.brightness, pixels));
+    PD_TRY(pdi_picture_frame_store_bytes(ctx, file, reading, im->surface_view.coverage, pixels));
+    return pdi_picture_frame_store_bytes(ctx, file, reading, im->surface_view.edge, pixels);
+}
+
+PDI_FN pd_status pdi_picture_frame_store(pd_ctx *ctx, pd_output_pictures *im, pd_field field, pd_file *file,
+                                         int reading)
+{
+    char end = '\n';
+    if (field == PD_PICTURES_SURFACE) PD_TRY(pdi_picture_frame_store_surface(ctx, im, file, reading));
+    else {
+        PD_TRY(pdi_picture_frame_store_floats(ctx, file, reading, im->cell, im->cells));
+        PD_TRY(pdi_picture_frame_store_bytes(ctx, file, reading, im->paint, (size_t)im->cells));
+    }
+    if (pdi_picture_frame_is_deformed(im, field)) {
+        PD_TRY(pdi_picture_frame_store_floats(ctx, file, reading, im->displacement, 2 * im->cells));
+        PD_TRY(pdi_picture_frame_store_bytes(ctx, file, reading, im->bonded, (size_t)im->cells));
+    }
+    if (pdi_picture_frame_has_flow_overlay(im, field))
+        PD_TRY(pdi_picture_frame_store_floats(ctx, file, reading, im->velocity, 2 * im->cells));
+    return pdi_picture_frame_store_bytes(ctx, file, reading, &end, 1);
+}
+
+PDI_FN int64_t pdi_picture_frame_count_bytes(const pd_output_pictures *im, pd_field field)
+{
+    if (field == PD_PICTURES_SURFACE) return 7 * (int64_t)im->surface_view.width * im->surface_view.height + 1;
+    int overlay = pdi_picture_frame_has_flow_overlay(im, field) ? 8 : 0;
+    return im->cells * ((pdi_picture_frame_is_deformed(im, field) ? 14 : 5) + overlay) + 1;
+}
+
+#undef PDI_PICTURE_FRAME_FLOAT_CHUNK
+
+/* ======== >>run/pictures.c ======== */
+/* pictures: see pictures.h */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#define PDI_PICTURES_MAX_FILE_BYTES 1073741824u /* [byte] largest picture file that is copied */
+#define PDI_PICTURES_FRAME_MS 100               /* [ms] between frames of a film */
+
+/* Header of a frame in the file of frames. */
+typedef struct pdi_pictures_frame_header {
+    double field, frame, time; /* [-], [-], [s] */
+    pd_picture_range view;     /* with which it was drawn */
+} pdi_pictures_frame_header;
 
 /* Buffers of labels. */
 typedef struct pdi_pictures_labels {
@@ -21887,7 +22032,7 @@ static const char *pdi_pictures_format_title(const pd_output_pictures *im, pd_fi
                  PD_UNITS_TEXT, pdi_unit_label_format_value(value, place));
     }
     size_t used = strlen(text->title);
-    if (pdi_pictures_is_deformed(im, field))
+    if (pdi_picture_frame_is_deformed(im, field))
         snprintf(text->title + used, sizeof text->title - used, ", displacements \xC3\x97 %g", u->displacement_scale);
     return text->title;
 }
@@ -21914,13 +22059,13 @@ static void pdi_pictures_get_range(const pd_output_pictures *im, pd_field field,
                                    double *hi)
 {
     const pd_setup *u = im->model->setup;
-    pd_field of = pdi_pictures_get_colour_field(im, field);
+    pd_field of = pdi_picture_frame_get_colour_field(im, field);
     *lo = of < PD_FIELD_COUNT ? u->drawing.range[of][0] : 0.0;
     *hi = of < PD_FIELD_COUNT ? u->drawing.range[of][1] : 0.0;
     if (*lo < *hi) return;
-    *lo = pdi_pictures_is_range_fixed(u, of) ? 0.0 : im->view[field].min;
-    *hi = pdi_pictures_is_range_fixed(u, of) ? 1.0 : im->view[field].max;
-    pdi_field_plot_adjust_range(map, pdi_pictures_is_log_scale(im, field), lo, hi);
+    *lo = pdi_picture_frame_is_range_fixed(u, of) ? 0.0 : im->view[field].min;
+    *hi = pdi_picture_frame_is_range_fixed(u, of) ? 1.0 : im->view[field].max;
+    pdi_field_plot_adjust_range(map, pdi_picture_frame_is_log_scale(im, field), lo, hi);
 }
 
 /* Add streamlines or vectors to the picture; nothing where the field has none. side_closed: left, right, lower, upper
@@ -21928,7 +22073,7 @@ static void pdi_pictures_get_range(const pd_output_pictures *im, pd_field field,
 static void pdi_pictures_set_flow_overlay(const pd_output_pictures *im, pd_field field, pd_field_plot *picture)
 {
     const pd_grid *grid = &im->model->grid;
-    if (!pdi_pictures_has_flow_overlay(im, field)) return;
+    if (!pdi_picture_frame_has_flow_overlay(im, field)) return;
     picture->streamlines = im->model->setup->drawing.streamlines[field];
     picture->arrows = im->model->setup->drawing.vectors[field];
     picture->velocity = im->velocity;
@@ -21971,7 +22116,7 @@ static void pdi_pictures_build_picture(const pd_output_pictures *im, pd_field fi
     picture->axes[1] = m->setup->axisymmetric ? "r" : axes[im->up];
     picture->mirrored = im->mirrored_rows > 0;
     picture->map = pdi_pictures_get_colour_map(m->setup, field);
-    picture->log = pdi_pictures_is_log_scale(im, field);
+    picture->log = pdi_picture_frame_is_log_scale(im, field);
     picture->smooth = drawing->smooth;
     picture->width = drawing->width;
     picture->contour_count = drawing->contours[field];
@@ -21995,7 +22140,7 @@ static void pdi_pictures_build_deformed(const pd_output_pictures *im, pd_field f
     memset(warp, 0, sizeof *warp);
     warp->undeformed = picture;
     warp->displacement = im->displacement;
-    warp->is_connected = pdi_pictures_are_bonded;
+    warp->is_connected = pdi_picture_frame_are_bonded;
     warp->user = im;
     for (int d = 0; d < 2 && im->view[field].extent_min[0] < im->view[field].extent_max[0]; d++) {
         warp->lo[d] = im->view[field].extent_min[d];
@@ -22022,7 +22167,7 @@ static void pdi_pictures_build_plot(pd_output_pictures *im, pd_field field, doub
     plot->y_label = pd_fields_get_label(m->setup, field);
     plot->x_lo = m->grid.lo[0] * 1e6;
     plot->x_hi = m->grid.hi[0] * 1e6;
-    plot->y_log = axis.log = pdi_pictures_is_log_scale(im, field);
+    plot->y_log = axis.log = pdi_picture_frame_is_log_scale(im, field);
     pdi_pictures_get_range(im, field, PD_COLOUR_MAP_SEQUENTIAL, &axis.lo, &axis.hi);
     if (!(m->setup->drawing.range[field][0] < m->setup->drawing.range[field][1]))
         pdi_axis_ticks_widen_range(0.03, &axis);
@@ -22054,7 +22199,7 @@ static pd_status pdi_pictures_draw_surface(pd_ctx *ctx, const pd_output_pictures
     relief.widest_stamp = "t = 000.000 min";
     if (relief.use_values) {
         relief.map = pdi_pictures_get_colour_map(u, of);
-        relief.log = pdi_pictures_is_log_scale(im, of);
+        relief.log = pdi_picture_frame_is_log_scale(im, of);
         relief.label = pd_fields_get_label(im->model->setup, of);
         pdi_pictures_set_legend(of, &labels);
         relief.names = labels.names;
@@ -22079,7 +22224,7 @@ static pd_status pdi_pictures_draw_frame(pd_ctx *ctx, pd_output_pictures *im, pd
     if (field == PD_PICTURES_SURFACE) return pdi_pictures_draw_surface(ctx, im, time, path, image);
     if (PD_DIM > 1) {
         pdi_pictures_build_picture(im, field, time, &text, &picture);
-        if (!pdi_pictures_is_deformed(im, field))
+        if (!pdi_picture_frame_is_deformed(im, field))
             return image ? pd_field_plot_draw_image(ctx, &picture, image) : pd_field_plot_write(ctx, path, &picture);
         pdi_pictures_build_deformed(im, field, &picture, &warp);
         return image ? pdi_deformed_plot_draw_image(ctx, &warp, image) : pdi_deformed_plot_write(ctx, path, &warp);
@@ -22099,7 +22244,7 @@ static pd_status pdi_pictures_copy_latest(pd_ctx *ctx, pd_output_pictures *im, p
     char name[PD_SETUP_NAME], path[PD_PATH_SIZE], *data = NULL;
     size_t size = 0;
     pd_file file;
-    snprintf(name, sizeof name, "latest_%.40s.%s", pdi_pictures_get_field_name(im, field), end);
+    snprintf(name, sizeof name, "latest_%.40s.%s", pdi_picture_frame_get_field_name(im, field), end);
     PD_TRY(im->latest >> field & 1u ? pd_file_join(ctx, im->folder->path, name, path)
                                      : pdi_output_folder_add_file(ctx, im->folder, name, path));
     PD_TRY(pdi_file_read_all(ctx, picture, PDI_PICTURES_MAX_FILE_BYTES, &data, &size));
@@ -22124,7 +22269,8 @@ static pd_status pdi_pictures_write_files(pd_ctx *ctx, pd_output_pictures *im, p
     char name[PD_PATH_SIZE], path[PD_PATH_SIZE];
     for (int k = 0; k < 2; k++) {
         if (!(formats >> k & 1u)) continue;
-        PD_TRY(pdi_file_format_frame_name(ctx, pdi_pictures_get_field_name(im, field), frame, time, ends[k], name));
+        PD_TRY(
+            pdi_file_format_frame_name(ctx, pdi_picture_frame_get_field_name(im, field), frame, time, ends[k], name));
         PD_TRY(fresh ? pdi_output_folder_add_file(ctx, im->folder, name, path)
                       : pd_file_join(ctx, im->folder->path, name, path));
         PD_TRY(image && k == 0 ? pd_png_write(ctx, path, image)
@@ -22137,73 +22283,6 @@ static pd_status pdi_pictures_write_files(pd_ctx *ctx, pd_output_pictures *im, p
 
 /* ---- frames in a file ---- */
 
-/* Write numbers to the file as floats, or read them (reading: 1). PD_ERR_FILE: it ends early. */
-static pd_status pdi_pictures_store_floats(pd_ctx *ctx, pd_file *file, int reading, double *values, int64_t count)
-{
-    float piece[PDI_PICTURES_FLOAT_CHUNK];
-    size_t got;
-    for (int64_t at = 0; at < count; at += PDI_PICTURES_FLOAT_CHUNK) {
-        size_t n = (size_t)(count - at < PDI_PICTURES_FLOAT_CHUNK ? count - at : PDI_PICTURES_FLOAT_CHUNK);
-        if (reading) {
-            PD_TRY(pdi_file_read_bytes(ctx, file, piece, n * sizeof *piece, &got));
-            if (got != n * sizeof *piece) return pd_fail(ctx, PD_ERR_FILE, "images", "'%s' ends early", file->path);
-            for (size_t k = 0; k < n; k++) values[(size_t)at + k] = (double)piece[k];
-        } else {
-            for (size_t k = 0; k < n; k++) piece[k] = (float)values[(size_t)at + k];
-            PD_TRY(pdi_file_write(ctx, file, piece, n * sizeof *piece));
-        }
-    }
-    return PD_OK;
-}
-
-/* Write bytes to the file, or read them. PD_ERR_FILE: it ends early. */
-static pd_status pdi_pictures_store_bytes(pd_ctx *ctx, pd_file *file, int reading, void *data, size_t size)
-{
-    size_t got;
-    if (!reading) return pdi_file_write(ctx, file, data, size);
-    PD_TRY(pdi_file_read_bytes(ctx, file, data, size, &got));
-    return got == size ? PD_OK : pd_fail(ctx, PD_ERR_FILE, "images", "'%s' ends early", file->path);
-}
-
-/* Write or read the pixels of the rendered surface. */
-static pd_status pdi_pictures_store_surface(pd_ctx *ctx, pd_output_pictures *im, pd_file *file, int reading)
-{
-    size_t pixels = (size_t)im->surface_view.width * (size_t)im->surface_view.height;
-    PD_TRY(
-        pdi_pictures_store_bytes(ctx, file, reading, im->surface_view.value, pixels * sizeof *im->surface_view.value));
-    PD_TRY(pdi_pictures_store_bytes(ctx, file, reading, im->surface_view.brightness, pixels));
-    PD_TRY(pdi_pictures_store_bytes(ctx, file, reading, im->surface_view.coverage, pixels));
-    return pdi_pictures_store_bytes(ctx, file, reading, im->surface_view.edge, pixels);
-}
-
-/* Write or read the data of a frame that follow its header: values and paint, or the rendered surface; displacements
- * and bonds if it is deformed; velocities with streamlines or vectors; a newline at the end. */
-static pd_status pdi_pictures_store_frame_data(pd_ctx *ctx, pd_output_pictures *im, pd_field field, pd_file *file,
-                                               int reading)
-{
-    char end = '\n';
-    if (field == PD_PICTURES_SURFACE) PD_TRY(pdi_pictures_store_surface(ctx, im, file, reading));
-    else {
-        PD_TRY(pdi_pictures_store_floats(ctx, file, reading, im->cell, im->cells));
-        PD_TRY(pdi_pictures_store_bytes(ctx, file, reading, im->paint, (size_t)im->cells));
-    }
-    if (pdi_pictures_is_deformed(im, field)) {
-        PD_TRY(pdi_pictures_store_floats(ctx, file, reading, im->displacement, 2 * im->cells));
-        PD_TRY(pdi_pictures_store_bytes(ctx, file, reading, im->bonded, (size_t)im->cells));
-    }
-    if (pdi_pictures_has_flow_overlay(im, field))
-        PD_TRY(pdi_pictures_store_floats(ctx, file, reading, im->velocity, 2 * im->cells));
-    return pdi_pictures_store_bytes(ctx, file, reading, &end, 1);
-}
-
-/* [byte] Length of the data of a frame, without header. */
-static int64_t pdi_pictures_count_frame_bytes(const pd_output_pictures *im, pd_field field)
-{
-    if (field == PD_PICTURES_SURFACE) return 7 * (int64_t)im->surface_view.width * im->surface_view.height + 1;
-    int overlay = pdi_pictures_has_flow_overlay(im, field) ? 8 : 0;
-    return im->cells * ((pdi_pictures_is_deformed(im, field) ? 14 : 5) + overlay) + 1;
-}
-
 /* Append a frame, with the range of the frames so far, to the file of frames and flush it. */
 static pd_status pdi_pictures_append_frame(pd_ctx *ctx, pd_output_pictures *im, pd_field field, int frame)
 {
@@ -22214,7 +22293,7 @@ static pd_status pdi_pictures_append_frame(pd_ctx *ctx, pd_output_pictures *im, 
     head.time = im->model->time_loop.time;
     head.view = im->view[field];
     PD_TRY(pdi_file_write(ctx, &im->frame_file, &head, sizeof head));
-    PD_TRY(pdi_pictures_store_frame_data(ctx, im, field, &im->frame_file, 0));
+    PD_TRY(pdi_picture_frame_store(ctx, im, field, &im->frame_file, 0));
     return pdi_file_flush(ctx, &im->frame_file);
 }
 
@@ -22226,19 +22305,19 @@ PDI_FN pd_status pdi_pictures_draw_frames(pd_ctx *ctx, pd_output_pictures *im, i
     pdi_deformed_plot warp;
     memset(&warp, 0, sizeof warp);
     im->last = frame;
-    if (im->displacement) pdi_pictures_compute_displacements(im);
-    if (im->velocity) pdi_pictures_compute_velocities(im);
+    if (im->displacement) pdi_picture_frame_compute_displacements(im);
+    if (im->velocity) pdi_picture_frame_compute_velocities(im);
     for (int k = 0; k < PD_PICTURES_COUNT; k++) {
         pd_field field = (pd_field)k;
-        if (!pdi_pictures_is_drawn(im, field)) continue;
+        if (!pdi_picture_frame_is_drawn(im, field)) continue;
         PD_TRY(pd_check_cancel(ctx, "pictures", k));
         if (field == PD_PICTURES_SURFACE) PD_TRY(pdi_surface_view_draw(ctx, im->model, &im->surface_view));
-        else pdi_pictures_compute_cells(im, field);
-        if (pdi_pictures_is_deformed(im, field)) {
+        else pdi_picture_frame_compute_cells(im, field);
+        if (pdi_picture_frame_is_deformed(im, field)) {
             pdi_pictures_build_picture(im, field, time, &text, &picture);
             pdi_pictures_build_deformed(im, field, &picture, &warp);
         }
-        PD_TRY(pdi_pictures_update_range(ctx, im, field, &warp));
+        PD_TRY(pdi_picture_frame_update_range(ctx, im, field, &warp));
         if (im->stores_frames) PD_TRY(pdi_pictures_append_frame(ctx, im, field, frame));
         PD_TRY(pdi_pictures_write_files(ctx, im, field, frame, time, 1, NULL));
     }
@@ -22267,11 +22346,11 @@ static pd_status pdi_pictures_redraw_frames(pd_ctx *ctx, pd_output_pictures *im,
         if (got < sizeof head) return PD_OK;
         pd_field of = (pd_field)(int)head.field;
         if (of != field || (!film && pdi_pictures_is_same_view(&head.view, &im->view[field]))) {
-            if (fseek((FILE *)file->stream, (long)pdi_pictures_count_frame_bytes(im, of), SEEK_CUR) == 0) continue;
+            if (fseek((FILE *)file->stream, (long)pdi_picture_frame_count_bytes(im, of), SEEK_CUR) == 0) continue;
             return pd_fail(ctx, PD_ERR_FILE, "images", "'%s' ends early", file->path);
         }
         PD_TRY(pd_check_cancel(ctx, "pictures", (int64_t)head.frame));
-        PD_TRY(pdi_pictures_store_frame_data(ctx, im, field, file, 1));
+        PD_TRY(pdi_picture_frame_store(ctx, im, field, file, 1));
         pd_status status = film ? pdi_pictures_draw_frame(ctx, im, field, head.time, NULL, &image) : PD_OK;
         if (status == PD_OK && !pdi_pictures_is_same_view(&head.view, &im->view[field]))
             status = pdi_pictures_write_files(ctx, im, field, (int)head.frame, head.time, 0, film ? &image : NULL);
@@ -22285,7 +22364,7 @@ static pd_status pdi_pictures_redraw_frames(pd_ctx *ctx, pd_output_pictures *im,
 static pd_status pdi_pictures_begin_film(pd_ctx *ctx, pd_output_pictures *im, pd_field field, pdi_apng *film)
 {
     char name[PD_PATH_SIZE], path[PD_PATH_SIZE];
-    snprintf(name, sizeof name, "%s_film.png", pdi_pictures_get_field_name(im, field));
+    snprintf(name, sizeof name, "%s_film.png", pdi_picture_frame_get_field_name(im, field));
     PD_TRY(pdi_output_folder_add_file(ctx, im->folder, name, path));
     return pdi_apng_create(ctx, path, (int)im->frames, PDI_PICTURES_FRAME_MS, film);
 }
@@ -22314,7 +22393,7 @@ PDI_FN pd_status pdi_pictures_finish(pd_ctx *ctx, pd_output_pictures *im)
     PD_TRY(pdi_file_commit(ctx, &im->frame_file));
     PD_TRY(pd_file_join(ctx, im->folder->path, PD_FRAMES_FILE, path));
     for (int k = 0; k < PD_PICTURES_COUNT; k++)
-        if (pdi_pictures_is_drawn(im, (pd_field)k)) PD_TRY(pdi_pictures_redraw_field(ctx, im, (pd_field)k, path));
+        if (pdi_picture_frame_is_drawn(im, (pd_field)k)) PD_TRY(pdi_pictures_redraw_field(ctx, im, (pd_field)k, path));
     return PD_OK;
 }
 
@@ -22334,19 +22413,12 @@ static int pdi_pictures_has_growing_range(const pd_output_pictures *im)
 {
     for (int k = 0; k < PD_PICTURES_COUNT; k++) {
         pd_field field = (pd_field)k;
-        int known = pdi_pictures_is_range_fixed(im->model->setup, pdi_pictures_get_colour_field(im, field)) &&
-                    !pdi_pictures_is_deformed(im, field) &&
+        int known = pdi_picture_frame_is_range_fixed(im->model->setup, pdi_picture_frame_get_colour_field(im, field)) &&
+                    !pdi_picture_frame_is_deformed(im, field) &&
                     !(field < PD_FIELD_COUNT && im->model->setup->drawing.vectors[field]);
-        if (pdi_pictures_is_drawn(im, field) && !known) return 1;
+        if (pdi_picture_frame_is_drawn(im, field) && !known) return 1;
     }
     return 0;
-}
-
-/* Largest number of values that are sorted for percentiles. */
-static int64_t pdi_pictures_count_max_values(const pd_output_pictures *im)
-{
-    int64_t pixels = pdi_pictures_count_values(im, PD_PICTURES_SURFACE);
-    return pixels > im->cells ? pixels : im->cells;
 }
 
 /* Allocate the arrays that the requested pictures need: pixels of the surface; values to sort for a percentile between
@@ -22357,12 +22429,12 @@ static pd_status pdi_pictures_allocate(pd_ctx *ctx, pd_output_pictures *im)
     const pd_setup *u = im->model->setup;
     if (pdi_surface_view_is_requested(u)) PD_TRY(pdi_surface_view_build(ctx, u, &im->surface_view));
     if (u->drawing.percentile > 0.0 && u->drawing.percentile < 1.0 && (u->images || pdi_surface_view_is_requested(u)))
-        PD_TRY(PD_NEW(ctx, "images", pdi_pictures_count_max_values(im), im->sorted));
+        PD_TRY(PD_NEW(ctx, "images", pdi_picture_frame_count_max_values(im), im->sorted));
     if (!u->images) return PD_OK;
     PD_TRY(PD_NEW(ctx, "images", im->cells, im->cell));
     PD_TRY(PD_NEW(ctx, "images", im->cells, im->paint));
     for (int k = 0; k < PD_FIELD_COUNT && !im->velocity; k++)
-        if (pdi_pictures_has_flow_overlay(im, (pd_field)k))
+        if (pdi_picture_frame_has_flow_overlay(im, (pd_field)k))
             PD_TRY(PD_NEW(ctx, "images", 2 * im->cells, im->velocity));
     if (!(u->displacement_scale > 0.0)) return PD_OK;
     PD_TRY(PD_NEW(ctx, "images", 2 * im->cells, im->displacement));
@@ -22427,12 +22499,11 @@ PDI_FN void pdi_pictures_free(pd_ctx *ctx, pd_output_pictures *im)
     PD_DELETE(ctx, 2 * im->cells, im->displacement);
     PD_DELETE(ctx, 2 * im->cells, im->velocity);
     PD_DELETE(ctx, im->cells, im->bonded);
-    PD_DELETE(ctx, pdi_pictures_count_max_values(im), im->sorted);
+    PD_DELETE(ctx, pdi_picture_frame_count_max_values(im), im->sorted);
     pdi_renderer_free(ctx, &im->surface_view);
     memset(im, 0, sizeof *im);
 }
 
-#undef PDI_PICTURES_FLOAT_CHUNK
 #undef PDI_PICTURES_MAX_FILE_BYTES
 #undef PDI_PICTURES_FRAME_MS
 
@@ -22887,35 +22958,38 @@ PDI_FN void pdi_stall_note_format(const pd_time_loop *c, double waited, const ch
     pd_append(line, size, " (%.40s %.0f)", doing, (double)count);
 }
 
-/* ======== >>run/monitor.c ======== */
-/* monitor: see monitor.h */
+/* ======== >>run/monitor_outputs.c ======== */
+/* monitor_outputs: see monitor_outputs.h */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
 /* Relative tolerance by which two numbers count as equal. */
-#define PDI_MONITOR_TOLERANCE 1e-9
+#define PDI_MONITOR_OUTPUTS_TOLERANCE 1e-9
 
 /* Units of amounts per depth, by dimension. */
-static const char *const pdi_monitor_unit_area[] = {"-", "m", "m2"};
-static const char *const pdi_monitor_unit_volume[] = {"m", "m2", "m3"};
-static const char *const pdi_monitor_unit_flow[] = {"m/s", "m2/s", "m3/s"};
-static const char *const pdi_monitor_unit_amount[] = {"mol/m2", "mol/m", "mol"};
-static const char *const pdi_monitor_unit_species[] = {"mol/m2/s", "mol/m/s", "mol/s"};
-static const char *const pdi_monitor_unit_force[] = {"N/m2", "N/m", "N"};
-static const char *const pdi_monitor_unit_current[] = {"A/m2", "A/m", "A"};
-static const char *const pdi_monitor_unit_charge[] = {"C/m2", "C/m", "C"};
-static const char *const pdi_monitor_unit_energy[] = {"J/m2", "J/m", "J"};
-static const char *const pdi_monitor_unit_momentum[] = {"kg/m/s", "kg/s", "kg m/s"};
+static const char *const pdi_monitor_outputs_unit_area[] = {"-", "m", "m2"};
+static const char *const pdi_monitor_outputs_unit_volume[] = {"m", "m2", "m3"};
+static const char *const pdi_monitor_outputs_unit_flow[] = {"m/s", "m2/s", "m3/s"};
+static const char *const pdi_monitor_outputs_unit_amount[] = {"mol/m2", "mol/m", "mol"};
+static const char *const pdi_monitor_outputs_unit_species[] = {"mol/m2/s", "mol/m/s", "mol/s"};
+static const char *const pdi_monitor_outputs_unit_force[] = {"N/m2", "N/m", "N"};
+static const char *const pdi_monitor_outputs_unit_current[] = {"A/m2", "A/m", "A"};
+static const char *const pdi_monitor_outputs_unit_charge[] = {"C/m2", "C/m", "C"};
+static const char *const pdi_monitor_outputs_unit_energy[] = {"J/m2", "J/m", "J"};
+static const char *const pdi_monitor_outputs_unit_momentum[] = {"kg/m/s", "kg/s", "kg m/s"};
 
 /* Index into the tables of units: PD_DIM - 1, or 2 with axisymmetry, where amounts are over the whole circumference. */
-static int pdi_monitor_get_unit_index(const pd_setup *setup) { return setup->axisymmetric ? 2 : PD_DIM - 1; }
+static int pdi_monitor_outputs_get_unit_index(const pd_setup *setup) { return setup->axisymmetric ? 2 : PD_DIM - 1; }
 
-/* ---- figures ---- */
+PDI_FN const char *pdi_monitor_outputs_get_area_unit(const pd_setup *setup)
+{
+    return pdi_monitor_outputs_unit_area[pdi_monitor_outputs_get_unit_index(setup)];
+}
 
 /* Append an output to m->output and count it. Key and unit are copied and cut to their arrays. The array does not grow:
  * the count must be below m->capacity. */
-static void pdi_monitor_add_output(pd_monitor *m, const char *key, const char *unit, double value)
+static void pdi_monitor_outputs_add_output(pd_monitor *m, const char *key, const char *unit, double value)
 {
     pd_monitor_output *f = &m->output[m->count++];
     PD_ASSERT(m->count <= m->capacity);
@@ -22925,13 +22999,13 @@ static void pdi_monitor_add_output(pd_monitor *m, const char *key, const char *u
 }
 
 /* Append PD_DIM outputs, scale times value[d]. The key of axis d is letter, x, y or z, then rest: "fx_friction". */
-static void pdi_monitor_add_vector_output(pd_monitor *m, char letter, const char *rest, const char *unit,
-                                          const double *value, double scale)
+static void pdi_monitor_outputs_add_vector_output(pd_monitor *m, char letter, const char *rest, const char *unit,
+                                                  const double *value, double scale)
 {
     char key[24];
     for (int d = 0; d < PD_DIM; d++) {
         snprintf(key, sizeof key, "%c%c%s", letter, "xyz"[d], rest);
-        pdi_monitor_add_output(m, key, unit, scale * value[d]);
+        pdi_monitor_outputs_add_output(m, key, unit, scale * value[d]);
     }
 }
 
@@ -22939,29 +23013,31 @@ static void pdi_monitor_add_vector_output(pd_monitor *m, char letter, const char
  * concentration and species flux; with both, C_bulk, the mean weighted by the flow. Flows are signed, positive towards
  * +, and over the whole plane (per m in planar 2D, per m2 in 1D). Means are NaN where no face lies between two fluid
  * cells, C_bulk also at rest. */
-static void pdi_monitor_compute_plane(pd_ctx *ctx, pd_model *model, pd_monitor *m)
+static void pdi_monitor_outputs_compute_plane(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_setup *u = model->setup;
     pd_diagnostics_plane_result r;
     pd_diagnostics_plane(ctx, &model->bonds, u->has_flow ? &model->flow : NULL,
                          u->has_transport ? &model->transport : NULL, m->desc->axis, m->desc->index, &r);
-    pdi_monitor_add_output(m, "area", pdi_monitor_unit_area[pdi_monitor_get_unit_index(u)], r.area);
+    pdi_monitor_outputs_add_output(m, "area", pdi_monitor_outputs_get_area_unit(u), r.area);
     if (u->has_flow) {
-        pdi_monitor_add_output(m, "flow", pdi_monitor_unit_flow[pdi_monitor_get_unit_index(u)], r.flow);
-        pdi_monitor_add_output(m, "speed", "m/s", r.speed);
-        pdi_monitor_add_output(m, "p", "Pa", r.pressure);
+        pdi_monitor_outputs_add_output(m, "flow", pdi_monitor_outputs_unit_flow[pdi_monitor_outputs_get_unit_index(u)],
+                                       r.flow);
+        pdi_monitor_outputs_add_output(m, "speed", "m/s", r.speed);
+        pdi_monitor_outputs_add_output(m, "p", "Pa", r.pressure);
     }
-    if (u->has_transport) pdi_monitor_add_output(m, "C_mean", "mol/m3", r.mean_concentration);
-    if (u->has_transport && u->has_flow) pdi_monitor_add_output(m, "C_bulk", "mol/m3", r.mixed_concentration);
+    if (u->has_transport) pdi_monitor_outputs_add_output(m, "C_mean", "mol/m3", r.mean_concentration);
+    if (u->has_transport && u->has_flow) pdi_monitor_outputs_add_output(m, "C_bulk", "mol/m3", r.mixed_concentration);
     if (u->has_transport)
-        pdi_monitor_add_output(m, "species", pdi_monitor_unit_species[pdi_monitor_get_unit_index(u)], r.species_flux);
+        pdi_monitor_outputs_add_output(
+            m, "species", pdi_monitor_outputs_unit_species[pdi_monitor_outputs_get_unit_index(u)], r.species_flux);
 }
 
 /* Force [PD_DIM] on what the box d->lo .. d->hi holds, by the momentum balance of steady flow. PD_ERR_GEOMETRY: a
  * closed node or the edge of the lattice lies within two cells of a side; the message is rewritten and names balance =
  * no. Other statuses are returned as they are. */
-static pd_status pdi_monitor_compute_control_volume_force(pd_ctx *ctx, pd_model *model, const pd_setup_monitor *d,
-                                                          double *force)
+static pd_status pdi_monitor_outputs_compute_control_volume_force(pd_ctx *ctx, pd_model *model,
+                                                                  const pd_setup_monitor *d, double *force)
 {
     char message[PD_MESSAGE_SIZE];
     pd_status status = pd_force_momentum_balance(ctx, &model->flow, d->lo, d->hi, force);
@@ -22975,10 +23051,10 @@ static pd_status pdi_monitor_compute_control_volume_force(pd_ctx *ctx, pd_model 
  * parts, with momentum_balance that of the balance, and with a reference speed > 0 coefficients 2 F/(rho U^2 A).
  * Nothing changes if no flow solve was made since the last call. PD_ERR_GEOMETRY: the box of the balance comes too
  * close to walls; the outputs are incomplete then. */
-static pd_status pdi_monitor_compute_force(pd_ctx *ctx, pd_model *model, pd_monitor *m)
+static pd_status pdi_monitor_outputs_compute_force(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_setup_monitor *d = m->desc;
-    const char *unit = pdi_monitor_unit_force[pdi_monitor_get_unit_index(model->setup)];
+    const char *unit = pdi_monitor_outputs_unit_force[pdi_monitor_outputs_get_unit_index(model->setup)];
     double force[PD_DIM], friction[PD_DIM], pressure[PD_DIM], around[PD_DIM];
     double scale = d->speed > 0.0 ? 2.0 / (model->flow.rho * d->speed * d->speed * d->area) : 0.0;
     pd_model_statistics effort;
@@ -22988,20 +23064,21 @@ static pd_status pdi_monitor_compute_force(pd_ctx *ctx, pd_model *model, pd_moni
     m->count = 0;
     pd_force_surface(ctx, &model->flow, d->shape ? d->shape - 1 : PD_FORCE_ALL, d->lo, d->hi, force, friction,
                      pressure);
-    pdi_monitor_add_vector_output(m, 'f', "", unit, force, 1.0);
-    pdi_monitor_add_vector_output(m, 'f', "_friction", unit, friction, 1.0);
-    pdi_monitor_add_vector_output(m, 'f', "_pressure", unit, pressure, 1.0);
-    if (d->momentum_balance) PD_TRY(pdi_monitor_compute_control_volume_force(ctx, model, d, around));
-    if (d->momentum_balance) pdi_monitor_add_vector_output(m, 'f', "_balance", unit, around, 1.0);
-    if (d->speed > 0.0) pdi_monitor_add_vector_output(m, 'c', "", "-", force, scale);
-    if (d->speed > 0.0 && d->momentum_balance) pdi_monitor_add_vector_output(m, 'c', "_balance", "-", around, scale);
+    pdi_monitor_outputs_add_vector_output(m, 'f', "", unit, force, 1.0);
+    pdi_monitor_outputs_add_vector_output(m, 'f', "_friction", unit, friction, 1.0);
+    pdi_monitor_outputs_add_vector_output(m, 'f', "_pressure", unit, pressure, 1.0);
+    if (d->momentum_balance) PD_TRY(pdi_monitor_outputs_compute_control_volume_force(ctx, model, d, around));
+    if (d->momentum_balance) pdi_monitor_outputs_add_vector_output(m, 'f', "_balance", unit, around, 1.0);
+    if (d->speed > 0.0) pdi_monitor_outputs_add_vector_output(m, 'c', "", "-", force, scale);
+    if (d->speed > 0.0 && d->momentum_balance)
+        pdi_monitor_outputs_add_vector_output(m, 'c', "_balance", "-", around, scale);
     return PD_OK;
 }
 
 /* Set m->fluid[rows] [mol/m3], the reference concentration of each layer: the given one, or for `bulk` the mixing-cup
  * mean sum u c/sum u over all fluid nodes of the layer, also those outside the box. u is the signed velocity along the
  * axis, times the circumference with axisymmetry. Not finite where sum u is 0. Overwrites m->profile as work. */
-static void pdi_monitor_compute_layer_concentration(const pd_model *model, pd_monitor *m)
+static void pdi_monitor_outputs_compute_layer_concentration(const pd_model *model, pd_monitor *m)
 {
     const pd_grid *grid = &model->grid;
     const pd_setup_monitor *d = m->desc;
@@ -23025,14 +23102,14 @@ static void pdi_monitor_compute_layer_concentration(const pd_model *model, pd_mo
  * flux/area; with a reference length L > 0 also Sh = flux L/(excess D) and layer = excess D/flux, where excess sums
  * area (C_surface - C_fluid) over the layers that have area. A given area replaces the measured one and scales excess.
  * NaN or infinite where a divisor is 0. Fills m->flux, m->area and m->fluid by layers. */
-static void pdi_monitor_compute_mass_transfer(pd_ctx *ctx, pd_model *model, pd_monitor *m)
+static void pdi_monitor_outputs_compute_mass_transfer(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_setup_monitor *d = m->desc;
     double flux = 0.0, area = 0.0, excess = 0.0;
     pd_diagnostics_surface_flux(ctx, &model->paths, &model->transport,
                                 model->setup->has_dissolve ? &model->dissolve : NULL, d->lo, d->hi, d->axis, m->flux,
                                 m->area);
-    pdi_monitor_compute_layer_concentration(model, m);
+    pdi_monitor_outputs_compute_layer_concentration(model, m);
     for (int k = 0; k < m->rows; k++) {
         flux += m->flux[k];
         area += m->area[k];
@@ -23042,18 +23119,19 @@ static void pdi_monitor_compute_mass_transfer(pd_ctx *ctx, pd_model *model, pd_m
         excess *= d->area / area;
         area = d->area;
     }
-    pdi_monitor_add_output(m, "flux", pdi_monitor_unit_species[pdi_monitor_get_unit_index(model->setup)], flux);
-    pdi_monitor_add_output(m, "area", pdi_monitor_unit_area[pdi_monitor_get_unit_index(model->setup)], area);
-    pdi_monitor_add_output(m, "density", "mol/m2/s", flux / area);
+    pdi_monitor_outputs_add_output(
+        m, "flux", pdi_monitor_outputs_unit_species[pdi_monitor_outputs_get_unit_index(model->setup)], flux);
+    pdi_monitor_outputs_add_output(m, "area", pdi_monitor_outputs_get_area_unit(model->setup), area);
+    pdi_monitor_outputs_add_output(m, "density", "mol/m2/s", flux / area);
     if (!(d->length > 0.0)) return;
-    pdi_monitor_add_output(m, "Sh", "-", flux * d->length / (excess * d->diffusivity));
-    pdi_monitor_add_output(m, "layer", "m", excess * d->diffusivity / flux);
+    pdi_monitor_outputs_add_output(m, "Sh", "-", flux * d->length / (excess * d->diffusivity));
+    pdi_monitor_outputs_add_output(m, "layer", "m", excess * d->diffusivity / flux);
 }
 
 /* [mol] Integral of a concentration field [mol/m3] over the fluid in the box of the monitor; per m in planar 2D, per m2
  * in 1D. */
-static double pdi_monitor_integrate_concentration(pd_ctx *ctx, pd_model *model, const pd_monitor *m,
-                                                  const double *field)
+static double pdi_monitor_outputs_integrate_concentration(pd_ctx *ctx, pd_model *model, const pd_monitor *m,
+                                                          const double *field)
 {
     pd_diagnostics_box_result r;
     pd_diagnostics_box(ctx, &model->stencil, &model->grid, NULL, field, NULL, m->desc->lo, m->desc->hi, &r);
@@ -23063,15 +23141,15 @@ static double pdi_monitor_integrate_concentration(pd_ctx *ctx, pd_model *model, 
 /* Add to sum[rows] [mol] of the balance rows what the cells of the box do not show: amounts that the last step left to
  * the next one, and, where it is kept, solution beside the cells where metal has gone. Each amount of a component
  * counts by its part in the row. */
-static void pdi_monitor_add_carried_amounts(pd_ctx *ctx, pd_model *model, const pd_monitor *m, double *sum)
+static void pdi_monitor_outputs_add_carried_amounts(pd_ctx *ctx, pd_model *model, const pd_monitor *m, double *sum)
 {
     const pd_reactive *reactive = &model->reactive;
     for (int k = 0; k < reactive->components.count; k++) {
-        double amount =
-            pdi_monitor_integrate_concentration(ctx, model, m, reactive->carry + (int64_t)k * model->grid.total);
+        double amount = pdi_monitor_outputs_integrate_concentration(ctx, model, m,
+                                                                    reactive->carry + (int64_t)k * model->grid.total);
         if (reactive->swept)
-            amount +=
-                pdi_monitor_integrate_concentration(ctx, model, m, reactive->swept + (int64_t)k * model->grid.total);
+            amount += pdi_monitor_outputs_integrate_concentration(ctx, model, m,
+                                                                  reactive->swept + (int64_t)k * model->grid.total);
         for (int row = 0; row < reactive->rows; row++)
             sum[row] += reactive->part[row][reactive->components.component_solute[k]] * amount;
     }
@@ -23080,9 +23158,9 @@ static void pdi_monitor_add_carried_amounts(pd_ctx *ctx, pd_model *model, const 
 /* Append the amount [mol] in the fluid of the box of each species that has a field (no solvent, no solid that is no
  * mineral), then sum_NAME of each balance row, an element or the charge, with the amounts that carry over to the next
  * step. */
-static void pdi_monitor_compute_species(pd_ctx *ctx, pd_model *model, pd_monitor *m)
+static void pdi_monitor_outputs_compute_species(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
-    const char *unit = pdi_monitor_unit_amount[pdi_monitor_get_unit_index(model->setup)];
+    const char *unit = pdi_monitor_outputs_unit_amount[pdi_monitor_outputs_get_unit_index(model->setup)];
     const pd_electrolyte *e = &model->setup->electrolyte;
     const pd_reactive *reactive = &model->reactive;
     double sum[PD_REACTIVE_ROWS];
@@ -23091,21 +23169,21 @@ static void pdi_monitor_compute_species(pd_ctx *ctx, pd_model *model, pd_monitor
     for (int k = 0; k < e->count; k++) {
         const double *c = pd_reactive_field(&model->reactive, k);
         if (!c) continue;
-        double amount = pdi_monitor_integrate_concentration(ctx, model, m, c);
-        pdi_monitor_add_output(m, e->species[k].name, unit, amount);
+        double amount = pdi_monitor_outputs_integrate_concentration(ctx, model, m, c);
+        pdi_monitor_outputs_add_output(m, e->species[k].name, unit, amount);
         for (int row = 0; row < reactive->rows; row++) sum[row] += pd_reactive_part(reactive, row, k) * amount;
     }
-    pdi_monitor_add_carried_amounts(ctx, model, m, sum);
+    pdi_monitor_outputs_add_carried_amounts(ctx, model, m, sum);
     for (int row = 0; row < reactive->rows; row++) {
         snprintf(key, sizeof key, "sum_%s", reactive->name[row]);
-        pdi_monitor_add_output(m, key, unit, sum[row]);
+        pdi_monitor_outputs_add_output(m, key, unit, sum[row]);
     }
 }
 
 /* Set the smallest and largest concentration in r from the fluid nodes of the box whose concentration is defined, i.e.
  * without nodes just converted to fluid. Both are NaN if there are none. */
-static void pdi_monitor_compute_extremes(const pd_model *model, const pd_setup_monitor *desc,
-                                         pd_diagnostics_box_result *r)
+static void pdi_monitor_outputs_compute_extremes(const pd_model *model, const pd_setup_monitor *desc,
+                                                 pd_diagnostics_box_result *r)
 {
     double x[PD_DIM];
     r->min_concentration = r->max_concentration = (double)NAN;
@@ -23121,35 +23199,39 @@ static void pdi_monitor_compute_extremes(const pd_model *model, const pd_setup_m
 /* Append the outputs of a box: volume of fluid; with flow, kinetic energy and momentum by axes; with transport,
  * dissolved amount and extremes of C in the fluid, without nodes just converted; with dissolution, the amount left in
  * the metal; with chemistry, the species. Amounts are totals of the box (per m in planar 2D, per m2 in 1D). */
-static void pdi_monitor_compute_total(pd_ctx *ctx, pd_model *model, pd_monitor *m)
+static void pdi_monitor_outputs_compute_total(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_setup *u = model->setup;
     pd_diagnostics_box_result r;
     const double *c = model->transport.c;
     pd_diagnostics_box(ctx, &model->stencil, &model->grid, u->has_flow ? &model->flow : NULL, c,
                        u->has_dissolve ? c : NULL, m->desc->lo, m->desc->hi, &r);
-    if (c && model->just_converted) pdi_monitor_compute_extremes(model, m->desc, &r);
-    pdi_monitor_add_output(m, "volume", pdi_monitor_unit_volume[pdi_monitor_get_unit_index(u)], r.volume);
+    if (c && model->just_converted) pdi_monitor_outputs_compute_extremes(model, m->desc, &r);
+    pdi_monitor_outputs_add_output(m, "volume", pdi_monitor_outputs_unit_volume[pdi_monitor_outputs_get_unit_index(u)],
+                                   r.volume);
     if (u->has_flow) {
-        pdi_monitor_add_output(m, "energy", pdi_monitor_unit_energy[pdi_monitor_get_unit_index(u)], r.energy);
-        pdi_monitor_add_vector_output(m, 'm', "", pdi_monitor_unit_momentum[pdi_monitor_get_unit_index(u)], r.momentum,
-                                      1.0);
+        pdi_monitor_outputs_add_output(
+            m, "energy", pdi_monitor_outputs_unit_energy[pdi_monitor_outputs_get_unit_index(u)], r.energy);
+        pdi_monitor_outputs_add_vector_output(
+            m, 'm', "", pdi_monitor_outputs_unit_momentum[pdi_monitor_outputs_get_unit_index(u)], r.momentum, 1.0);
     }
     if (c) {
-        pdi_monitor_add_output(m, "dissolved", pdi_monitor_unit_amount[pdi_monitor_get_unit_index(u)], r.dissolved);
-        pdi_monitor_add_output(m, "C_min", "mol/m3", r.min_concentration);
-        pdi_monitor_add_output(m, "C_max", "mol/m3", r.max_concentration);
+        pdi_monitor_outputs_add_output(
+            m, "dissolved", pdi_monitor_outputs_unit_amount[pdi_monitor_outputs_get_unit_index(u)], r.dissolved);
+        pdi_monitor_outputs_add_output(m, "C_min", "mol/m3", r.min_concentration);
+        pdi_monitor_outputs_add_output(m, "C_max", "mol/m3", r.max_concentration);
     }
     if (u->has_dissolve)
-        pdi_monitor_add_output(m, "solid", pdi_monitor_unit_amount[pdi_monitor_get_unit_index(u)], r.solid);
-    if (u->has_chemistry) pdi_monitor_compute_species(ctx, model, m);
+        pdi_monitor_outputs_add_output(m, "solid",
+                                       pdi_monitor_outputs_unit_amount[pdi_monitor_outputs_get_unit_index(u)], r.solid);
+    if (u->has_chemistry) pdi_monitor_outputs_compute_species(ctx, model, m);
 }
 
 /* Append the largest norm of the displacement, the largest overlap of crack faces or components now (where it is
  * checked), and, where the material has stresses, the largest von Mises stress, the largest hydrostatic stress (signed,
  * tension positive) and with plasticity the largest plastic strain. Points without metal left do not count; without
  * points all are 0. */
-static void pdi_monitor_compute_solid_extremes(const pd_solid_coupling *s, pd_monitor *m)
+static void pdi_monitor_outputs_compute_solid_extremes(const pd_solid_coupling *s, pd_monitor *m)
 {
     const double *at = pd_solid_coupling_displacements(s);
     double u = 0.0, mises = 0.0, pressure = -HUGE_VAL, slip = 0.0;
@@ -23162,63 +23244,64 @@ static void pdi_monitor_compute_solid_extremes(const pd_solid_coupling *s, pd_mo
         pressure = pd_max(pressure, s->pressure[i]);
         if (s->solid.plastic_strain) slip = pd_max(slip, s->plastic_strain[i]);
     }
-    pdi_monitor_add_output(m, "u_max", "m", u);
+    pdi_monitor_outputs_add_output(m, "u_max", "m", u);
     if (s->overlap.bins)
-        pdi_monitor_add_output(m, "overlap", "m", pd_max(s->overlap.crack_overlap, s->overlap.component_overlap));
+        pdi_monitor_outputs_add_output(m, "overlap", "m",
+                                       pd_max(s->overlap.crack_overlap, s->overlap.component_overlap));
     if (!s->solid.stress) return;
-    pdi_monitor_add_output(m, "mises_max", "Pa", mises);
-    pdi_monitor_add_output(m, "sigma_h_max", "Pa", pressure > -HUGE_VAL ? pressure : 0.0);
-    if (s->solid.plastic_strain) pdi_monitor_add_output(m, "eps_p_max", "-", slip);
+    pdi_monitor_outputs_add_output(m, "mises_max", "Pa", mises);
+    pdi_monitor_outputs_add_output(m, "sigma_h_max", "Pa", pressure > -HUGE_VAL ? pressure : 0.0);
+    if (s->solid.plastic_strain) pdi_monitor_outputs_add_output(m, "eps_p_max", "-", slip);
 }
 
 /* Append the energies of a body in motion: work, kinetic, elastic. Energy released by broken bonds and their number
  * follow only where a critical stretch is given. */
-static void pdi_monitor_compute_dynamic_energies(pd_ctx *ctx, const pd_solid_coupling *s, pd_monitor *m)
+static void pdi_monitor_outputs_compute_dynamic_energies(pd_ctx *ctx, const pd_solid_coupling *s, pd_monitor *m)
 {
-    const char *unit = pdi_monitor_unit_energy[PD_DIM - 1];
-    pdi_monitor_add_output(m, "work", unit, s->dynamic_solver.work);
-    pdi_monitor_add_output(m, "kinetic", unit, pd_verlet_kinetic(&s->dynamic_solver));
-    pdi_monitor_add_output(m, "stored", unit, s->solid.energy(ctx, s->solid.self, s->dynamic_solver.u));
+    const char *unit = pdi_monitor_outputs_unit_energy[PD_DIM - 1];
+    pdi_monitor_outputs_add_output(m, "work", unit, s->dynamic_solver.work);
+    pdi_monitor_outputs_add_output(m, "kinetic", unit, pd_verlet_kinetic(&s->dynamic_solver));
+    pdi_monitor_outputs_add_output(m, "stored", unit, s->solid.energy(ctx, s->solid.self, s->dynamic_solver.u));
     if (!(s->bond_based.critical > 0.0)) return;
-    pdi_monitor_add_output(m, "released", unit, s->bond_based.released);
-    pdi_monitor_add_output(m, "broken", "-", (double)s->dynamic_solver.broken);
+    pdi_monitor_outputs_add_output(m, "released", unit, s->bond_based.released);
+    pdi_monitor_outputs_add_output(m, "broken", "-", (double)s->dynamic_solver.broken);
 }
 
 /* Append the outputs of the mechanics of the metal: extremes, then energies. A body in motion has those of the time
  * integration and no more. In quasi-static equilibrium: work, elastic, plastic where the material dissipates, "taken"
  * by dissolution where metal dissolves; released energy, broken bonds and the load factor of the next break with a
  * failure criterion; time of separation [s], number of components, iterations. */
-static void pdi_monitor_compute_solid(pd_ctx *ctx, pd_model *model, pd_monitor *m)
+static void pdi_monitor_outputs_compute_solid(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_solid_coupling *s = &model->solid;
     const pd_quasi_static *q = &s->static_solver;
-    const char *unit = pdi_monitor_unit_energy[PD_DIM - 1];
-    pdi_monitor_compute_solid_extremes(s, m);
+    const char *unit = pdi_monitor_outputs_unit_energy[PD_DIM - 1];
+    pdi_monitor_outputs_compute_solid_extremes(s, m);
     if (pd_solid_coupling_is_dynamic(s)) {
-        pdi_monitor_compute_dynamic_energies(ctx, s, m);
+        pdi_monitor_outputs_compute_dynamic_energies(ctx, s, m);
         return;
     }
-    pdi_monitor_add_output(m, "work", unit, q->work);
-    pdi_monitor_add_output(m, "stored", unit, q->stored);
-    if (q->solid.dissipated) pdi_monitor_add_output(m, "flow", unit, q->solid.dissipated(q->solid.self));
-    if (q->criterion.critical > 0.0) pdi_monitor_add_output(m, "released", unit, q->released);
-    if (s->dissolve) pdi_monitor_add_output(m, "taken", unit, q->dissolved_energy);
+    pdi_monitor_outputs_add_output(m, "work", unit, q->work);
+    pdi_monitor_outputs_add_output(m, "stored", unit, q->stored);
+    if (q->solid.dissipated) pdi_monitor_outputs_add_output(m, "flow", unit, q->solid.dissipated(q->solid.self));
+    if (q->criterion.critical > 0.0) pdi_monitor_outputs_add_output(m, "released", unit, q->released);
+    if (s->dissolve) pdi_monitor_outputs_add_output(m, "taken", unit, q->dissolved_energy);
     if (q->criterion.critical > 0.0) {
         pd_first_failure first;
         pd_bond_failure_find_first(ctx, &model->solid.static_solver.criterion, q->u, &first);
-        pdi_monitor_add_output(m, "broken", "-", (double)q->broken);
-        pdi_monitor_add_output(m, "next_break", "-", first.factor);
+        pdi_monitor_outputs_add_output(m, "broken", "-", (double)q->broken);
+        pdi_monitor_outputs_add_output(m, "next_break", "-", first.factor);
     }
-    pdi_monitor_add_output(m, "parted", "s", q->separation_time);
-    pdi_monitor_add_output(m, "parts", "-", (double)q->components);
-    pdi_monitor_add_output(m, "iterations", "-", (double)q->iterations);
+    pdi_monitor_outputs_add_output(m, "parted", "s", q->separation_time);
+    pdi_monitor_outputs_add_output(m, "parts", "-", (double)q->components);
+    pdi_monitor_outputs_add_output(m, "iterations", "-", (double)q->iterations);
 }
 
 /* Append the tip position, in 2D the crack length (length of the cut plus the signed advance of the tip along
  * `direction` beyond the last corner), and J on the inner and outer contour where they are asked for. J is NaN where
  * pd_crack_j gives PD_ERR_GEOMETRY or no result; its other errors, and those of the search for the tip, are
  * returned. */
-static pd_status pdi_monitor_compute_crack(pd_ctx *ctx, pd_model *model, pd_monitor *m)
+static pd_status pdi_monitor_outputs_compute_crack(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_setup_precrack *cut = &model->setup->metal_body.precrack[m->desc->index];
     const pd_solid_coupling *s = &model->solid;
@@ -23245,23 +23328,23 @@ static pd_status pdi_monitor_compute_crack(pd_ctx *ctx, pd_model *model, pd_moni
     }
     for (int d = 0; d < PD_DIM; d++) {
         char key[] = {"xyz"[d], '\0'};
-        pdi_monitor_add_output(m, key, "m", desc.tip[d]);
+        pdi_monitor_outputs_add_output(m, key, "m", desc.tip[d]);
     }
-    if (PD_DIM == 2) pdi_monitor_add_output(m, "length", "m", length + along / sqrt(size));
+    if (PD_DIM == 2) pdi_monitor_outputs_add_output(m, "length", "m", length + along / sqrt(size));
     for (int k = 0; k < cut->j_domains; k++) {
         double j = 0.0;
         desc.inner = cut->radius[k];
         desc.outer = cut->radius[k + 1];
         status = pd_crack_j(ctx, &s->solid, &desc, pd_solid_coupling_displacements(s), &j);
         if (status < 0 && status != PD_ERR_GEOMETRY) return status;
-        pdi_monitor_add_output(m, k ? "J_outer" : "J_inner", "J/m2", status == PD_OK ? j : (double)NAN);
+        pdi_monitor_outputs_add_output(m, k ? "J_outer" : "J_inner", "J/m2", status == PD_OK ? j : (double)NAN);
     }
     return PD_OK;
 }
 
 /* Charge number of the metal of an electrode on a single metal whose rate law depends on the current density alone and
  * follows Faraday's law at 1 A/m2 within 1e-9. 0: any other electrode, no dissolution, or migrating ions. */
-static double pdi_monitor_find_charge_number(const pd_model *model, int electrode)
+static double pdi_monitor_outputs_find_charge_number(const pd_model *model, int electrode)
 {
     const pd_setup *u = model->setup;
     uint32_t kinds = model->cell.kinds[electrode];
@@ -23273,13 +23356,13 @@ static double pdi_monitor_find_charge_number(const pd_model *model, int electrod
         memset(vars, 0, sizeof vars);
         vars[PD_SETUP_RATE_CURRENT] = 1.0;
         double speed = metal->rate_scale * pd_expr_eval(&metal->rate, vars);
-        if (fabs(speed / pd_material_speed(&metal->material, 1.0) - 1.0) < PDI_MONITOR_TOLERANCE)
+        if (fabs(speed / pd_material_speed(&metal->material, 1.0) - 1.0) < PDI_MONITOR_OUTPUTS_TOLERANCE)
             return metal->material.charge;
     }
     return 0.0;
 }
 
-PDI_FN void pdi_monitor_get_electrode(const pd_model *model, int electrode, pd_cell_electrode *e)
+PDI_FN void pdi_monitor_outputs_get_electrode(const pd_model *model, int electrode, pd_cell_electrode *e)
 {
     if (model->dissolution_laws.species_electrodes.setup)
         pd_species_electrodes_get_electrode(&model->dissolution_laws.species_electrodes, electrode, e);
@@ -23290,71 +23373,76 @@ PDI_FN void pdi_monitor_get_electrode(const pd_model *model, int electrode, pd_c
  * since the start. With a tabulated curve: range of E - phi met so far and time [s] at which it first left the table,
  * NaN if not. "faraday", lost metal over that of the charge passed by Faraday's law, only where that law must hold; NaN
  * while the charge passed is at most 1e-9 of that of the whole metal. */
-static void pdi_monitor_compute_electrode(const pd_model *model, pd_monitor *m)
+static void pdi_monitor_outputs_compute_electrode(const pd_model *model, pd_monitor *m)
 {
-    const char *unit = pdi_monitor_unit_current[pdi_monitor_get_unit_index(model->setup)];
+    const char *unit = pdi_monitor_outputs_unit_current[pdi_monitor_outputs_get_unit_index(model->setup)];
     pd_cell_electrode e;
-    pdi_monitor_get_electrode(model, m->desc->index, &e);
-    pdi_monitor_add_output(m, "E", "V", e.potential);
-    pdi_monitor_add_output(m, "current", unit, e.current);
-    pdi_monitor_add_output(m, "anodic", unit, e.anodic);
-    pdi_monitor_add_output(m, "area", pdi_monitor_unit_area[pdi_monitor_get_unit_index(model->setup)], e.area);
-    pdi_monitor_add_output(m, "density", "A/m2", e.area > 0.0 ? e.current / e.area : 0.0);
-    pdi_monitor_add_output(m, "least", "A/m2", e.least);
-    pdi_monitor_add_output(m, "most", "A/m2", e.most);
+    pdi_monitor_outputs_get_electrode(model, m->desc->index, &e);
+    pdi_monitor_outputs_add_output(m, "E", "V", e.potential);
+    pdi_monitor_outputs_add_output(m, "current", unit, e.current);
+    pdi_monitor_outputs_add_output(m, "anodic", unit, e.anodic);
+    pdi_monitor_outputs_add_output(m, "area", pdi_monitor_outputs_get_area_unit(model->setup), e.area);
+    pdi_monitor_outputs_add_output(m, "density", "A/m2", e.area > 0.0 ? e.current / e.area : 0.0);
+    pdi_monitor_outputs_add_output(m, "least", "A/m2", e.least);
+    pdi_monitor_outputs_add_output(m, "most", "A/m2", e.most);
     if (pd_cell_table(&model->cell, m->desc->index)) {
         int some = e.met.least <= e.met.most;
-        pdi_monitor_add_output(m, "E_least", "V", some ? e.met.least : (double)NAN);
-        pdi_monitor_add_output(m, "E_most", "V", some ? e.met.most : (double)NAN);
-        pdi_monitor_add_output(m, "range_left", "s", e.met.left < HUGE_VAL ? e.met.left : (double)NAN);
+        pdi_monitor_outputs_add_output(m, "E_least", "V", some ? e.met.least : (double)NAN);
+        pdi_monitor_outputs_add_output(m, "E_most", "V", some ? e.met.most : (double)NAN);
+        pdi_monitor_outputs_add_output(m, "range_left", "s", e.met.left < HUGE_VAL ? e.met.left : (double)NAN);
     }
-    pdi_monitor_add_output(m, "charge", pdi_monitor_unit_charge[pdi_monitor_get_unit_index(model->setup)], e.charge);
-    double charge = pdi_monitor_find_charge_number(model, m->desc->index);
+    pdi_monitor_outputs_add_output(
+        m, "charge", pdi_monitor_outputs_unit_charge[pdi_monitor_outputs_get_unit_index(model->setup)], e.charge);
+    double charge = pdi_monitor_outputs_find_charge_number(model, m->desc->index);
     if (!(charge > 0.0)) return;
     charge *= PD_FARADAY;
-    int known = e.passed > PDI_MONITOR_TOLERANCE * charge * model->cell.stock[m->desc->index]; /* less is rounding */
-    pdi_monitor_add_output(m, "faraday", "-", known ? charge * e.lost / e.passed : (double)NAN);
+    int known =
+        e.passed > PDI_MONITOR_OUTPUTS_TOLERANCE * charge * model->cell.stock[m->desc->index]; /* less is rounding */
+    pdi_monitor_outputs_add_output(m, "faraday", "-", known ? charge * e.lost / e.passed : (double)NAN);
 }
 
 /* Append mean, smallest and largest value of a surface state, in its unit or "-", and the area that carries it. */
-static void pdi_monitor_compute_surface_state(const pd_model *model, pd_monitor *m)
+static void pdi_monitor_outputs_compute_surface_state(const pd_model *model, pd_monitor *m)
 {
     const char *unit = model->setup->state[m->desc->index].unit;
     pd_surface_state_statistics f;
     pd_surface_states_compute_statistics(model->surface_states, m->desc->index, &f);
     if (!unit[0]) unit = "-";
-    pdi_monitor_add_output(m, "mean", unit, f.mean);
-    pdi_monitor_add_output(m, "least", unit, f.min);
-    pdi_monitor_add_output(m, "most", unit, f.max);
-    pdi_monitor_add_output(m, "area", pdi_monitor_unit_area[pdi_monitor_get_unit_index(model->setup)], f.area);
+    pdi_monitor_outputs_add_output(m, "mean", unit, f.mean);
+    pdi_monitor_outputs_add_output(m, "least", unit, f.min);
+    pdi_monitor_outputs_add_output(m, "most", unit, f.max);
+    pdi_monitor_outputs_add_output(m, "area", pdi_monitor_outputs_get_area_unit(model->setup), f.area);
 }
 
-/* Replace the outputs of a monitor by those of now. A line has none; a force keeps its outputs until the next flow
- * solve; a mechanical boundary condition has its reaction force by axes. Errors of force, crack and reaction force; the
- * outputs are incomplete then. */
-static pd_status pdi_monitor_compute_outputs(pd_ctx *ctx, pd_model *model, pd_monitor *m)
+PDI_FN pd_status pdi_monitor_outputs_compute(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
-    if (m->desc->kind == PD_MONITOR_FORCE) return pdi_monitor_compute_force(ctx, model, m);
+    if (m->desc->kind == PD_MONITOR_FORCE) return pdi_monitor_outputs_compute_force(ctx, model, m);
     m->count = 0;
-    if (m->desc->kind == PD_MONITOR_PLANE) pdi_monitor_compute_plane(ctx, model, m);
-    if (m->desc->kind == PD_MONITOR_TRANSFER) pdi_monitor_compute_mass_transfer(ctx, model, m);
-    if (m->desc->kind == PD_MONITOR_TOTAL) pdi_monitor_compute_total(ctx, model, m);
-    if (m->desc->kind == PD_MONITOR_SOLID) pdi_monitor_compute_solid(ctx, model, m);
-    if (m->desc->kind == PD_MONITOR_ELECTRODE) pdi_monitor_compute_electrode(model, m);
-    if (m->desc->kind == PD_MONITOR_SURFACE_STATE) pdi_monitor_compute_surface_state(model, m);
-    if (m->desc->kind == PD_MONITOR_PRECRACK) return pdi_monitor_compute_crack(ctx, model, m);
+    if (m->desc->kind == PD_MONITOR_PLANE) pdi_monitor_outputs_compute_plane(ctx, model, m);
+    if (m->desc->kind == PD_MONITOR_TRANSFER) pdi_monitor_outputs_compute_mass_transfer(ctx, model, m);
+    if (m->desc->kind == PD_MONITOR_TOTAL) pdi_monitor_outputs_compute_total(ctx, model, m);
+    if (m->desc->kind == PD_MONITOR_SOLID) pdi_monitor_outputs_compute_solid(ctx, model, m);
+    if (m->desc->kind == PD_MONITOR_ELECTRODE) pdi_monitor_outputs_compute_electrode(model, m);
+    if (m->desc->kind == PD_MONITOR_SURFACE_STATE) pdi_monitor_outputs_compute_surface_state(model, m);
+    if (m->desc->kind == PD_MONITOR_PRECRACK) return pdi_monitor_outputs_compute_crack(ctx, model, m);
     if (m->desc->kind == PD_MONITOR_MECHANICAL_BC) {
         double force[PD_DIM];
         PD_TRY(pd_reaction_force_compute(ctx, &model->mechanical_bc, m->desc->index, model->time_loop.time, force));
-        pdi_monitor_add_vector_output(m, 'f', "", pdi_monitor_unit_force[PD_DIM - 1], force, 1.0);
+        pdi_monitor_outputs_add_vector_output(m, 'f', "", pdi_monitor_outputs_unit_force[PD_DIM - 1], force, 1.0);
     }
     return PD_OK;
 }
 
-/* ---- profiles ---- */
+#undef PDI_MONITOR_OUTPUTS_TOLERANCE
+
+/* ======== >>run/monitor_profile.c ======== */
+/* monitor_profile: see monitor_profile.h */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
 
 /* Copy the name of a column into names[column]; returns the next column. */
-static int pdi_monitor_set_column_name(char names[][PD_SETUP_NAME], int column, const char *name)
+static int pdi_monitor_profile_set_column_name(char names[][PD_SETUP_NAME], int column, const char *name)
 {
     snprintf(names[column], PD_SETUP_NAME, "%s", name);
     return column + 1;
@@ -23363,14 +23451,14 @@ static int pdi_monitor_set_column_name(char names[][PD_SETUP_NAME], int column, 
 /* Names of the columns of a line: arc length, position, the requested fields (v by components), with units, "-" for
  * none. first[PD_FIELD_COUNT]: column of each field; of one that is not requested, of the next one. Returns the number
  * of columns. */
-static int pdi_monitor_name_line_columns(const pd_setup *setup, const pd_monitor *m, char names[][PD_SETUP_NAME],
-                                         int *first)
+static int pdi_monitor_profile_name_line_columns(const pd_setup *setup, const pd_monitor *m,
+                                                 char names[][PD_SETUP_NAME], int *first)
 {
     char name[PD_SETUP_NAME];
-    int count = pdi_monitor_set_column_name(names, 0, "s [m]");
+    int count = pdi_monitor_profile_set_column_name(names, 0, "s [m]");
     for (int d = 0; d < PD_DIM; d++) {
         snprintf(name, sizeof name, "%c [m]", "xyz"[d]);
-        count = pdi_monitor_set_column_name(names, count, name);
+        count = pdi_monitor_profile_set_column_name(names, count, name);
     }
     for (int f = 0; f < PD_FIELD_COUNT; f++) {
         first[f] = count;
@@ -23380,7 +23468,7 @@ static int pdi_monitor_name_line_columns(const pd_setup *setup, const pd_monitor
             pd_fields_get_unit(setup, (pd_field)f, unit);
             snprintf(name, sizeof name, "%.36s%s [%.22s]", pd_fields_get_name(setup, (pd_field)f),
                      pd_fields_get_axis((pd_field)f, d), unit[0] ? unit : "-");
-            count = pdi_monitor_set_column_name(names, count, name);
+            count = pdi_monitor_profile_set_column_name(names, count, name);
         }
     }
     return count;
@@ -23388,24 +23476,25 @@ static int pdi_monitor_name_line_columns(const pd_setup *setup, const pd_monitor
 
 /* Names of the columns of the profile of a mass transfer: position, area, flux density, and with a reference length
  * C_fluid and Sh. Returns their number, 3 or 5. */
-static int pdi_monitor_name_transfer_columns(const pd_setup *setup, const pd_monitor *m, char names[][PD_SETUP_NAME])
+static int pdi_monitor_profile_name_transfer_columns(const pd_setup *setup, const pd_monitor *m,
+                                                     char names[][PD_SETUP_NAME])
 {
     char name[PD_SETUP_NAME];
     int count;
     snprintf(name, sizeof name, "%c [m]", "xyz"[m->desc->axis]);
-    count = pdi_monitor_set_column_name(names, 0, name);
-    snprintf(name, sizeof name, "area [%s]", pdi_monitor_unit_area[pdi_monitor_get_unit_index(setup)]);
-    count = pdi_monitor_set_column_name(names, count, name);
-    count = pdi_monitor_set_column_name(names, count, "density [mol/m2/s]");
+    count = pdi_monitor_profile_set_column_name(names, 0, name);
+    snprintf(name, sizeof name, "area [%s]", pdi_monitor_outputs_get_area_unit(setup));
+    count = pdi_monitor_profile_set_column_name(names, count, name);
+    count = pdi_monitor_profile_set_column_name(names, count, "density [mol/m2/s]");
     if (!(m->desc->length > 0.0)) return count;
-    count = pdi_monitor_set_column_name(names, count, "C_fluid [mol/m3]");
-    return pdi_monitor_set_column_name(names, count, "Sh [-]");
+    count = pdi_monitor_profile_set_column_name(names, count, "C_fluid [mol/m3]");
+    return pdi_monitor_profile_set_column_name(names, count, "Sh [-]");
 }
 
 /* Sample the requested fields at m->rows points (2 or more), evenly spaced from d->lo to d->hi with both ends, into
  * profile[rows][columns]: arc length from lo, position, fields by components, NaN where a field has no value. Call
  * pd_sample_prepare before. */
-static void pdi_monitor_compute_line(const pd_model *model, pd_monitor *m)
+static void pdi_monitor_profile_compute_line(const pd_model *model, pd_monitor *m)
 {
     const pd_setup_monitor *d = m->desc;
     for (int k = 0; k < m->rows; k++) {
@@ -23425,7 +23514,7 @@ static void pdi_monitor_compute_line(const pd_model *model, pd_monitor *m)
 /* Fill profile[rows][columns] of a mass transfer from m->flux, m->area and m->fluid: cell centre along the axis, area,
  * flux density (NaN without area); with a reference length also C_fluid and the local Sherwood number with the
  * difference C_surface - C_fluid of the layer. */
-static void pdi_monitor_compute_transfer_profile(const pd_model *model, pd_monitor *m)
+static void pdi_monitor_profile_compute_transfer(const pd_model *model, pd_monitor *m)
 {
     const pd_setup_monitor *d = m->desc;
     for (int k = 0; k < m->rows; k++) {
@@ -23442,8 +23531,8 @@ static void pdi_monitor_compute_transfer_profile(const pd_model *model, pd_monit
 /* Plot `count` columns of the profile from `first` on over column 0, drawn in um if its last value is below 2 mm, in mm
  * below 2 m, else in m. axis: name of column 0; label: of the values. Series are named x, y, z if there are several.
  * PD_OK and no file where no value is finite. */
-static pd_status pdi_monitor_draw_profile(pd_ctx *ctx, const pd_monitors *all, const pd_monitor *m, int first,
-                                          int count, const char *axis, const char *label, const char *path)
+static pd_status pdi_monitor_profile_draw(pd_ctx *ctx, const pd_model *model, const pd_monitor *m, int first, int count,
+                                          const char *axis, const char *label, const char *path)
 {
     char title[PD_SETUP_NAME + 2 * PD_UNITS_TEXT], stamp[PD_UNITS_TEXT], x_label[16];
     static const char *const names[] = {"x", "y", "z"};
@@ -23461,8 +23550,8 @@ static pd_status pdi_monitor_draw_profile(pd_ctx *ctx, const pd_monitors *all, c
             shown += fabs(row[first + c]) < HUGE_VAL;
         }
     }
-    pd_setup_format_value(all->model->time_loop.time, "s", stamp);
-    snprintf(title, sizeof title, "%.60s: %.40s, t = %s", all->model->setup->name, m->desc->name, stamp);
+    pd_setup_format_value(model->time_loop.time, "s", stamp);
+    snprintf(title, sizeof title, "%.60s: %.40s, t = %s", model->setup->name, m->desc->name, stamp);
     snprintf(x_label, sizeof x_label, "%s [%s]", axis, unit > 1e4 ? "um" : unit > 10.0 ? "mm" : "m");
     plot.title = title;
     plot.x_label = x_label;
@@ -23479,62 +23568,65 @@ static pd_status pdi_monitor_draw_profile(pd_ctx *ctx, const pd_monitors *all, c
     return status;
 }
 
-/* ---- files ---- */
-
 /* Path "FOLDER/line_NAME_C_000012_t6.1s.png" into path[PD_PATH_SIZE], added to the list of the folder; field "":
  * without it. */
-static pd_status pdi_monitor_format_path(pd_ctx *ctx, const pd_monitors *all, const pd_monitor *m, const char *field,
-                                         int frame, const char *extension, char *path)
+static pd_status pdi_monitor_profile_format_path(pd_ctx *ctx, const pd_model *model, pd_output_folder *folder,
+                                                 const pd_monitor *m, const char *field, int frame,
+                                                 const char *extension, char *path)
 {
     char prefix[2 * PD_SETUP_NAME], name[PD_PATH_SIZE];
     snprintf(prefix, sizeof prefix, "%s_%s%s%s", pd_setup_monitor_section_name(m->desc->kind), m->desc->name,
              field[0] ? "_" : "", field);
-    PD_TRY(pdi_file_format_frame_name(ctx, prefix, frame, all->model->time_loop.time, extension, name));
-    return pdi_output_folder_add_file(ctx, all->folder, name, path);
+    PD_TRY(pdi_file_format_frame_name(ctx, prefix, frame, model->time_loop.time, extension, name));
+    return pdi_output_folder_add_file(ctx, folder, name, path);
 }
 
 /* Plot each field of m->desc->images over a line, one file a field. first[f]: column of field f. */
-static pd_status pdi_monitor_draw_line(pd_ctx *ctx, const pd_monitors *all, const pd_monitor *m, const int *first,
-                                       int frame)
+static pd_status pdi_monitor_profile_draw_line(pd_ctx *ctx, const pd_model *model, pd_output_folder *folder,
+                                               const pd_monitor *m, const int *first, int frame)
 {
     char path[PD_PATH_SIZE];
     for (int f = 0; f < PD_FIELD_COUNT; f++) {
         if (!((m->desc->images >> f) & 1u)) continue;
-        const char *name = pd_fields_get_name(all->model->setup, (pd_field)f);
-        PD_TRY(pdi_monitor_format_path(ctx, all, m, name, frame, "png", path));
-        PD_TRY(pdi_monitor_draw_profile(ctx, all, m, first[f], pd_fields_count_components((pd_field)f), "s",
-                                        pd_fields_get_label(all->model->setup, (pd_field)f), path));
+        const char *name = pd_fields_get_name(model->setup, (pd_field)f);
+        PD_TRY(pdi_monitor_profile_format_path(ctx, model, folder, m, name, frame, "png", path));
+        PD_TRY(pdi_monitor_profile_draw(ctx, model, m, first[f], pd_fields_count_components((pd_field)f), "s",
+                                        pd_fields_get_label(model->setup, (pd_field)f), path));
     }
     return PD_OK;
 }
 
-/* Fill the profile of a line or mass transfer, write it as a table, and plot it: each image field of a line; of a
- * transfer Sh with a reference length, else the flux density. A line samples the fields now; a transfer uses m->flux,
- * m->area and m->fluid of the last step. */
-static pd_status pdi_monitor_write_profile(pd_ctx *ctx, const pd_monitors *all, pd_monitor *m, int frame)
+PDI_FN pd_status pdi_monitor_profile_write(pd_ctx *ctx, pd_model *model, pd_output_folder *folder, pd_monitor *m,
+                                           int frame)
 {
     char names[1 + PD_DIM + PD_FIELD_COUNT + PD_DIM][PD_SETUP_NAME], path[PD_PATH_SIZE];
     const char *list[1 + PD_DIM + PD_FIELD_COUNT + PD_DIM];
     const pd_setup_monitor *d = m->desc;
     int first[PD_FIELD_COUNT], line = d->kind == PD_MONITOR_LINE;
-    const pd_setup *u = all->model->setup;
-    int count =
-        line ? pdi_monitor_name_line_columns(u, m, names, first) : pdi_monitor_name_transfer_columns(u, m, names);
+    const pd_setup *u = model->setup;
+    int count = line ? pdi_monitor_profile_name_line_columns(u, m, names, first)
+                     : pdi_monitor_profile_name_transfer_columns(u, m, names);
     for (int k = 0; k < count; k++) list[k] = names[k];
-    if (line) pd_sample_prepare(ctx, all->model, d->fields);
-    if (line) pdi_monitor_compute_line(all->model, m);
-    else pdi_monitor_compute_transfer_profile(all->model, m);
-    PD_TRY(pdi_monitor_format_path(ctx, all, m, "", frame, "csv", path));
+    if (line) pd_sample_prepare(ctx, model, d->fields);
+    if (line) pdi_monitor_profile_compute_line(model, m);
+    else pdi_monitor_profile_compute_transfer(model, m);
+    PD_TRY(pdi_monitor_profile_format_path(ctx, model, folder, m, "", frame, "csv", path));
     PD_TRY(pdi_csv_write_table(ctx, path, list, count, m->profile, m->rows));
-    if (line) return pdi_monitor_draw_line(ctx, all, m, first, frame);
+    if (line) return pdi_monitor_profile_draw_line(ctx, model, folder, m, first, frame);
     int sherwood = d->length > 0.0;
-    PD_TRY(pdi_monitor_format_path(ctx, all, m, sherwood ? "Sh" : "density", frame, "png", path));
-    return pdi_monitor_draw_profile(ctx, all, m, sherwood ? 4 : 2, 1,
+    PD_TRY(pdi_monitor_profile_format_path(ctx, model, folder, m, sherwood ? "Sh" : "density", frame, "png", path));
+    return pdi_monitor_profile_draw(ctx, model, m, sherwood ? 4 : 2, 1,
                                     d->axis == 0   ? "x"
                                     : d->axis == 1 ? "y"
                                                    : "z",
                                     sherwood ? "Sh [-]" : "density [mol/m2/s]", path);
 }
+
+/* ======== >>run/monitor.c ======== */
+/* monitor: see monitor.h */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
 
 /* File name of the table, such as "plane_up.csv". */
 static void pdi_monitor_format_table_name(const pd_monitor *m, char name[2 * PD_SETUP_NAME])
@@ -23556,8 +23648,6 @@ static pd_status pdi_monitor_begin_table(pd_ctx *ctx, const pd_monitors *all, pd
     PD_TRY(pdi_output_folder_add_file(ctx, all->folder, name, path));
     return pd_csv_create(ctx, path, list, m->count + 1, &m->table);
 }
-
-/* ---- life ---- */
 
 /* Allocate m->output (more with chemistry), and for a line or transfer the profile; set rows and columns. A transfer
  * also gets its layers: one for each cell along its axis, or one without an axis. rows is 0 for all other kinds. On
@@ -23616,7 +23706,7 @@ static pd_status pdi_monitor_build_inner(pd_ctx *ctx, pd_model *model, pd_monito
         m->flow_solves = -1;
         all->error_line = m->desc->line;
         PD_TRY(pdi_monitor_allocate(ctx, model, m));
-        PD_TRY(pdi_monitor_compute_outputs(ctx, model, m));
+        PD_TRY(pdi_monitor_outputs_compute(ctx, model, m));
         m->flow_solves = -1;
     }
     return PD_OK;
@@ -23671,7 +23761,7 @@ PDI_FN pd_status pdi_monitors_step(pd_ctx *ctx, pd_monitors *all)
         PD_TRY(pd_dissolve_prepare(ctx, &all->model->dissolve));
     for (int k = 0; k < count; k++) {
         pd_monitor *m = &all->monitor[k];
-        PD_TRY(pdi_monitor_compute_outputs(ctx, all->model, m));
+        PD_TRY(pdi_monitor_outputs_compute(ctx, all->model, m));
         if (m->count == 0 || !m->table.file.stream) continue;
         row[0] = all->model->time_loop.time;
         for (int f = 0; f < m->count; f++) row[f + 1] = m->output[f].value;
@@ -23684,7 +23774,7 @@ PDI_FN pd_status pdi_monitors_write_frame(pd_ctx *ctx, pd_monitors *all, int fra
 {
     for (int k = 0; k < all->model->setup->monitors; k++) {
         pd_monitor *m = &all->monitor[k];
-        if (m->rows > 1) PD_TRY(pdi_monitor_write_profile(ctx, all, m, frame));
+        if (m->rows > 1) PD_TRY(pdi_monitor_profile_write(ctx, all->model, all->folder, m, frame));
     }
     return PD_OK;
 }
@@ -23709,8 +23799,6 @@ PDI_FN void pdi_monitors_free(pd_ctx *ctx, pd_monitors *all)
     }
     memset(all, 0, sizeof *all);
 }
-
-#undef PDI_MONITOR_TOLERANCE
 
 /* ======== >>run/monitor_report.c ======== */
 /* monitor_report: see monitor_report.h */
@@ -23803,7 +23891,7 @@ static void pdi_monitor_report_print_warnings(const pd_model *model, const pd_mo
     char text[256];
     if (m->desc->kind == PD_MONITOR_ELECTRODE) {
         pd_cell_electrode e;
-        pdi_monitor_get_electrode(model, m->desc->index, &e);
+        pdi_monitor_outputs_get_electrode(model, m->desc->index, &e);
         pdi_monitor_report_print_faraday_mismatch(m, print, user);
         pdi_monitor_report_print_table_range(model, m, &e, print, user);
         pdi_monitor_report_print_curve_range(model, m, &e, print, user);

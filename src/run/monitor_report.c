@@ -91,7 +91,7 @@ static void pdi_monitor_report_print_warnings(const pd_model *model, const pd_mo
     char text[256];
     if (m->desc->kind == PD_MONITOR_ELECTRODE) {
         pd_cell_electrode e;
-        pdi_monitor_get_electrode(model, m->desc->index, &e);
+        pdi_monitor_outputs_get_electrode(model, m->desc->index, &e);
         pdi_monitor_report_print_faraday_mismatch(m, print, user);
         pdi_monitor_report_print_table_range(model, m, &e, print, user);
         pdi_monitor_report_print_curve_range(model, m, &e, print, user);

@@ -7,15 +7,11 @@
 #include "io/plot.h"
 #include "io/axis_ticks.h"
 #include "io/deformed_plot.h"
-#include "physics/sample.h"
-#include <float.h>
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #define PDI_PICTURES_MAX_FILE_BYTES 1073741824u /* [byte] largest picture file that is copied */
-#define PDI_PICTURES_FLOAT_CHUNK 1024           /* floats that are converted at a time */
 #define PDI_PICTURES_FRAME_MS 100               /* [ms] between frames of a film */
 
 /* Header of a frame in the file of frames. */
@@ -23,252 +19,6 @@ typedef struct pdi_pictures_frame_header {
     double field, frame, time; /* [-], [-], [s] */
     pd_picture_range view;     /* with which it was drawn */
 } pdi_pictures_frame_header;
-
-/* 1: the metal is drawn at its displaced place in pictures of this field: the field has values in the metal, and
- * displacements are drawn. */
-static int pdi_pictures_is_deformed(const pd_output_pictures *im, pd_field field)
-{
-    return im->displacement && field < PD_FIELD_COUNT && pd_fields_is_in_metal(im->model->setup, field);
-}
-
-/* 1: the scene asks for pictures of this field, or of the surface. */
-static int pdi_pictures_is_drawn(const pd_output_pictures *im, pd_field field)
-{
-    if (field == PD_PICTURES_SURFACE) return pdi_surface_view_is_requested(im->model->setup);
-    return (int)(im->model->setup->images >> field & 1u);
-}
-
-/* The field that gives the colours; PD_FIELD_COUNT: none does. */
-static pd_field pdi_pictures_get_colour_field(const pd_output_pictures *im, pd_field field)
-{
-    return field == PD_PICTURES_SURFACE ? pdi_surface_view_get_colour_field(im->model->setup) : field;
-}
-
-/* Name of the field in file names, such as "C". */
-static const char *pdi_pictures_get_field_name(const pd_output_pictures *im, pd_field field)
-{
-    return field == PD_PICTURES_SURFACE ? "surface" : pd_fields_get_name(im->model->setup, field);
-}
-
-/* 1: streamlines or velocity vectors are drawn over the field. */
-static int pdi_pictures_has_flow_overlay(const pd_output_pictures *im, pd_field field)
-{
-    const pd_setup_image_options *drawing = &im->model->setup->drawing;
-    return field < PD_FIELD_COUNT && (drawing->streamlines[field] || drawing->vectors[field]);
-}
-
-/* 1: its colour scale is logarithmic. */
-static int pdi_pictures_is_log_scale(const pd_output_pictures *im, pd_field field)
-{
-    pd_field of = pdi_pictures_get_colour_field(im, field);
-    return of < PD_FIELD_COUNT && (int)(im->model->setup->drawing.log >> of & 1u);
-}
-
-/* How the cell of a node is painted. A field of all cells: by its value. Else walls and inactive nodes as wall; solid
- * by the value of a field of the metal, else as solid; fluid by the value, but blank where the value is undefined (just
- * converted) or the field is of the metal alone. */
-static pd_paint pdi_pictures_get_cell_kind(const pd_model *m, pd_field field, int32_t node)
-{
-    uint8_t kind = m->grid.kind[node];
-    int solid = pd_fields_is_in_metal(m->setup, field);
-    if (pd_fields_get_place(m->setup, field) == PD_FIELD_IN_ALL) return PD_PAINT_FIELD;
-    if (kind == PD_WALL || kind == PD_INACTIVE) return PD_PAINT_WALL;
-    if (kind == PD_SOLID) return solid ? PD_PAINT_FIELD : PD_PAINT_SOLID;
-    if (pd_model_is_undefined(m, field, node)) return PD_PAINT_OUTSIDE;
-    return pd_fields_get_place(m->setup, field) == PD_FIELD_IN_METAL ? PD_PAINT_OUTSIDE : PD_PAINT_FIELD;
-}
-
-/* Node that a cell of the drawn plane shows. In 3D the plane is the layer of cells that holds slice_at, within the box;
- * with mirrored rows those below the axis show the node above it. */
-static int32_t pdi_pictures_get_node(const pd_output_pictures *im, int64_t cell)
-{
-    const pd_model *m = im->model;
-    int row = (int)(cell / im->nx), i[PD_DIM];
-    for (int d = 0; d < PD_DIM; d++) {
-        double slice = floor((m->setup->slice_at - m->grid.lo[d]) / m->grid.h[d] + PD_SHAPE_TOLERANCE);
-        i[d] = (int)pd_max(0.0, pd_min(slice, m->grid.n[d] - 1.0));
-    }
-    i[im->up] = row < im->mirrored_rows ? im->mirrored_rows - 1 - row : row - im->mirrored_rows;
-    i[im->right] = (int)(cell % im->nx); /* 1D: one row */
-    return pd_grid_node(&m->grid, i);
-}
-
-/* Round to float, as the file of frames stores it, so that a frame drawn again is the same. Larger values become
- * +-FLT_MAX; NaN stays. */
-static double pdi_pictures_round_to_float(double value)
-{
-    if (value > (double)FLT_MAX) return (double)FLT_MAX;
-    if (value < -(double)FLT_MAX) return -(double)FLT_MAX;
-    return (double)(float)value;
-}
-
-/* 1: an unbroken bond joins the metal of two cells; 0: it is broken, or there is none. Both cells must be points of the
- * body. */
-static int pdi_pictures_has_bond(const pd_output_pictures *im, int64_t cell, int64_t other)
-{
-    const pd_solid_coupling *s = &im->model->solid;
-    int32_t i = s->point[pdi_pictures_get_node(im, cell)], j = s->point[pdi_pictures_get_node(im, other)];
-    for (pd_bond_iterator f = pd_body_bonds_begin(&s->body, i); pd_body_bonds_next(&f);)
-        if (f.neighbour == j) return !pd_body_bond_is_broken(&f);
-    return 0;
-}
-
-/* Offsets (column, row) of the four neighbours to the right and above. */
-static const int pdi_pictures_neighbour_offset[4][2] = {{1, 0}, {0, 1}, {1, 1}, {-1, 1}};
-
-/* Set bonded[cells]: bit k: the metal of the cell has an unbroken bond to that of neighbour k (right, above, both
- * diagonals above), so that cracks open in deformed pictures. Cells without displacement have none. In an intact body
- * all neighbours count. */
-static void pdi_pictures_mark_bonded_neighbours(pd_output_pictures *im)
-{
-    int whole = pd_body_is_intact(&im->model->solid.body);
-    for (int64_t k = 0; k < im->cells; k++) {
-        int x = (int)(k % im->nx), y = (int)(k / im->nx);
-        im->bonded[k] = 0;
-        for (int b = 0; b < 4; b++) {
-            int column = x + pdi_pictures_neighbour_offset[b][0], row = y + pdi_pictures_neighbour_offset[b][1];
-            int64_t other = (int64_t)row * im->nx + column;
-            if (column < 0 || column >= im->nx || row >= im->ny || isnan(im->displacement[k]) ||
-                isnan(im->displacement[other]))
-                continue;
-            if (whole || pdi_pictures_has_bond(im, k, other)) im->bonded[k] |= (uint8_t)(1 << b);
-        }
-    }
-}
-
-/* Fill displacement [2][cells] [m] with the displacements of the metal along right and up times the scale of the setup,
- * NaN elsewhere, and bonded. */
-static void pdi_pictures_compute_displacements(pd_output_pictures *im)
-{
-    const pd_model *m = im->model;
-    for (int64_t k = 0; k < im->cells; k++) {
-        int32_t node = pdi_pictures_get_node(im, k), point = m->solid.point[node];
-        const double *u = pd_solid_coupling_displacements(&m->solid) + (int64_t)(point < 0 ? 0 : point) * PD_DIM;
-        int metal = point >= 0 && m->grid.kind[node] == PD_SOLID;
-        im->displacement[k] =
-            metal ? pdi_pictures_round_to_float(m->setup->displacement_scale * u[im->right]) : (double)NAN;
-        im->displacement[im->cells + k] =
-            metal ? pdi_pictures_round_to_float(m->setup->displacement_scale * u[im->up]) : (double)NAN;
-    }
-    pdi_pictures_mark_bonded_neighbours(im);
-}
-
-/* 1: a cell and its neighbour are bonded and drawn as one piece. Callback of pdi_deformed_plot. */
-static int pdi_pictures_are_bonded(const void *user, int cell, int other)
-{
-    const pd_output_pictures *im = (const pd_output_pictures *)user;
-    int low = cell < other ? cell : other, high = cell < other ? other : cell;
-    int x = high % im->nx - low % im->nx, y = high / im->nx - low / im->nx;
-    for (int b = 0; b < 4; b++)
-        if (pdi_pictures_neighbour_offset[b][0] == x && pdi_pictures_neighbour_offset[b][1] == y)
-            return im->bonded[low] >> b & 1;
-    return 0;
-}
-
-/* Fill velocity[2][cells] [m/s] with the components along right and up in the drawn plane, the latter reversed in
- * mirrored rows; NaN outside the fluid. */
-static void pdi_pictures_compute_velocities(pd_output_pictures *im)
-{
-    const pd_model *m = im->model;
-    const double *right = pd_model_velocity(m) + (int64_t)im->right * m->grid.total;
-    const double *up = pd_model_velocity(m) + (int64_t)im->up * m->grid.total;
-    for (int64_t k = 0; k < im->cells; k++) {
-        int32_t node = pdi_pictures_get_node(im, k);
-        int fluid = m->grid.kind[node] == PD_FLUID, mirrored = k / im->nx < im->mirrored_rows;
-        im->velocity[k] = fluid ? pdi_pictures_round_to_float(right[node]) : (double)NAN;
-        im->velocity[im->cells + k] =
-            fluid ? pdi_pictures_round_to_float(mirrored ? -up[node] : up[node]) : (double)NAN;
-    }
-}
-
-/* Fill cell[cells] with the values of a field, rounded to float, and paint[cells]. */
-static void pdi_pictures_compute_cells(pd_output_pictures *im, pd_field field)
-{
-    int32_t node = 0, step = im->model->grid.stride[im->right];
-    for (int64_t k = 0; k < im->cells; k++, node += step) {
-        if (k % im->nx == 0) node = pdi_pictures_get_node(im, k);
-        im->cell[k] = pdi_pictures_round_to_float(pd_sample_get_node(im->model, field, node));
-        im->paint[k] = (uint8_t)pdi_pictures_get_cell_kind(im->model, field, node);
-    }
-}
-
-/* ---- what frames have in common ---- */
-
-/* Comparison of two doubles for qsort. */
-static int pdi_pictures_compare_doubles(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-/* Value at fractional rank `at`, 0 to count - 1, of sorted[count], linear between two: a percentile. */
-static double pdi_pictures_interpolate_sorted(const double *sorted, int64_t count, double at)
-{
-    int64_t below = (int64_t)pd_min(floor(at), (double)count - 1.0), above = below + 1 < count ? below + 1 : below;
-    return sorted[below] + (at - (double)below) * (sorted[above] - sorted[below]);
-}
-
-/* Number of values of a frame: cells, or pixels of the rendered surface. */
-static int64_t pdi_pictures_count_values(const pd_output_pictures *im, pd_field field)
-{
-    return field == PD_PICTURES_SURFACE ? (int64_t)im->surface_view.width * im->surface_view.height : im->cells;
-}
-
-/* Smallest and largest value of this frame that is painted by the field, without NaN and (log) values <= 0. With
- * im->sorted, which is work, the bounds of the central fraction drawing.percentile of them. *lo > *hi: there are
- * none. */
-static void pdi_pictures_find_range(pd_output_pictures *im, pd_field field, double *lo, double *hi)
-{
-    int64_t count = 0, values = pdi_pictures_count_values(im, field);
-    int surface = field == PD_PICTURES_SURFACE;
-    *lo = HUGE_VAL;
-    *hi = -HUGE_VAL;
-    for (int64_t k = 0; k < values; k++) {
-        double value = surface ? (double)im->surface_view.value[k] : im->cell[k];
-        if (!surface && im->paint[k] != PD_PAINT_FIELD) continue;
-        if (isnan(value) || (pdi_pictures_is_log_scale(im, field) && !(value > 0.0))) continue;
-        if (value < *lo) *lo = value;
-        if (value > *hi) *hi = value;
-        if (im->sorted) im->sorted[count] = value;
-        count++;
-    }
-    if (!im->sorted || count == 0) return;
-    double cut = 0.5 * (1.0 - im->model->setup->drawing.percentile) * (double)(count - 1);
-    qsort(im->sorted, (size_t)count, sizeof *im->sorted, pdi_pictures_compare_doubles);
-    *lo = pdi_pictures_interpolate_sorted(im->sorted, count, cut);
-    *hi = pdi_pictures_interpolate_sorted(im->sorted, count, (double)(count - 1) - cut);
-}
-
-/* 1: the colour range is known from the start: given (low < high), 0 to 1 of a fraction that is not drawn
- * logarithmically, that of kind or phase, or no field gives colours. */
-static int pdi_pictures_is_range_fixed(const pd_setup *setup, pd_field field)
-{
-    if (field == PD_FIELD_COUNT) return 1; /* nothing gives it colours */
-    const double *range = setup->drawing.range[field];
-    int shares = pd_fields_get_scale(field) == PD_FIELD_SCALE_FRACTION;
-    return range[0] < range[1] || (shares && !(setup->drawing.log >> field & 1u)) || field == PD_FIELD_KIND ||
-           field == PD_FIELD_PHASE;
-}
-
-/* Extend im->view of the field by this frame: the extent of deformed metal (described by warp) if it is drawn deformed,
- * the largest speed with streamlines or vectors, and the colour range unless it is fixed. */
-static pd_status pdi_pictures_update_range(pd_ctx *ctx, pd_output_pictures *im, pd_field field,
-                                           const pdi_deformed_plot *warp)
-{
-    pd_picture_range *view = &im->view[field];
-    double lo, hi;
-    if (pdi_pictures_is_deformed(im, field))
-        PD_TRY(pdi_deformed_plot_extend_range(ctx, warp, view->extent_min, view->extent_max));
-    for (int64_t k = 0; pdi_pictures_has_flow_overlay(im, field) && k < im->cells; k++)
-        view->max_speed = pd_max(view->max_speed, pdi_canvas_hypot(im->velocity[k], im->velocity[im->cells + k]));
-    if (pdi_pictures_is_range_fixed(im->model->setup, pdi_pictures_get_colour_field(im, field))) return PD_OK;
-    pdi_pictures_find_range(im, field, &lo, &hi);
-    view->min = pd_min(view->min, lo);
-    view->max = pd_max(view->max, hi);
-    return PD_OK;
-}
-
-/* ---- pictures ---- */
 
 /* Buffers of labels. */
 typedef struct pdi_pictures_labels {
@@ -298,7 +48,7 @@ static const char *pdi_pictures_format_title(const pd_output_pictures *im, pd_fi
                  PD_UNITS_TEXT, pdi_unit_label_format_value(value, place));
     }
     size_t used = strlen(text->title);
-    if (pdi_pictures_is_deformed(im, field))
+    if (pdi_picture_frame_is_deformed(im, field))
         snprintf(text->title + used, sizeof text->title - used, ", displacements \xC3\x97 %g", u->displacement_scale);
     return text->title;
 }
@@ -325,13 +75,13 @@ static void pdi_pictures_get_range(const pd_output_pictures *im, pd_field field,
                                    double *hi)
 {
     const pd_setup *u = im->model->setup;
-    pd_field of = pdi_pictures_get_colour_field(im, field);
+    pd_field of = pdi_picture_frame_get_colour_field(im, field);
     *lo = of < PD_FIELD_COUNT ? u->drawing.range[of][0] : 0.0;
     *hi = of < PD_FIELD_COUNT ? u->drawing.range[of][1] : 0.0;
     if (*lo < *hi) return;
-    *lo = pdi_pictures_is_range_fixed(u, of) ? 0.0 : im->view[field].min;
-    *hi = pdi_pictures_is_range_fixed(u, of) ? 1.0 : im->view[field].max;
-    pdi_field_plot_adjust_range(map, pdi_pictures_is_log_scale(im, field), lo, hi);
+    *lo = pdi_picture_frame_is_range_fixed(u, of) ? 0.0 : im->view[field].min;
+    *hi = pdi_picture_frame_is_range_fixed(u, of) ? 1.0 : im->view[field].max;
+    pdi_field_plot_adjust_range(map, pdi_picture_frame_is_log_scale(im, field), lo, hi);
 }
 
 /* Add streamlines or vectors to the picture; nothing where the field has none. side_closed: left, right, lower, upper
@@ -339,7 +89,7 @@ static void pdi_pictures_get_range(const pd_output_pictures *im, pd_field field,
 static void pdi_pictures_set_flow_overlay(const pd_output_pictures *im, pd_field field, pd_field_plot *picture)
 {
     const pd_grid *grid = &im->model->grid;
-    if (!pdi_pictures_has_flow_overlay(im, field)) return;
+    if (!pdi_picture_frame_has_flow_overlay(im, field)) return;
     picture->streamlines = im->model->setup->drawing.streamlines[field];
     picture->arrows = im->model->setup->drawing.vectors[field];
     picture->velocity = im->velocity;
@@ -382,7 +132,7 @@ static void pdi_pictures_build_picture(const pd_output_pictures *im, pd_field fi
     picture->axes[1] = m->setup->axisymmetric ? "r" : axes[im->up];
     picture->mirrored = im->mirrored_rows > 0;
     picture->map = pdi_pictures_get_colour_map(m->setup, field);
-    picture->log = pdi_pictures_is_log_scale(im, field);
+    picture->log = pdi_picture_frame_is_log_scale(im, field);
     picture->smooth = drawing->smooth;
     picture->width = drawing->width;
     picture->contour_count = drawing->contours[field];
@@ -406,7 +156,7 @@ static void pdi_pictures_build_deformed(const pd_output_pictures *im, pd_field f
     memset(warp, 0, sizeof *warp);
     warp->undeformed = picture;
     warp->displacement = im->displacement;
-    warp->is_connected = pdi_pictures_are_bonded;
+    warp->is_connected = pdi_picture_frame_are_bonded;
     warp->user = im;
     for (int d = 0; d < 2 && im->view[field].extent_min[0] < im->view[field].extent_max[0]; d++) {
         warp->lo[d] = im->view[field].extent_min[d];
@@ -433,7 +183,7 @@ static void pdi_pictures_build_plot(pd_output_pictures *im, pd_field field, doub
     plot->y_label = pd_fields_get_label(m->setup, field);
     plot->x_lo = m->grid.lo[0] * 1e6;
     plot->x_hi = m->grid.hi[0] * 1e6;
-    plot->y_log = axis.log = pdi_pictures_is_log_scale(im, field);
+    plot->y_log = axis.log = pdi_picture_frame_is_log_scale(im, field);
     pdi_pictures_get_range(im, field, PD_COLOUR_MAP_SEQUENTIAL, &axis.lo, &axis.hi);
     if (!(m->setup->drawing.range[field][0] < m->setup->drawing.range[field][1]))
         pdi_axis_ticks_widen_range(0.03, &axis);
@@ -465,7 +215,7 @@ static pd_status pdi_pictures_draw_surface(pd_ctx *ctx, const pd_output_pictures
     relief.widest_stamp = "t = 000.000 min";
     if (relief.use_values) {
         relief.map = pdi_pictures_get_colour_map(u, of);
-        relief.log = pdi_pictures_is_log_scale(im, of);
+        relief.log = pdi_picture_frame_is_log_scale(im, of);
         relief.label = pd_fields_get_label(im->model->setup, of);
         pdi_pictures_set_legend(of, &labels);
         relief.names = labels.names;
@@ -490,7 +240,7 @@ static pd_status pdi_pictures_draw_frame(pd_ctx *ctx, pd_output_pictures *im, pd
     if (field == PD_PICTURES_SURFACE) return pdi_pictures_draw_surface(ctx, im, time, path, image);
     if (PD_DIM > 1) {
         pdi_pictures_build_picture(im, field, time, &text, &picture);
-        if (!pdi_pictures_is_deformed(im, field))
+        if (!pdi_picture_frame_is_deformed(im, field))
             return image ? pd_field_plot_draw_image(ctx, &picture, image) : pd_field_plot_write(ctx, path, &picture);
         pdi_pictures_build_deformed(im, field, &picture, &warp);
         return image ? pdi_deformed_plot_draw_image(ctx, &warp, image) : pdi_deformed_plot_write(ctx, path, &warp);
@@ -510,7 +260,7 @@ static pd_status pdi_pictures_copy_latest(pd_ctx *ctx, pd_output_pictures *im, p
     char name[PD_SETUP_NAME], path[PD_PATH_SIZE], *data = NULL;
     size_t size = 0;
     pd_file file;
-    snprintf(name, sizeof name, "latest_%.40s.%s", pdi_pictures_get_field_name(im, field), end);
+    snprintf(name, sizeof name, "latest_%.40s.%s", pdi_picture_frame_get_field_name(im, field), end);
     PD_TRY(im->latest >> field & 1u ? pd_file_join(ctx, im->folder->path, name, path)
                                      : pdi_output_folder_add_file(ctx, im->folder, name, path));
     PD_TRY(pdi_file_read_all(ctx, picture, PDI_PICTURES_MAX_FILE_BYTES, &data, &size));
@@ -535,7 +285,8 @@ static pd_status pdi_pictures_write_files(pd_ctx *ctx, pd_output_pictures *im, p
     char name[PD_PATH_SIZE], path[PD_PATH_SIZE];
     for (int k = 0; k < 2; k++) {
         if (!(formats >> k & 1u)) continue;
-        PD_TRY(pdi_file_format_frame_name(ctx, pdi_pictures_get_field_name(im, field), frame, time, ends[k], name));
+        PD_TRY(
+            pdi_file_format_frame_name(ctx, pdi_picture_frame_get_field_name(im, field), frame, time, ends[k], name));
         PD_TRY(fresh ? pdi_output_folder_add_file(ctx, im->folder, name, path)
                       : pd_file_join(ctx, im->folder->path, name, path));
         PD_TRY(image && k == 0 ? pd_png_write(ctx, path, image)
@@ -548,73 +299,6 @@ static pd_status pdi_pictures_write_files(pd_ctx *ctx, pd_output_pictures *im, p
 
 /* ---- frames in a file ---- */
 
-/* Write numbers to the file as floats, or read them (reading: 1). PD_ERR_FILE: it ends early. */
-static pd_status pdi_pictures_store_floats(pd_ctx *ctx, pd_file *file, int reading, double *values, int64_t count)
-{
-    float piece[PDI_PICTURES_FLOAT_CHUNK];
-    size_t got;
-    for (int64_t at = 0; at < count; at += PDI_PICTURES_FLOAT_CHUNK) {
-        size_t n = (size_t)(count - at < PDI_PICTURES_FLOAT_CHUNK ? count - at : PDI_PICTURES_FLOAT_CHUNK);
-        if (reading) {
-            PD_TRY(pdi_file_read_bytes(ctx, file, piece, n * sizeof *piece, &got));
-            if (got != n * sizeof *piece) return pd_fail(ctx, PD_ERR_FILE, "images", "'%s' ends early", file->path);
-            for (size_t k = 0; k < n; k++) values[(size_t)at + k] = (double)piece[k];
-        } else {
-            for (size_t k = 0; k < n; k++) piece[k] = (float)values[(size_t)at + k];
-            PD_TRY(pdi_file_write(ctx, file, piece, n * sizeof *piece));
-        }
-    }
-    return PD_OK;
-}
-
-/* Write bytes to the file, or read them. PD_ERR_FILE: it ends early. */
-static pd_status pdi_pictures_store_bytes(pd_ctx *ctx, pd_file *file, int reading, void *data, size_t size)
-{
-    size_t got;
-    if (!reading) return pdi_file_write(ctx, file, data, size);
-    PD_TRY(pdi_file_read_bytes(ctx, file, data, size, &got));
-    return got == size ? PD_OK : pd_fail(ctx, PD_ERR_FILE, "images", "'%s' ends early", file->path);
-}
-
-/* Write or read the pixels of the rendered surface. */
-static pd_status pdi_pictures_store_surface(pd_ctx *ctx, pd_output_pictures *im, pd_file *file, int reading)
-{
-    size_t pixels = (size_t)im->surface_view.width * (size_t)im->surface_view.height;
-    PD_TRY(
-        pdi_pictures_store_bytes(ctx, file, reading, im->surface_view.value, pixels * sizeof *im->surface_view.value));
-    PD_TRY(pdi_pictures_store_bytes(ctx, file, reading, im->surface_view.brightness, pixels));
-    PD_TRY(pdi_pictures_store_bytes(ctx, file, reading, im->surface_view.coverage, pixels));
-    return pdi_pictures_store_bytes(ctx, file, reading, im->surface_view.edge, pixels);
-}
-
-/* Write or read the data of a frame that follow its header: values and paint, or the rendered surface; displacements
- * and bonds if it is deformed; velocities with streamlines or vectors; a newline at the end. */
-static pd_status pdi_pictures_store_frame_data(pd_ctx *ctx, pd_output_pictures *im, pd_field field, pd_file *file,
-                                               int reading)
-{
-    char end = '\n';
-    if (field == PD_PICTURES_SURFACE) PD_TRY(pdi_pictures_store_surface(ctx, im, file, reading));
-    else {
-        PD_TRY(pdi_pictures_store_floats(ctx, file, reading, im->cell, im->cells));
-        PD_TRY(pdi_pictures_store_bytes(ctx, file, reading, im->paint, (size_t)im->cells));
-    }
-    if (pdi_pictures_is_deformed(im, field)) {
-        PD_TRY(pdi_pictures_store_floats(ctx, file, reading, im->displacement, 2 * im->cells));
-        PD_TRY(pdi_pictures_store_bytes(ctx, file, reading, im->bonded, (size_t)im->cells));
-    }
-    if (pdi_pictures_has_flow_overlay(im, field))
-        PD_TRY(pdi_pictures_store_floats(ctx, file, reading, im->velocity, 2 * im->cells));
-    return pdi_pictures_store_bytes(ctx, file, reading, &end, 1);
-}
-
-/* [byte] Length of the data of a frame, without header. */
-static int64_t pdi_pictures_count_frame_bytes(const pd_output_pictures *im, pd_field field)
-{
-    if (field == PD_PICTURES_SURFACE) return 7 * (int64_t)im->surface_view.width * im->surface_view.height + 1;
-    int overlay = pdi_pictures_has_flow_overlay(im, field) ? 8 : 0;
-    return im->cells * ((pdi_pictures_is_deformed(im, field) ? 14 : 5) + overlay) + 1;
-}
-
 /* Append a frame, with the range of the frames so far, to the file of frames and flush it. */
 static pd_status pdi_pictures_append_frame(pd_ctx *ctx, pd_output_pictures *im, pd_field field, int frame)
 {
@@ -625,7 +309,7 @@ static pd_status pdi_pictures_append_frame(pd_ctx *ctx, pd_output_pictures *im, 
     head.time = im->model->time_loop.time;
     head.view = im->view[field];
     PD_TRY(pdi_file_write(ctx, &im->frame_file, &head, sizeof head));
-    PD_TRY(pdi_pictures_store_frame_data(ctx, im, field, &im->frame_file, 0));
+    PD_TRY(pdi_picture_frame_store(ctx, im, field, &im->frame_file, 0));
     return pdi_file_flush(ctx, &im->frame_file);
 }
 
@@ -637,19 +321,19 @@ PDI_FN pd_status pdi_pictures_draw_frames(pd_ctx *ctx, pd_output_pictures *im, i
     pdi_deformed_plot warp;
     memset(&warp, 0, sizeof warp);
     im->last = frame;
-    if (im->displacement) pdi_pictures_compute_displacements(im);
-    if (im->velocity) pdi_pictures_compute_velocities(im);
+    if (im->displacement) pdi_picture_frame_compute_displacements(im);
+    if (im->velocity) pdi_picture_frame_compute_velocities(im);
     for (int k = 0; k < PD_PICTURES_COUNT; k++) {
         pd_field field = (pd_field)k;
-        if (!pdi_pictures_is_drawn(im, field)) continue;
+        if (!pdi_picture_frame_is_drawn(im, field)) continue;
         PD_TRY(pd_check_cancel(ctx, "pictures", k));
         if (field == PD_PICTURES_SURFACE) PD_TRY(pdi_surface_view_draw(ctx, im->model, &im->surface_view));
-        else pdi_pictures_compute_cells(im, field);
-        if (pdi_pictures_is_deformed(im, field)) {
+        else pdi_picture_frame_compute_cells(im, field);
+        if (pdi_picture_frame_is_deformed(im, field)) {
             pdi_pictures_build_picture(im, field, time, &text, &picture);
             pdi_pictures_build_deformed(im, field, &picture, &warp);
         }
-        PD_TRY(pdi_pictures_update_range(ctx, im, field, &warp));
+        PD_TRY(pdi_picture_frame_update_range(ctx, im, field, &warp));
         if (im->stores_frames) PD_TRY(pdi_pictures_append_frame(ctx, im, field, frame));
         PD_TRY(pdi_pictures_write_files(ctx, im, field, frame, time, 1, NULL));
     }
@@ -678,11 +362,11 @@ static pd_status pdi_pictures_redraw_frames(pd_ctx *ctx, pd_output_pictures *im,
         if (got < sizeof head) return PD_OK;
         pd_field of = (pd_field)(int)head.field;
         if (of != field || (!film && pdi_pictures_is_same_view(&head.view, &im->view[field]))) {
-            if (fseek((FILE *)file->stream, (long)pdi_pictures_count_frame_bytes(im, of), SEEK_CUR) == 0) continue;
+            if (fseek((FILE *)file->stream, (long)pdi_picture_frame_count_bytes(im, of), SEEK_CUR) == 0) continue;
             return pd_fail(ctx, PD_ERR_FILE, "images", "'%s' ends early", file->path);
         }
         PD_TRY(pd_check_cancel(ctx, "pictures", (int64_t)head.frame));
-        PD_TRY(pdi_pictures_store_frame_data(ctx, im, field, file, 1));
+        PD_TRY(pdi_picture_frame_store(ctx, im, field, file, 1));
         pd_status status = film ? pdi_pictures_draw_frame(ctx, im, field, head.time, NULL, &image) : PD_OK;
         if (status == PD_OK && !pdi_pictures_is_same_view(&head.view, &im->view[field]))
             status = pdi_pictures_write_files(ctx, im, field, (int)head.frame, head.time, 0, film ? &image : NULL);
@@ -696,7 +380,7 @@ static pd_status pdi_pictures_redraw_frames(pd_ctx *ctx, pd_output_pictures *im,
 static pd_status pdi_pictures_begin_film(pd_ctx *ctx, pd_output_pictures *im, pd_field field, pdi_apng *film)
 {
     char name[PD_PATH_SIZE], path[PD_PATH_SIZE];
-    snprintf(name, sizeof name, "%s_film.png", pdi_pictures_get_field_name(im, field));
+    snprintf(name, sizeof name, "%s_film.png", pdi_picture_frame_get_field_name(im, field));
     PD_TRY(pdi_output_folder_add_file(ctx, im->folder, name, path));
     return pdi_apng_create(ctx, path, (int)im->frames, PDI_PICTURES_FRAME_MS, film);
 }
@@ -725,7 +409,7 @@ PDI_FN pd_status pdi_pictures_finish(pd_ctx *ctx, pd_output_pictures *im)
     PD_TRY(pdi_file_commit(ctx, &im->frame_file));
     PD_TRY(pd_file_join(ctx, im->folder->path, PD_FRAMES_FILE, path));
     for (int k = 0; k < PD_PICTURES_COUNT; k++)
-        if (pdi_pictures_is_drawn(im, (pd_field)k)) PD_TRY(pdi_pictures_redraw_field(ctx, im, (pd_field)k, path));
+        if (pdi_picture_frame_is_drawn(im, (pd_field)k)) PD_TRY(pdi_pictures_redraw_field(ctx, im, (pd_field)k, path));
     return PD_OK;
 }
 
@@ -745,19 +429,12 @@ static int pdi_pictures_has_growing_range(const pd_output_pictures *im)
 {
     for (int k = 0; k < PD_PICTURES_COUNT; k++) {
         pd_field field = (pd_field)k;
-        int known = pdi_pictures_is_range_fixed(im->model->setup, pdi_pictures_get_colour_field(im, field)) &&
-                    !pdi_pictures_is_deformed(im, field) &&
+        int known = pdi_picture_frame_is_range_fixed(im->model->setup, pdi_picture_frame_get_colour_field(im, field)) &&
+                    !pdi_picture_frame_is_deformed(im, field) &&
                     !(field < PD_FIELD_COUNT && im->model->setup->drawing.vectors[field]);
-        if (pdi_pictures_is_drawn(im, field) && !known) return 1;
+        if (pdi_picture_frame_is_drawn(im, field) && !known) return 1;
     }
     return 0;
-}
-
-/* Largest number of values that are sorted for percentiles. */
-static int64_t pdi_pictures_count_max_values(const pd_output_pictures *im)
-{
-    int64_t pixels = pdi_pictures_count_values(im, PD_PICTURES_SURFACE);
-    return pixels > im->cells ? pixels : im->cells;
 }
 
 /* Allocate the arrays that the requested pictures need: pixels of the surface; values to sort for a percentile between
@@ -768,12 +445,12 @@ static pd_status pdi_pictures_allocate(pd_ctx *ctx, pd_output_pictures *im)
     const pd_setup *u = im->model->setup;
     if (pdi_surface_view_is_requested(u)) PD_TRY(pdi_surface_view_build(ctx, u, &im->surface_view));
     if (u->drawing.percentile > 0.0 && u->drawing.percentile < 1.0 && (u->images || pdi_surface_view_is_requested(u)))
-        PD_TRY(PD_NEW(ctx, "images", pdi_pictures_count_max_values(im), im->sorted));
+        PD_TRY(PD_NEW(ctx, "images", pdi_picture_frame_count_max_values(im), im->sorted));
     if (!u->images) return PD_OK;
     PD_TRY(PD_NEW(ctx, "images", im->cells, im->cell));
     PD_TRY(PD_NEW(ctx, "images", im->cells, im->paint));
     for (int k = 0; k < PD_FIELD_COUNT && !im->velocity; k++)
-        if (pdi_pictures_has_flow_overlay(im, (pd_field)k))
+        if (pdi_picture_frame_has_flow_overlay(im, (pd_field)k))
             PD_TRY(PD_NEW(ctx, "images", 2 * im->cells, im->velocity));
     if (!(u->displacement_scale > 0.0)) return PD_OK;
     PD_TRY(PD_NEW(ctx, "images", 2 * im->cells, im->displacement));
@@ -838,11 +515,10 @@ PDI_FN void pdi_pictures_free(pd_ctx *ctx, pd_output_pictures *im)
     PD_DELETE(ctx, 2 * im->cells, im->displacement);
     PD_DELETE(ctx, 2 * im->cells, im->velocity);
     PD_DELETE(ctx, im->cells, im->bonded);
-    PD_DELETE(ctx, pdi_pictures_count_max_values(im), im->sorted);
+    PD_DELETE(ctx, pdi_picture_frame_count_max_values(im), im->sorted);
     pdi_renderer_free(ctx, &im->surface_view);
     memset(im, 0, sizeof *im);
 }
 
-#undef PDI_PICTURES_FLOAT_CHUNK
 #undef PDI_PICTURES_MAX_FILE_BYTES
 #undef PDI_PICTURES_FRAME_MS

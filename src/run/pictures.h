@@ -7,44 +7,9 @@
  */
 #ifndef PD_PICTURES_H
 #define PD_PICTURES_H
-#include "io/output_folder.h"
-#include "run/surface_view.h"
-#include "setup/fields.h"
+#include "run/picture_frame.h"
 
 #define PD_FRAMES_FILE "pictures.bin"
-#define PD_PICTURES_SURFACE PD_FIELD_COUNT /* in place of a field: the surface of the metal */
-#define PD_PICTURES_COUNT (PD_FIELD_COUNT + 1)
-
-/* Colour range and extent of all frames of a field so far. */
-typedef struct pd_picture_range {
-    double min, max;                     /* [unit of the field] smallest and largest value; lo > hi: none */
-    double extent_min[2], extent_max[2]; /* [m] extent of deformed metal; low > high: none */
-    double max_speed;                    /* [m/s] largest speed in the plane */
-} pd_picture_range;
-
-typedef struct pd_output_pictures {
-    const pd_model *model;
-    pd_output_folder *folder;
-    int right, up, mirrored_rows; /* axes of the drawn plane; rows below the axis of an axisymmetric scene */
-    int nx, ny;
-    int64_t cells;
-    double *cell;            /* [cells] [unit of the field] */
-    uint8_t *paint;          /* [cells] pd_paint */
-    /* [2][cells] [m] displacements as they are drawn, NaN: none; NULL: nothing is moved */
-    double *displacement;
-    uint8_t *bonded;         /* [cells] bit k: the cell and its neighbour k hold together */
-    double *velocity;        /* [2][cells] [m/s] along right and up, NaN: nothing flows; NULL: none is drawn */
-    double *sorted;          /* [unit of the field] values of a frame, for percentiles; NULL: all of them count */
-    pd_rendering surface_view; /* the surface of the metal, in 3D */
-    pd_picture_range view[PD_PICTURES_COUNT];
-    int64_t frames;          /* so far */
-    int64_t last;            /* number of the last frame */
-    int updates_latest;      /* 1: the last picture of each field is there under a name of its own, too */
-    pd_fields latest;        /* those of which a picture stands in the list of the folder */
-    int stores_frames;       /* 1: frames are kept, in: */
-    pd_file frame_file;
-    int64_t frame_file_bytes; /* [byte] of it when the checkpoint was made */
-} pd_output_pictures;
 
 #ifdef PDI_APP_INTERNAL
 /* Colour map by how the values of a field lie: labels for categories, diverging where they have both signs, else
