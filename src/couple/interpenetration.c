@@ -1,5 +1,6 @@
 /* interpenetration: see interpenetration.h */
 #include "couple/interpenetration.h"
+#include "solid/body_bonds.h"
 #include "core/vec.h"
 #include "lattice/node_visibility.h"
 #include <math.h>
@@ -60,7 +61,7 @@ static double pdi_interpenetration_initial_gap(const pd_interpenetration *s, con
 static void pdi_interpenetration_record(pd_interpenetration *s, int32_t i, int32_t j, double depth)
 {
     if (pdi_interpenetration_get_component(s, i) == pdi_interpenetration_get_component(s, j)) {
-        if (pdi_body_count_intact(s->body, i) && pdi_body_count_intact(s->body, j))
+        if (pdi_body_bonds_count_intact(s->body, i) && pdi_body_bonds_count_intact(s->body, j))
             s->crack_overlap = pd_max(s->crack_overlap, depth);
     } else if (depth > s->component_overlap) {
         s->component_overlap = depth;
@@ -152,7 +153,7 @@ PDI_FN void pdi_interpenetration_compute(pd_interpenetration *s, const double *u
     pdi_interpenetration_check_neighbours(s, u, 1, most);
     for (int32_t k = 0; k < s->bins; k++) s->bin[k] = -1;
     for (int32_t i = 0; i < s->count && s->bins; i++) { /* points that lack bonds are at a surface */
-        if (!pdi_interpenetration_is_solid(s, i) || pdi_body_count_intact(s->body, i) == s->body->stencil_bonds)
+        if (!pdi_interpenetration_is_solid(s, i) || pdi_body_bonds_count_intact(s->body, i) == s->body->stencil_bonds)
             continue;
         pdi_interpenetration_check_nearby(s, u, i, most);
         int32_t own = pdi_interpenetration_hash_cell(s, u, i, NULL);
@@ -173,7 +174,7 @@ PDI_FN pd_status pdi_interpenetration_build(pd_ctx *ctx, pd_interpenetration *s)
     if (status == PD_OK) status = PD_NEW(ctx, "overlap", s->count, s->component);
     for (int32_t i = 0; i < s->count && status == PD_OK; i++) {
         if (seen[i]) continue;
-        int32_t count = pdi_body_find_component(s->body, i, seen, piece);
+        int32_t count = pdi_body_bonds_find_component(s->body, i, seen, piece);
         for (int32_t k = 0; k < count; k++)
             if (piece[k] < s->count) s->component[piece[k]] = s->components;
         s->components++;

@@ -1,5 +1,6 @@
 /* point_cells: see point_cells.h */
 #include "couple/point_cells.h"
+#include "solid/body_bonds.h"
 #include "core/par.h"
 #include "core/vec.h"
 #include "lattice/node_visibility.h"
@@ -289,7 +290,7 @@ static void pdi_point_cells_break_through(const pd_point_cells *s, pd_body *body
         s->stiffness_factor[gone] = 0.0;
         int after = pdi_point_cells_is_connected(s, i, step);
         s->stiffness_factor[gone] = stiff;
-        if (before ? !after : pdi_point_cells_is_crossed(off, step)) pdi_body_break_bond(body, i, &f);
+        if (before ? !after : pdi_point_cells_is_crossed(off, step)) pdi_body_bonds_break(body, i, &f);
     }
 }
 
@@ -298,7 +299,7 @@ static void pdi_point_cells_break_through(const pd_point_cells *s, pd_body *body
 static void pdi_point_cells_dissolve_point(const pd_point_cells *s, pd_body *body, int32_t gone)
 {
     int reach = (int)ceil(s->horizon_ratio + 0.5), wide = 2 * reach + 1, all = pdi_grid_count_cube(reach), cell[PD_DIM];
-    pdi_body_break_all_bonds(body, gone);
+    pdi_body_bonds_break_all(body, gone);
     pdi_point_cells_get_cell(s, gone, cell);
     for (int k = 0; k < all; k++) {
         int at[PD_DIM];

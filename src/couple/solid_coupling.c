@@ -1,5 +1,6 @@
 /* solid_coupling: see solid_coupling.h */
 #include "couple/solid_coupling.h"
+#include "solid/body_bonds.h"
 #include "core/par.h"
 #include "core/vec.h"
 #include "lattice/node_visibility.h"
@@ -39,7 +40,7 @@ PDI_FN void pdi_solid_coupling_list(pdi_array_visitor *owner, void *object)
 PDI_FN double pdi_solid_coupling_damage(const pd_solid_coupling *s, int32_t point)
 {
     int64_t all = s->body.first_bond[point + 1] - s->body.first_bond[point];
-    return all ? 1.0 - (double)pdi_body_count_intact(&s->body, point) / (double)all : 0.0;
+    return all ? 1.0 - (double)pdi_body_bonds_count_intact(&s->body, point) / (double)all : 0.0;
 }
 
 /* ---- build ---- */
@@ -177,7 +178,7 @@ static pd_status pdi_solid_coupling_init_interpenetration(pd_ctx *ctx, pd_solid_
 static int pdi_solid_coupling_has_bonds(const pd_solid_coupling *s)
 {
     for (int32_t i = 0; i < s->count; i++)
-        if (pdi_body_count_intact(&s->body, i)) return 1;
+        if (pdi_body_bonds_count_intact(&s->body, i)) return 1;
     return 0;
 }
 

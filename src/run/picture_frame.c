@@ -1,5 +1,6 @@
 /* picture_frame: see picture_frame.h */
 #include "run/picture_frame.h"
+#include "solid/body_bonds.h"
 #include "setup/fields.h"
 #include "io/canvas.h"
 #include "physics/sample.h"

@@ -66,7 +66,7 @@ typedef struct pd_body {
     double spacing;    /* [m] */
     pd_partial_volume rim;
     double period[PD_DIM]; /* [m] */
-    /* of a lattice with PD_PARTIAL_VOLUME_EXACT: cells along an axis in the table `part`; 0: no table */
+    /* of a lattice with PD_PARTIAL_VOLUME_EXACT: cells along an axis in cell_fraction; 0: no table */
     int32_t fraction_cells;
     double *cell_fraction; /* [cells^PD_DIM] [-] volume fractions of cells within the horizon by their offsets, axis 0
                             * fastest */
@@ -76,14 +76,14 @@ typedef struct pd_body {
     int64_t *first_bond; /* [count + 1] number of the first bond of each family */
     int lattice;       /* 1: all points are on a lattice, and families come from the shared stencil */
     int32_t stencil_bonds; /* bonds of the lattice stencil; otherwise bonds of the longest family */
-    int64_t shifts;    /* entries of shift: kinds, or twice that with lists */
-    int32_t *stencil_shift; /* [shifts] index distances from the entry of a point in member to those of its family; then
-                             * the ones for points with lists of their own */
-    int64_t table_entries;  /* entries of member */
-    int64_t lattice_entries; /* entries of member that are lattice positions; lists of single points follow them */
+    int64_t shifts;        /* entries of stencil_shift: kinds, or twice that with lists */
+    int32_t *stencil_shift;  /* [shifts] index distances from the entry of a point in point_table to those of its
+                              * family; then the ones for points with lists of their own */
+    int64_t table_entries;   /* entries of point_table */
+    int64_t lattice_entries; /* entries of point_table that are lattice positions; lists of single points follow them */
     int32_t *point_table; /* [places] point at each lattice position, -1: none, then the lists of points with incomplete
                            * families; without a lattice the families, one after another */
-    int32_t *table_index; /* [count] of a lattice: index in member of each point, or of its own list */
+    int32_t *table_index; /* [count] of a lattice: index in point_table of each point, or of its own list */
     int8_t *bond_image;   /* [bonds] with a period: number of periods between the other end and the point it is an image
                            * of */
     uint8_t *broken;   /* one bit for each bond, whole bytes for each family; 1: broken, set at both ends of the bond */
@@ -91,7 +91,7 @@ typedef struct pd_body {
 
 /* Iterator over the bonds of the family of a point. */
 typedef struct pd_bond_iterator {
-    const int32_t *point_entry; /* entry of the point in member */
+    const int32_t *point_entry; /* entry of the point in point_table */
     const int32_t *shift;  /* of the body */
     const uint8_t *broken; /* bits of the family */
     const int8_t *image;   /* of its bonds; NULL without a period */
@@ -104,9 +104,6 @@ typedef struct pd_bond_iterator {
 
 #define pd_body_build PD_NAME(pd_body_build)
 #define pd_body_free PD_NAME(pd_body_free)
-#define pd_body_family PD_NAME(pd_body_family)
-#define pd_body_break PD_NAME(pd_body_break)
-#define pd_body_is_intact PD_NAME(pd_body_is_intact)
 
 /* Builds the families of all points; copies positions and volumes. No bond is broken; after an error the body is empty.
  * PD_ERR_ARGUMENT: no point; a horizon or volume not positive and finite; a horizon below the spacing; an exact rim
@@ -115,12 +112,6 @@ typedef struct pd_bond_iterator {
  * both). PD_ERR_SIZE: a lattice has too many families that lost bonds. */
 PD_API pd_status pd_body_build(pd_ctx *ctx, const pd_body_desc *desc, pd_body *body);
 PD_API void pd_body_free(pd_ctx *ctx, pd_body *body);
-/* Lists the family of point i: neighbours into to, 1 (broken) or 0 (intact) into broken, an entry for each bond; NULL:
- * not wanted. Each periodic image of a point has an entry. Returns the number of bonds, broken ones too. */
-PD_API int32_t pd_body_family(const pd_body *body, int32_t i, int32_t *to, uint8_t *broken);
-/* Breaks the bond of two points at both ends; bonds of their images stay. Returns 1: it was intact; 0: it was
- * broken, or there is none. */
-PD_API int pd_body_break(pd_body *body, int32_t i, int32_t j);
 /* 1: the body is periodic. */
 static inline int pd_body_is_periodic(const pd_body *body) { return body->period[PD_DIM - 1] > 0.0; }
 /* Iterator that stands before the first bond of point i. Use: for (pd_bond_iterator f = pd_body_bonds_begin(body, i);
@@ -151,8 +142,6 @@ static inline int pd_body_bond_is_broken(const pd_bond_iterator *f)
 {
     return f->broken[f->number >> 3] >> (f->number & 7) & 1;
 }
-/* 1: no bond of the body is broken. */
-PD_API int pd_body_is_intact(const pd_body *body);
 
 #ifdef PDI_INTERNAL
 /* Describes the broken-bond bits: the only state of a body that checkpoints store. */
@@ -197,29 +186,9 @@ static inline double pdi_body_compute_stretch(const double *xi, const double *et
     *length = sqrt(square + more);
     return more / (*r * (*length + *r));
 }
-/* Number of unbroken bonds of point i. */
-PDI_FN int64_t pdi_body_count_intact(const pd_body *body, int32_t i);
-/* Breaks all bonds of point i at both ends. Returns how many were intact. */
-PDI_FN int64_t pdi_body_break_all_bonds(pd_body *body, int32_t i);
-/* Marks bond number n of the family of point i as broken at this end only; the caller has to mark the other end,
- * too. */
-PDI_FN void pdi_body_mark_broken(pd_body *body, int32_t i, int32_t n);
-/* Number of the current bond of point i within the family of its other end. */
-PDI_FN int32_t pdi_body_find_reverse_bond(const pd_body *body, int32_t i, const pd_bond_iterator *f);
-/* Breaks the current bond of point i at both ends. Returns 1: it was intact; 0: it was broken, and nothing changes. */
-PDI_FN int pdi_body_break_bond(pd_body *body, int32_t i, const pd_bond_iterator *f);
-/* Number of the bond to point i within the family of point j (no periodic image); -1: none. */
-PDI_FN int32_t pdi_body_find_bond(const pd_body *body, int32_t i, int32_t j);
 /* Entries of the table of a lattice of n [PD_DIM] positions whose bonds span at most `steps` spacings along an axis,
  * with the empty margin before the first position. */
 PDI_FN double pdi_body_count_table_entries(const double *n, double steps);
-/* Sets felt [count] (0 before) to 1 for real points (no mirror images) and for all points in their families, over
- * broken bonds too. Forces on real points depend on these families alone, so other families need not be computed. */
-PDI_FN void pdi_body_mark_influential(const pd_body *body, uint8_t *felt);
-/* Connected component of the bond graph that contains point i: points that unbroken bonds join to it, i first, into the
- * begin of piece [count]. Points with seen [count] set before are left out; those found get seen 1. Returns how
- * many. */
-PDI_FN int32_t pdi_body_find_component(const pd_body *body, int32_t i, uint8_t *seen, int32_t *piece);
 /* Weight w [-] of a bond xi [m]: influence function times the volume fraction of the end cell within the horizon.
  * Linear rim: the fraction is 1 up to horizon - spacing/2 and falls to 0 at horizon + spacing/2; exact rim: that of
  * partial_volume.h; without a spacing 1 at any length. 0: no bond. Broken bonds are not looked up. Even in xi, so both

@@ -1,5 +1,6 @@
 /* bond_failure: see bond_failure.h */
 #include "solid/bond_failure.h"
+#include "solid/body_bonds.h"
 #include "core/par.h"
 #include "solid/weight_calibration.h"
 #include <math.h>
@@ -106,7 +107,7 @@ static double pdi_bond_failure_compute_measure(const pd_bond_failure *c, const d
     if (c->desc.kind == PD_BOND_FAILURE_STRETCH) return stretch;
     if (!(stretch > 0.0)) return 0.0;
     double energy =
-        c->energy[pdi_body_bond_number(f)] + c->energy[body->first_bond[j] + pdi_body_find_reverse_bond(body, i, f)];
+        c->energy[pdi_body_bond_number(f)] + c->energy[body->first_bond[j] + pdi_body_bonds_find_reverse(body, i, f)];
     return energy / pdi_body_compute_bond_weight(body, PD_INFLUENCE_CONSTANT, xi);
 }
 
@@ -195,7 +196,7 @@ static double pdi_bond_failure_lost_stretch(const pd_bond_failure *c, const doub
 {
     const pd_body *body = c->solid.body;
     double h[PD_DIM * PD_DIM], xi[PD_DIM], eta[PD_DIM], y[PD_DIM], r, length, most = 0.0;
-    int64_t intact = pdi_body_count_intact(body, i);
+    int64_t intact = pdi_body_bonds_count_intact(body, i);
     if (!intact || intact == body->first_bond[i + 1] - body->first_bond[i] ||
         (c->desc.unbreakable && c->desc.unbreakable[i]))
         return 0.0;
@@ -230,7 +231,7 @@ static int64_t pdi_bond_failure_break_blind_points(const pd_ctx *ctx, pd_bond_fa
     for (int32_t i = 0; i < body->count; i++) {
         if (!(c->max_measure[i] >= from)) continue;
         for (pd_bond_iterator f = pd_body_bonds_begin(body, i); pd_body_bonds_next(&f);)
-            if (!c->desc.unbreakable || !c->desc.unbreakable[f.neighbour]) broken += pdi_body_break_bond(body, i, &f);
+            if (!c->desc.unbreakable || !c->desc.unbreakable[f.neighbour]) broken += pdi_body_bonds_break(body, i, &f);
     }
     return broken;
 }
@@ -250,7 +251,7 @@ int64_t pd_bond_failure_break(const pd_ctx *ctx, pd_bond_failure *c, const doubl
         if (!(c->max_measure[i] >= from)) continue;
         for (pd_bond_iterator f = pd_body_bonds_begin(body, i); pd_body_bonds_next(&f);)
             if (f.neighbour >= i && pdi_bond_failure_compute_measure(c, u, i, &f) >= from)
-                broken += pdi_body_break_bond(body, i, &f);
+                broken += pdi_body_bonds_break(body, i, &f);
     }
     return broken;
 }

@@ -1,5 +1,6 @@
 /* bond_force: see bond_force.h */
 #include "solid/bond_force.h"
+#include "solid/body_bonds.h"
 #include "core/par.h"
 #include "solid/bond_stretch.h"
 #include <math.h>
@@ -273,7 +274,7 @@ static double pdi_bond_force_released_energy(const pd_bond_force *s, const pdi_b
 /* Marks the bond from point i to j as broken at the end of i. */
 static void pdi_bond_force_mark_broken(pd_bond_force *s, int32_t i, int32_t j)
 {
-    pdi_body_mark_broken(s->body, i, pdi_body_find_bond(s->body, j, i));
+    pdi_body_bonds_mark_broken(s->body, i, pdi_body_bonds_find(s->body, j, i));
 }
 
 /* Adds the bonds of point n of batch k to its sums, bond by bond: any e, any positions. Bonds with e > critical (2 +

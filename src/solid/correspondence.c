@@ -1,5 +1,6 @@
 /* correspondence: see correspondence.h */
 #include "solid/correspondence.h"
+#include "solid/body_bonds.h"
 #include "core/par.h"
 #include "core/vec.h"
 #include <math.h>
@@ -207,7 +208,7 @@ static int32_t pdi_correspondence_compute_families(const pd_ctx *ctx, const pd_c
     for (int32_t i = 0; i < body->count; i++)
         if (!pdi_correspondence_compute_family(e, i)) e->weight_sum[i] = 0.0;
     for (int32_t i = body->count - 1; i >= 0; i--)
-        if (!(e->weight_sum[i] > 0.0) && (!e->desc.detach_singular || pdi_body_count_intact(body, i))) flat = i;
+        if (!(e->weight_sum[i] > 0.0) && (!e->desc.detach_singular || pdi_body_bonds_count_intact(body, i))) flat = i;
     return flat;
 }
 
@@ -217,14 +218,15 @@ pd_status pd_correspondence_update(pd_ctx *ctx, pd_correspondence *e)
     int32_t flat = pdi_correspondence_compute_families(ctx, e);
     while (flat >= 0 && e->desc.detach_singular) {
         for (int32_t i = flat; i < body->count; i++)
-            if (!(e->weight_sum[i] > 0.0)) e->detached_bonds += pdi_body_break_all_bonds(e->body, i);
+            if (!(e->weight_sum[i] > 0.0)) e->detached_bonds += pdi_body_bonds_break_all(e->body, i);
         flat = pdi_correspondence_compute_families(ctx, e);
     }
     if (flat >= 0)
         return pd_fail(ctx, PD_ERR_GEOMETRY, "correspondence",
                        "the %.0f bonds of point %d at x = %g m do not span all directions: the body is too thin there "
                        "for its horizon",
-                       (double)pdi_body_count_intact(body, flat), (int)flat, body->position[(int64_t)flat * PD_DIM]);
+                       (double)pdi_body_bonds_count_intact(body, flat), (int)flat,
+                       body->position[(int64_t)flat * PD_DIM]);
     PD_TRY(pdi_point_batch_update(ctx, &e->band));
     pdi_correspondence_compute_edges(ctx, e);
     return PD_OK;
@@ -258,7 +260,7 @@ static pd_status pdi_correspondence_build_inner(pd_ctx *ctx, pd_body *body, cons
     e->plastic.hardening = desc->hardening;
     PD_TRY(pdi_array_registry_build(ctx, pdi_correspondence_list, e));
     PD_TRY(pdi_array_registry_build(ctx, pdi_j2_plasticity_list, &e->plastic));
-    pdi_body_mark_influential(body, e->influential);
+    pdi_body_bonds_mark_influential(body, e->influential);
     PD_TRY(pdi_bond_weights_build(ctx, body, &e->weights));
     PD_TRY(pdi_bond_weights_compute_influence(ctx, &e->weights, desc->influence));
     PD_TRY(pdi_point_batch_build(ctx, body, &e->weights,

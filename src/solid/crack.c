@@ -1,5 +1,6 @@
 /* crack: see crack.h */
 #include "solid/crack.h"
+#include "solid/body_bonds.h"
 #include "core/par.h"
 #include "core/vec.h"
 #include <math.h>
@@ -150,7 +151,8 @@ static pd_status pdi_crack_compute_gradients(pd_ctx *ctx, const pdi_crack_fields
                        "that is not parallel to the crack, or too few points", c->desc.inner, c->desc.outer);
     for (int32_t i = 0; i < body->count; i++) {
         int near = pdi_crack_needs_gradient(c, i);
-        if ((near || c->q[i] > 0.0) && !pdi_crack_compute_gradient(c, u, i) && near && pdi_body_count_intact(body, i))
+        if ((near || c->q[i] > 0.0) && !pdi_crack_compute_gradient(c, u, i) && near &&
+            pdi_body_bonds_count_intact(body, i))
             return pd_fail(ctx, PD_ERR_GEOMETRY, "crack", "the bonds of point %d do not span all directions: they "
                            "give no gradient", (int)i);
     }
@@ -237,7 +239,7 @@ pd_status pd_crack_j(pd_ctx *ctx, const pd_material_interface *solid, const pd_c
 static int pdi_crack_is_damaged(const pd_body *body, int32_t i, double share)
 {
     double all = (double)(body->first_bond[i + 1] - body->first_bond[i]);
-    return all > 0.0 && all - (double)pdi_body_count_intact(body, i) >= share * all;
+    return all > 0.0 && all - (double)pdi_body_bonds_count_intact(body, i) >= share * all;
 }
 
 /* Mean position of the damaged points that lie farthest along `unit`, into tip; among [count]: 1 for candidates, NULL:

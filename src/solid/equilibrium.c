@@ -1,5 +1,6 @@
 /* equilibrium: see equilibrium.h */
 #include "solid/equilibrium.h"
+#include "solid/body_bonds.h"
 #include "core/par.h"
 #include "core/rng.h"
 #include "core/vec.h"
@@ -201,7 +202,7 @@ static pd_status pdi_equilibrium_visit_components(pdi_equilibrium *q, pdi_equili
     for (int32_t i = 0; i < all && status == PD_OK; i++) {
         pd_rigid_modes rigid;
         if (seen[i]) continue;
-        int32_t count = pdi_body_find_component(q->solid->body, i, seen, piece);
+        int32_t count = pdi_body_bonds_find_component(q->solid->body, i, seen, piece);
         pdi_rigid_modes_compute(q->solid->body, q->desc->prescribed, piece, count, &rigid);
         status = visit(q, &rigid);
     }

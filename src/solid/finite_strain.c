@@ -1,5 +1,6 @@
 /* finite_strain: see finite_strain.h */
 #include "solid/finite_strain.h"
+#include "solid/body_bonds.h"
 #include "core/par.h"
 #include "solid/tensor.h"
 #include <math.h>
@@ -92,7 +93,7 @@ static void pdi_finite_strain_find_reverse_bonds(const pd_ctx *ctx, const pd_fin
     PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++)
         for (pd_bond_iterator b = pd_body_bonds_begin(body, i); pd_body_bonds_next(&b);)
-            f->reverse_bond[pdi_body_bond_number(&b)] = pdi_body_find_reverse_bond(body, i, &b);
+            f->reverse_bond[pdi_body_bond_number(&b)] = pdi_body_bonds_find_reverse(body, i, &b);
 }
 
 /* Sets inverse shape tensor K^-1 and total weight w_0 of point i, both 0 where K is singular. mean [PD_DIM^2] [-]: of n
@@ -172,7 +173,8 @@ static int32_t pdi_finite_strain_compute_families(const pd_ctx *ctx, const pd_fi
     PD_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < f->body->count; i++) pdi_finite_strain_compute_bond_vectors(f, i);
     for (int32_t i = 0; i < f->body->count; i++)
-        if (!(f->weight_sum[i] > 0.0) && (!f->desc.detach_singular || pdi_body_count_intact(f->body, i))) return i;
+        if (!(f->weight_sum[i] > 0.0) && (!f->desc.detach_singular || pdi_body_bonds_count_intact(f->body, i)))
+            return i;
     return -1;
 }
 
@@ -194,14 +196,15 @@ static pd_status pdi_finite_strain_ops_update(pd_ctx *ctx, void *self)
     int32_t flat = pdi_finite_strain_compute_families(ctx, f);
     while (flat >= 0 && f->desc.detach_singular) {
         for (int32_t i = flat; i < body->count; i++)
-            if (!(f->weight_sum[i] > 0.0)) f->detached_bonds += pdi_body_break_all_bonds(f->body, i);
+            if (!(f->weight_sum[i] > 0.0)) f->detached_bonds += pdi_body_bonds_break_all(f->body, i);
         flat = pdi_finite_strain_compute_families(ctx, f);
     }
     if (flat >= 0)
         return pd_fail(ctx, PD_ERR_GEOMETRY, "finite_strain",
                        "the %.0f bonds of point %d at x = %g m do not span all directions: the body is too thin there "
                        "for its horizon",
-                       (double)pdi_body_count_intact(body, flat), (int)flat, body->position[(int64_t)flat * PD_DIM]);
+                       (double)pdi_body_bonds_count_intact(body, flat), (int)flat,
+                       body->position[(int64_t)flat * PD_DIM]);
     pdi_finite_strain_sum_forces(ctx, f, body->count, f->surface_vector);
     return PD_OK;
 }
@@ -235,7 +238,7 @@ static pd_status pdi_finite_strain_build_inner(pd_ctx *ctx, pd_body *body, const
     f->mu = moduli.mu;
     f->penalty_stiffness = pdi_finite_strain_penalty_stiffness(f);
     PD_TRY(pdi_array_registry_build(ctx, pdi_finite_strain_list, f));
-    pdi_body_mark_influential(body, f->influential);
+    pdi_body_bonds_mark_influential(body, f->influential);
     PD_TRY(pdi_bond_weights_build(ctx, body, &f->weights));
     PD_TRY(pdi_bond_weights_compute_influence(ctx, &f->weights, desc->influence));
     pdi_finite_strain_find_reverse_bonds(ctx, f);

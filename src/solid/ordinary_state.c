@@ -1,5 +1,6 @@
 /* ordinary_state: see ordinary_state.h */
 #include "solid/ordinary_state.h"
+#include "solid/body_bonds.h"
 #include "core/par.h"
 #include "solid/bond_extension.h"
 #include "solid/mandel.h"
@@ -539,7 +540,7 @@ static int32_t pdi_ordinary_state_compute_laws(const pd_ctx *ctx, const pd_ordin
         if (good < 1) o->energy_bound[i] = good;
     }
     for (int32_t i = body->count - 1; i >= 0; i--)
-        if (!(o->energy_bound[i] > 0.0) && (!o->desc.detach_singular || pdi_body_count_intact(body, i))) bad = i;
+        if (!(o->energy_bound[i] > 0.0) && (!o->desc.detach_singular || pdi_body_bonds_count_intact(body, i))) bad = i;
     return bad;
 }
 
@@ -551,12 +552,12 @@ static pd_status pdi_ordinary_state_compute_stable_laws(pd_ctx *ctx, pd_ordinary
     int32_t bad = pdi_ordinary_state_compute_laws(ctx, o);
     while (bad >= 0 && o->desc.detach_singular) {
         for (int32_t i = bad; i < body->count; i++)
-            if (!(o->energy_bound[i] > 0.0)) o->detached_bonds += pdi_body_break_all_bonds(body, i);
+            if (!(o->energy_bound[i] > 0.0)) o->detached_bonds += pdi_body_bonds_break_all(body, i);
         bad = pdi_ordinary_state_compute_laws(ctx, o);
     }
     if (bad < 0) return PD_OK;
     return pd_fail(ctx, PD_ERR_GEOMETRY, "ordinary", "the %.0f bonds of point %d at x = %g m %s",
-                   (double)pdi_body_count_intact(body, bad), (int)bad, body->position[(int64_t)bad * PD_DIM],
+                   (double)pdi_body_bonds_count_intact(body, bad), (int)bad, body->position[(int64_t)bad * PD_DIM],
                    o->energy_bound[bad] < 0.0 ? "leave a strain without energy: use the position method"
                                               : "do not tell all strains: the body is too thin there for its horizon");
 }
@@ -653,7 +654,7 @@ static pd_status pdi_ordinary_state_build_inner(pd_ctx *ctx, pd_body *body, cons
     if (PD_DIM == 2 && desc->plane == PD_PLANE_STRESS) o->lambda = desc->young * nu / (1.0 - nu * nu);
     if (PD_DIM == 1) o->lambda = o->mu = desc->young / 3.0; /* a chain of springs */
     PD_TRY(pdi_array_registry_build(ctx, pdi_ordinary_state_list, o));
-    pdi_body_mark_influential(body, o->influential);
+    pdi_body_bonds_mark_influential(body, o->influential);
     PD_TRY(pdi_bond_weights_build(ctx, body, &o->weights));
     PD_TRY(pdi_ordinary_state_compute_weights(ctx, o));
     PD_TRY(pdi_point_batch_build(ctx, body, &o->weights, PDI_BOND_EXTENSION_FIELDS, &o->band));

@@ -1,5 +1,6 @@
 /* precrack: see precrack.h */
 #include "solid/precrack.h"
+#include "solid/body_bonds.h"
 #include "core/par.h"
 #include "core/vec.h"
 #include <math.h>
@@ -230,7 +231,7 @@ static int64_t pdi_precrack_break_family(pd_body *body, const pdi_precrack_plane
         if ((own < 0.0) == (other < 0.0)) continue;
         if (!(own < 0.0 ? pdi_precrack_is_crossed(p, x, own, y, other) : pdi_precrack_is_crossed(p, y, other, x, own)))
             continue;
-        pdi_body_mark_broken(body, i, f.number);
+        pdi_body_bonds_mark_broken(body, i, f.number);
         found++;
     }
     return found;
@@ -245,9 +246,9 @@ static int64_t pdi_precrack_break_reverse(pd_body *body)
         for (pd_bond_iterator f = pd_body_bonds_begin(body, i); pd_body_bonds_next(&f);) {
             if (!pd_body_bond_is_broken(&f)) continue;
             pd_bond_iterator back = pd_body_bonds_begin(body, f.neighbour);
-            back.number = pdi_body_find_reverse_bond(body, i, &f);
+            back.number = pdi_body_bonds_find_reverse(body, i, &f);
             found += !pd_body_bond_is_broken(&back);
-            pdi_body_mark_broken(body, f.neighbour, back.number);
+            pdi_body_bonds_mark_broken(body, f.neighbour, back.number);
         }
     return found;
 }

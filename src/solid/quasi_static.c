@@ -1,5 +1,6 @@
 /* quasi_static: see quasi_static.h */
 #include "solid/quasi_static.h"
+#include "solid/body_bonds.h"
 #include "core/par.h"
 #include <math.h>
 #include <string.h>
@@ -156,7 +157,7 @@ static pd_status pdi_quasi_static_detach_components(pd_ctx *ctx, pd_quasi_static
     if (status == PD_OK) q->components = 0;
     for (int32_t i = 0; i < all && status == PD_OK; i++) {
         if (seen[i]) continue;
-        int32_t count = pdi_body_find_component(q->solid.body, i, seen, piece);
+        int32_t count = pdi_body_bonds_find_component(q->solid.body, i, seen, piece);
         q->components += pdi_quasi_static_is_fragment(q, piece, count);
         if (count == all || !pdi_quasi_static_is_unsupported(q, piece, count)) continue;
         for (int32_t k = 0; k < count; k++) pdi_quasi_static_detach_point(q, piece[k], t);
@@ -201,8 +202,8 @@ static int32_t pdi_quasi_static_detach_mechanism(pd_quasi_static *q, const doubl
     int32_t count = 0, rests = 0;
     for (int32_t i = 0; i < body->count; i++) most = pd_max(most, pdi_quasi_static_rotation_rate(body, i, mechanism));
     for (int32_t i = 0; i < body->count && most > 0.0; i++)
-        rests +=
-            q->detached[i] || (pdi_body_count_intact(body, i) && !pdi_quasi_static_is_rotating(q, i, mechanism, most));
+        rests += q->detached[i] ||
+                 (pdi_body_bonds_count_intact(body, i) && !pdi_quasi_static_is_rotating(q, i, mechanism, most));
     for (int32_t i = 0; i < body->count && rests; i++) {
         if (q->detached[i] || !pdi_quasi_static_is_rotating(q, i, mechanism, most)) continue;
         pdi_quasi_static_detach_point(q, i, t);

@@ -1,6 +1,7 @@
 /* test_body: families of a lattice by one table, against those that a search stores; which bonds are broken.
  * dims: 1 2 3 */
 #include "random.h"
+#include "solid/body_bonds.h"
 #include "solid/precrack.h"
 #include "solid/finite_strain.h"
 #include "solid/microelastic.h"
@@ -145,7 +146,7 @@ TEST(bonds_that_leave)
             for (int32_t k = 0; k < n; k++) CHECK(beside(c, i, to[k], NULL));
             for (pd_bond_iterator f = pd_body_bonds_begin(&c->body[0], i); pd_body_bonds_next(&f);) {
                 pd_bond_iterator back = pd_body_bonds_begin(&c->body[0], f.neighbour);
-                int32_t b = pdi_body_find_bond(&c->body[0], i, f.neighbour);
+                int32_t b = pdi_body_bonds_find(&c->body[0], i, f.neighbour);
                 while (back.number < b) pd_body_bonds_next(&back);
                 if (b < 0 || back.neighbour != i) split = i;
             }
@@ -153,7 +154,7 @@ TEST(bonds_that_leave)
         CHECK(lost > 0);
         CHECK_INT(split, -1);
         for (int k = 0; k < 2; k++)
-            for (int32_t i = 0; i < c->body[k].count; i += 3) pdi_body_break_all_bonds(&c->body[k], i);
+            for (int32_t i = 0; i < c->body[k].count; i += 3) pdi_body_bonds_break_all(&c->body[k], i);
         same(c);
         end(c);
     }
@@ -226,11 +227,11 @@ TEST(bits)
         CHECK_INT(pd_body_break(&c->body[k], middle, to[n / 2]), 1);
         CHECK_INT(pd_body_break(&c->body[k], to[n / 2], middle), 0);
         CHECK_INT(pd_body_break(&c->body[k], middle, middle), 0);
-        CHECK_INT(pdi_body_count_intact(&c->body[k], middle), n - 1);
-        CHECK_INT(pdi_body_break_all_bonds(&c->body[k], middle), n - 1);
-        CHECK_INT(pdi_body_count_intact(&c->body[k], middle), 0);
+        CHECK_INT(pdi_body_bonds_count_intact(&c->body[k], middle), n - 1);
+        CHECK_INT(pdi_body_bonds_break_all(&c->body[k], middle), n - 1);
+        CHECK_INT(pdi_body_bonds_count_intact(&c->body[k], middle), 0);
         for (int32_t i = 0; i < n; i++)
-            CHECK_INT(pdi_body_count_intact(&c->body[k], to[i]),
+            CHECK_INT(pdi_body_bonds_count_intact(&c->body[k], to[i]),
                       c->body[k].first_bond[to[i] + 1] - c->body[k].first_bond[to[i]] - 1);
     }
     CHECK(!pd_body_is_intact(&c->body[0]));
@@ -338,7 +339,7 @@ TEST(materials)
                 int32_t to[MOST], all = pd_body_family(&c->body[k], 9, to, NULL);
                 if (state == 1)
                     for (int32_t b = 0; b < all / 3; b++) pd_body_break(&c->body[k], 9, to[b]);
-                if (state == 2) pdi_body_break_all_bonds(&c->body[k], c->body[0].count / 3);
+                if (state == 2) pdi_body_bonds_break_all(&c->body[k], c->body[0].count / 3);
                 if (state) CHECK_OK(&c->ctx, solid[k].update(&c->ctx, solid[k].self));
                 n[k] = look(c, &solid[k], found[k]);
             }

@@ -1,6 +1,7 @@
 /* test_bond_failure: measures of bonds against closed forms, critical energies of lattices, first breaks, cracks.
  * dims: 1 2 3 */
 #include "ordinary_case.h"
+#include "solid/body_bonds.h"
 #include "solid/bond_failure.h"
 #include "solid/ordinary_state.h"
 #include <math.h>
@@ -120,7 +121,7 @@ TEST(energies)
             for (pd_bond_iterator b = pd_body_bonds_begin(&c->body, i); pd_body_bonds_next(&b);) {
                 int32_t j = b.neighbour;
                 int64_t at = pdi_body_bond_number(&b),
-                        back = c->body.first_bond[j] + pdi_body_find_bond(&c->body, i, j);
+                        back = c->body.first_bond[j] + pdi_body_bonds_find(&c->body, i, j);
                 double xi[PD_DIM], square = 0.0, e = 0.0, own = energy[at] + energy[back];
                 sum += c->volume[i] * c->volume[j] * energy[at];
                 if (way || i != middle) continue;
@@ -296,7 +297,7 @@ TEST(notch)
             const double *y = c->position + b.neighbour * 2;
             if (x[1] * y[1] > 0.0) continue;
             double at = x[0] + (y[0] - x[0]) * x[1] / (x[1] - y[1]);
-            if (at < tip) pdi_body_mark_broken(&c->body, i, b.number);
+            if (at < tip) pdi_body_bonds_mark_broken(&c->body, i, b.number);
         }
     }
     CHECK_OK(&c->ctx, solid.update(&c->ctx, solid.self));

@@ -1,6 +1,7 @@
 /* test_correspondence: small strains of bodies of any shape, against linear fields and closed forms.
  * dims: 1 2 3 */
 #include "random.h"
+#include "solid/body_bonds.h"
 #include "solid/correspondence.h"
 #include "test.h"
 #include <math.h>
@@ -197,7 +198,7 @@ TEST(cut)
     for (int32_t i = 0; i < c->body.count; i++)
         for (pd_bond_iterator b = pd_body_bonds_begin(&c->body, i); pd_body_bonds_next(&b);)
             if ((c->position[i * PD_DIM] < 0.2e-3) != (c->position[b.neighbour * PD_DIM] < 0.2e-3)) {
-                pdi_body_mark_broken(&c->body, i, b.number);
+                pdi_body_bonds_mark_broken(&c->body, i, b.number);
                 broken++;
             }
     if (!CHECK(broken > 0) || !elastic(c, 0.3, PD_PLANE_STRESS, PD_INFLUENCE_CONSTANT)) return;

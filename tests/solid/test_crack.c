@@ -1,6 +1,7 @@
 /* test_crack: J integral and tip of cracks against closed forms of fracture mechanics.
  * dims: 2 3 */
 #include "solid/crack.h"
+#include "solid/body_bonds.h"
 #include "solid/correspondence.h"
 #include "solid/equilibrium.h"
 #include "solid/microelastic.h"
@@ -73,7 +74,7 @@ static int64_t cut(plate_case *c, double length)
             double at = p[0] - p[1] * (q[0] - p[0]) / (q[1] - p[1]);
             if (at > 0.0 || at < -length) continue;
             broken += !pd_body_bond_is_broken(&b);
-            pdi_body_mark_broken(&c->body, i, b.number);
+            pdi_body_bonds_mark_broken(&c->body, i, b.number);
         }
     return broken;
 }

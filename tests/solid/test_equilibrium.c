@@ -1,6 +1,7 @@
 /* test_equilibrium: bodies at rest against closed forms: uniform stress, Lame's cylinder and sphere, Kirsch's hole.
  * dims: 2 3 */
 #include "random.h"
+#include "solid/body_bonds.h"
 #include "solid/correspondence.h"
 #include "solid/equilibrium.h"
 #include "test.h"
@@ -203,7 +204,7 @@ TEST(no_rest)
         for (int32_t i = 0; i < c->body.count && way == 2; i++)
             for (pd_bond_iterator b = pd_body_bonds_begin(&c->body, i); pd_body_bonds_next(&b);)
                 if ((c->position[i * PD_DIM] < 0.0) != (c->position[b.neighbour * PD_DIM] < 0.0))
-                    pdi_body_mark_broken(&c->body, i, b.number);
+                    pdi_body_bonds_mark_broken(&c->body, i, b.number);
         if (!elastic(c, 0.3, PD_PLANE_STRAIN)) return;
         memset(&desc, 0, sizeof desc);
         desc.prescribed = c->held;
@@ -249,7 +250,7 @@ static ring_case *pulled(int way, double h, double m, double *stiff)
         stiff[i] = way == WEAK && radius(x) < 0.6 ? 1e-3 : 1.0;
         for (pd_bond_iterator b = pd_body_bonds_begin(&c->body, i); way == CRACK && pd_body_bonds_next(&b);) {
             const double *y = c->position + b.neighbour * PD_DIM;
-            if ((x[0] < 0.0) != (y[0] < 0.0) && x[1] + y[1] > 0.0) pdi_body_mark_broken(&c->body, i, b.number);
+            if ((x[0] < 0.0) != (y[0] < 0.0) && x[1] + y[1] > 0.0) pdi_body_bonds_mark_broken(&c->body, i, b.number);
         }
     }
     memset(&desc, 0, sizeof desc);

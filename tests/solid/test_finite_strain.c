@@ -1,6 +1,7 @@
 /* test_finite_strain: large strains of bodies of any shape, against uniform fields, closed forms and differences.
  * dims: 1 2 3 */
 #include "finite_case.h"
+#include "solid/body_bonds.h"
 #include "io/archive_file.h"
 #include "solid/quasi_static.h"
 #include "solid/tensor.h"
@@ -602,7 +603,7 @@ TEST(loose)
     for (int32_t j = 0; j < c->body.count; j++)
         for (pd_bond_iterator b = pd_body_bonds_begin(&c->body, j); pd_body_bonds_next(&b);)
             if ((j == alone || b.neighbour == alone) && j + b.neighbour != alone + one)
-                pdi_body_mark_broken(&c->body, j, b.number);
+                pdi_body_bonds_mark_broken(&c->body, j, b.number);
     if (PD_DIM > 1) CHECK_INT(pd_finite_strain_build(&c->ctx, &c->body, &d, &f), PD_ERR_GEOMETRY);
     d.detach_singular = 1;
     pd_material_interface s = build(c, &d, &f);

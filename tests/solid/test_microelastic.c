@@ -1,6 +1,7 @@
 /* test_microelastic: bonds as springs: moduli and cracks of the lattice, waves, energies, a crack that runs.
  * dims: 1 2 3 */
 #include "io/archive_file.h"
+#include "solid/body_bonds.h"
 #include "random.h"
 #include "solid/microelastic.h"
 #include "solid/verlet.h"
@@ -390,7 +391,7 @@ TEST(table)
     if (!c) return;
     for (int32_t i = 0; i < c->body.count; i++)
         for (pd_bond_iterator b = pd_body_bonds_begin(&c->body, i); pd_body_bonds_next(&b);)
-            if (PD_DIM > 1 && (i + b.neighbour) % 5 == 0) pdi_body_mark_broken(&c->body, i, b.number);
+            if (PD_DIM > 1 && (i + b.neighbour) % 5 == 0) pdi_body_bonds_mark_broken(&c->body, i, b.number);
     if (!springs(c, 0.0, PD_PLANE_STRESS, PD_INFLUENCE_CONSTANT)) return;
     pd_material_interface solid = pd_microelastic_material(&c->material);
     for (int way = 0; way < 2; way++) {
@@ -548,7 +549,7 @@ TEST(plate)
         for (pd_bond_iterator b = pd_body_bonds_begin(&c->body, i); pd_body_bonds_next(&b);) {
             const double *p = c->position + i * 2, *q = c->position + b.neighbour * 2;
             if ((p[1] < 0.0) == (q[1] < 0.0) || p[0] - p[1] * (q[0] - p[0]) / (q[1] - p[1]) > 0.0) continue;
-            pdi_body_mark_broken(&c->body, i, b.number);
+            pdi_body_bonds_mark_broken(&c->body, i, b.number);
             cut++;
         }
     memset(&desc, 0, sizeof desc);

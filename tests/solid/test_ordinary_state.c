@@ -1,6 +1,7 @@
 /* test_ordinary_state: the linear peridynamic solid: moduli of lattices, surfaces, forces and their derivative, closed
  * forms. dims: 1 2 3 */
 #include "ordinary_case.h"
+#include "solid/body_bonds.h"
 #include "solid/equilibrium.h"
 #include "solid/ordinary_state.h"
 #include "solid/bond_stretch.h"
@@ -460,7 +461,7 @@ TEST(broken)
     for (int32_t i = 0; i < c->body.count; i++)
         for (pd_bond_iterator b = pd_body_bonds_begin(&c->body, i); pd_body_bonds_next(&b);) {
             double own = c->position[i * PD_DIM], far = c->position[b.neighbour * PD_DIM];
-            if ((own < 0.8e-3) != (far < 0.8e-3)) pdi_body_mark_broken(&c->body, i, b.number);
+            if ((own < 0.8e-3) != (far < 0.8e-3)) pdi_body_bonds_mark_broken(&c->body, i, b.number);
         }
     CHECK_OK(&c->ctx, s.update(&c->ctx, s.self));
     for (int k = 0; k < T; k++) g[k] = random_real(&seed);
@@ -471,7 +472,7 @@ TEST(broken)
     s.stress(&c->ctx, s.self, c->u, c->stress);
     for (int k = 0; k < T * c->body.count; k++) off = fmax(off, fabs(c->stress[k] - p[k % T]) / largest(p, T));
     CHECK_LE(off, 1e-12);
-    pdi_body_break_all_bonds(&c->body, 7);
+    pdi_body_bonds_break_all(&c->body, 7);
     CHECK_INT(s.update(&c->ctx, s.self), PD_ERR_GEOMETRY);
     CHECK(strstr(c->ctx.message, "the 0 bonds of point 7 at x") != NULL);
     material.desc.detach_singular = 1; /* then it is free, and a point with one bond is, too */
@@ -479,7 +480,7 @@ TEST(broken)
         if (b.number) pd_body_break(&c->body, 0, b.neighbour);
     CHECK_OK(&c->ctx, s.update(&c->ctx, s.self));
     CHECK_INT(material.detached_bonds, 1);
-    CHECK_INT(pdi_body_count_intact(&c->body, 0), 0);
+    CHECK_INT(pdi_body_bonds_count_intact(&c->body, 0), 0);
     CHECK_OK(&c->ctx, s.force(&c->ctx, s.self, c->u, c->force));
     s.blocks(&c->ctx, s.self, c->block);
     for (int k = 0; k < PD_DIM; k++) CHECK_NEAR(c->force[k] + c->block[k], 0.0, 0.0);

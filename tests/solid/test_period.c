@@ -1,6 +1,7 @@
 /* test_period: bodies whose points repeat along the last axis, against the middle one of many copies.
  * dims: 1 2 3 */
 #include "random.h"
+#include "solid/body_bonds.h"
 #include "solid/precrack.h"
 #include "solid/correspondence.h"
 #include "solid/microelastic.h"
@@ -123,13 +124,13 @@ static void compare(void)
     for (int32_t i = 0; i < count; i++) {
         CHECK_INT(one.body.first_bond[i + 1] - one.body.first_bond[i],
                   many.body.first_bond[middle + i + 1] - many.body.first_bond[middle + i]);
-        CHECK_INT(pdi_body_count_intact(&one.body, i), pdi_body_count_intact(&many.body, middle + i));
+        CHECK_INT(pdi_body_bonds_count_intact(&one.body, i), pdi_body_bonds_count_intact(&many.body, middle + i));
         pd_bond_iterator far = pd_body_bonds_begin(&many.body, middle + i);
         for (pd_bond_iterator b = pd_body_bonds_begin(&one.body, i);
              pd_body_bonds_next(&b) && pd_body_bonds_next(&far);) {
             double xi[PD_DIM], back[PD_DIM], copy[PD_DIM];
             pd_bond_iterator other = pd_body_bonds_begin(&one.body, b.neighbour);
-            while (pd_body_bonds_next(&other) && other.number < pdi_body_find_reverse_bond(&one.body, i, &b)) continue;
+            while (pd_body_bonds_next(&other) && other.number < pdi_body_bonds_find_reverse(&one.body, i, &b)) continue;
             CHECK_INT(b.neighbour, far.neighbour % count);
             CHECK_INT(other.neighbour, i);
             CHECK_INT(pd_body_bond_is_broken(&b), pd_body_bond_is_broken(&other));

@@ -1,6 +1,7 @@
 /* precrack: bonds that cracks break, against integers, and the damage of points.
  * dims: 1 2 3 */
 #include "random.h"
+#include "solid/body_bonds.h"
 #include "solid/precrack.h"
 #include "solid/microelastic.h"
 #include "test.h"
@@ -456,7 +457,7 @@ TEST(damage)
     CHECK_LE(fabs(damage[middle - 2]), 0.0);
     for (int32_t i = 0; i < c->body.count; i++) wrong += !(damage[i] >= 0.0 && damage[i] <= 1.0);
     CHECK_INT(wrong, 0);
-    for (int32_t i = 0; i < c->body.count; i++) pdi_body_break_all_bonds(&c->body, i);
+    for (int32_t i = 0; i < c->body.count; i++) pdi_body_bonds_break_all(&c->body, i);
     pd_body_damage(&c->ctx, &c->body, damage);
     CHECK_NEAR(damage[0], 1.0, 0.0);
     end(c);

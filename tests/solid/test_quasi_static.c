@@ -1,6 +1,7 @@
 /* test_quasi_static: bodies under loads that change, bonds that break, and the balance of energies.
  * dims: 1 2 3 */
 #include "random.h"
+#include "solid/body_bonds.h"
 #include "solid/correspondence.h"
 #include "solid/ordinary_state.h"
 #include "solid/quasi_static.h"
@@ -101,7 +102,7 @@ static body_case *bar_at(int n, int slit, int dead, double yield, double stretch
         for (pd_bond_iterator b = pd_body_bonds_begin(&c->body, i); pd_body_bonds_next(&b);) {
             const double *x = c->position + i * PD_DIM, *to = c->position + b.neighbour * PD_DIM;
             double y = PD_DIM > 1 ? fabs(0.5 * (x[1] + to[1]) - 0.25) : 0.0;
-            if ((x[0] < 0.5) != (to[0] < 0.5) && y > 0.125) pdi_body_mark_broken(&c->body, i, b.number);
+            if ((x[0] < 0.5) != (to[0] < 0.5) && y > 0.125) pdi_body_bonds_mark_broken(&c->body, i, b.number);
         }
     memset(&desc, 0, sizeof desc);
     desc.young = YOUNG;

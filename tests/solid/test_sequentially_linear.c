@@ -1,6 +1,7 @@
 /* test_sequentially_linear: loads in proportion, bond after bond: a bundle of bars, a crack whose load and whose
  * displacement fall as it grows. dims: 1 2 */
 #include "solid/correspondence.h"
+#include "solid/body_bonds.h"
 #include "solid/sequentially_linear.h"
 #include "test.h"
 #include <math.h>
@@ -154,7 +155,7 @@ static int plate(const int *n, int half, double m)
             const double *p = c.position + 2 * i, *q = c.position + 2 * b.neighbour;
             if ((p[1] < 0.0) == (q[1] < 0.0)) continue;
             double at = p[0] - p[1] * (q[0] - p[0]) / (q[1] - p[1]);
-            if (fabs(at) < half * h + 1e-3 * h) pdi_body_mark_broken(&c.body, i, b.number);
+            if (fabs(at) < half * h + 1e-3 * h) pdi_body_bonds_mark_broken(&c.body, i, b.number);
         }
     CHECK_OK(&c.ctx, c.solid.update(&c.ctx, c.solid.self));
     return 1;
@@ -191,7 +192,8 @@ TEST(snap_back)
     }
     for (int32_t i = 0; i < c.body.count; i++) { /* its mirror image */
         int32_t mirror = n[0] - 1 - i % n[0] + i / n[0] * n[0];
-        if (!CHECK_INT((int)pdi_body_count_intact(&c.body, i), (int)pdi_body_count_intact(&c.body, mirror))) break;
+        if (!CHECK_INT((int)pdi_body_bonds_count_intact(&c.body, i), (int)pdi_body_bonds_count_intact(&c.body, mirror)))
+            break;
     }
     CHECK(c.way.done && back > 10);
     for (int k = 6; k <= 14; k++) {

@@ -1,6 +1,7 @@
 /* test_surface_correction: bars of springs: their stiffness by each way to mend cut families; what factors are.
  * dims: 2 3 */
 #include "solid/equilibrium.h"
+#include "solid/body_bonds.h"
 #include "solid/microelastic.h"
 #include "test.h"
 #include <math.h>
@@ -142,10 +143,10 @@ TEST(factors)
             double factor = (double)kept[1][at] / (double)kept[0][at];
             least = fmin(least, factor);
             most = fmax(most, factor);
-            int64_t back = body->first_bond[j] + pdi_body_find_bond(body, i, j);
+            int64_t back = body->first_bond[j] + pdi_body_bonds_find(body, i, j);
             CHECK(memcmp(&kept[1][at], &kept[1][back], sizeof(float)) == 0);
             for (int e = 0; e < 2; e++) mirror[e] += c->n[0] - 1 - 2 * (mirror[e] % c->n[0]);
-            back = body->first_bond[mirror[1]] + pdi_body_find_bond(body, mirror[0], mirror[1]);
+            back = body->first_bond[mirror[1]] + pdi_body_bonds_find(body, mirror[0], mirror[1]);
             CHECK(memcmp(&kept[1][at], &kept[1][back], sizeof(float)) == 0);
             if (body->first_bond[i + 1] - body->first_bond[i] < whole ||
                 body->first_bond[j + 1] - body->first_bond[j] < whole)
