@@ -226,13 +226,14 @@ static const char *pdi_electrolyte_find_main_ion(const pd_electrolyte *e, const 
 
 pd_status pd_electrolyte_neutralise(pd_ctx *ctx, const pd_electrolyte *e, double ph, double *c)
 {
-    double strength, charge = pdi_electrolyte_compute_charge(e, c, &strength);
+    double closed[PD_SPECIES_MAX], strength, charge = pdi_electrolyte_compute_charge(e, c, &strength);
     if (e->balance_ion < 0 && fabs(charge) > PDI_ELECTROLYTE_NEUTRAL_TOLERANCE * strength)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "electrolyte",
                        "the charges sum to %+.4g mol/m3, %.3g %% of the ionic "
                        "strength, expected 0: correct a concentration, or name the ion that makes up for it by "
                        "balance_ion = %s",
                        charge, 100.0 * fabs(charge) / strength, pdi_electrolyte_find_main_ion(e, c));
+    memcpy(closed, c, (size_t)e->count * sizeof *c);
     if (e->balance_ion >= 0) {
         double more = -charge / e->species[e->balance_ion].charge;
         if (c[e->balance_ion] + more < 0.0)
@@ -240,9 +241,11 @@ pd_status pd_electrolyte_neutralise(pd_ctx *ctx, const pd_electrolyte *e, double
                            "the charges sum to %+.4g mol/m3, which %s cannot "
                            "make up for: there are %g mol/m3 of it; name another ion by 'balance_ion'",
                            charge, e->species[e->balance_ion].name, c[e->balance_ion]);
-        c[e->balance_ion] += more;
+        closed[e->balance_ion] += more;
     }
-    return isnan(ph) ? PD_OK : pdi_electrolyte_solve_ph(ctx, e, ph, c);
+    if (!isnan(ph)) PD_TRY(pdi_electrolyte_solve_ph(ctx, e, ph, closed));
+    memcpy(c, closed, (size_t)e->count * sizeof *c);
+    return PD_OK;
 }
 
 pd_status pd_electrolyte_reagent(pd_ctx *ctx, const pd_electrolyte *e, const char *text, double *per)

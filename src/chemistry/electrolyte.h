@@ -46,7 +46,7 @@ typedef struct pd_electrolyte_state {
 /* Make the recipe c [mol/m3] neutral by the ion e.balance_ion, and add acid or base until the pH of its equilibrium is
  * `ph` (NaN: none is added). PD_ERR_ARGUMENT: no such ion and charges above 1e-6 of the ionic strength, or it would
  * become negative; a pH without counter ion, H+ or OH-, or one that cannot be reached. Errors of pd_electrolyte_solve.
- * c holds what is in, not the equilibrium; an error may leave it changed. */
+ * c holds what is in, not the equilibrium; after an error it is unchanged. */
 PD_API pd_status pd_electrolyte_neutralise(pd_ctx *ctx, const pd_electrolyte *e, double ph, double *c);
 /* Bring c [mol/m3] to equilibrium, in which every reaction with a K is, also one with rates; absent minerals take part
  * with all_minerals_form only. Fills *state; its pH is NaN without H+. PD_ERR_ARGUMENT: c is negative or not finite, or

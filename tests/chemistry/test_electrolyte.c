@@ -219,6 +219,27 @@ TEST(examples)
     CHECK_INT(ctx.in_use, 0);
 }
 
+/* The electrolyte of the text gets another pH, which is refused: its amounts stay as they are, with the balance ion. */
+static void keep(const char *text, double ph, const char *part)
+{
+    pd_ctx ctx;
+    double c[PD_SPECIES_MAX];
+    if (!parse(&ctx, text)) return;
+    memcpy(c, e.recipe, sizeof c);
+    CHECK_INT(pd_electrolyte_neutralise(&ctx, &e, ph, c), PD_ERR_ARGUMENT);
+    if (!CHECK(strstr(ctx.message, part) != NULL)) NOTE("message: %s; expected: %s", ctx.message, part);
+    CHECK(memcmp(c, e.recipe, sizeof c) == 0);
+}
+
+TEST(refused_amounts_stay)
+{
+    static const char unbalanced[] =
+        "[chemistry] activity = ideal  balance_ion = Cl-  counter_ion = Na+\n" WATER "[species K+] initial = 10 mM\n";
+    keep(unbalanced, 0.5, "cannot be reached with Na+"); /* the balance ion is closed before */
+    keep("[chemistry] balance_ion = Cl-  counter_ion = Na+\n[species Na+] initial = 3 mM\n[species Cl-]\n", 7.0,
+         "no [species H+]");
+}
+
 TEST(bad_input)
 {
     refuse(6, WATER "[reaction r] H+ + 2 OH- = H2O  log10_K = 1\n", "balance: 3 H on the left, 2 on the right");
@@ -394,5 +415,5 @@ static pd_status read_example(pd_ctx *ctx, void *user)
 TEST(allocation_failures) { CHECK_LE(20, fault_sweep("electrolyte", read_example, NULL, 10000, 1)); }
 
 TEST_MAIN(ENTRY(strong_acid_and_base) ENTRY(balance) ENTRY(constants) ENTRY(temperature) ENTRY(temperature_of_rates)
-          ENTRY(minerals) ENTRY(seawater) ENTRY(examples) ENTRY(bad_input) ENTRY(includes) ENTRY(scenes)
-          ENTRY(garbage) ENTRY(allocation_failures))
+              ENTRY(minerals) ENTRY(seawater) ENTRY(examples) ENTRY(refused_amounts_stay) ENTRY(bad_input)
+                  ENTRY(includes) ENTRY(scenes) ENTRY(garbage) ENTRY(allocation_failures))
