@@ -50,7 +50,6 @@ static int pdi_reaction_parse_unit(const char *at, double *scale, double exponen
         while (pdi_reaction_is_blank(*at) || *at == '*') at++;
         if (*at == '1' && at[1] == '/' && !factors) at++;
         if (*at == '/') {
-            if (divide < 0) return 0;
             divide = 1;
             at++;
         }

@@ -82,6 +82,8 @@ TEST(refused)
     refuse("H2O = H+ + OH-", 1e-14, NULL, "K of 'x' has no unit", "mol2/L2, or log10_K");
     refuse("H2O = H+ + OH-", 1e-14, "mol/L", "has the unit 'mol/L'", "expected mol2/L2");
     refuse("H2O = H+ + OH-", 1e-14, "kg", "has the unit 'kg'", "expected mol2/L2");
+    refuse("H2O = H+ + OH-", 1e-14, "mol2//L2", "has the unit 'mol2//L2'", "expected mol2/L2");
+    refuse("H2O = H+ + OH-", 1e-14, "mol2/L2/", "has the unit 'mol2/L2/'", "expected mol2/L2");
     refuse("H+ + OH- = H2O", 1e14, "mol2/L2", "expected L2/mol2", "log10_K");
     refuse("Mg(OH)2(s) = Mg2+ + 2 OH-", 1e-11, "mol2/L2", "expected mol3/L3", "log10");
     refuse("H2O = H+ + OH-", -1.0, "mol2/L2", "expected a positive number", "-1");
