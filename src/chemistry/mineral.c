@@ -64,8 +64,8 @@ static void pdi_mineral_set_reaction(const pd_components *c, const pd_species *s
 
 /* Checks all minerals, fills in exponents (0 becomes 1), and finds their reactions. PD_ERR_ARGUMENT: a number is out of
  * range, or a mineral has not exactly one reaction, with a K and with solutes and water alone. */
-static pd_status pdi_mineral_try_build(pd_ctx *ctx, const pd_components *c, const pd_species *species, int count,
-                                       const pd_reaction *reactions, int reaction_count, pd_minerals *m)
+static pd_status pdi_mineral_set_laws(pd_ctx *ctx, const pd_components *c, const pd_species *species, int count,
+                                      const pd_reaction *reactions, int reaction_count, pd_minerals *m)
 {
     for (int s = 0; s < m->count; s++) {
         pd_mineral *of = &m->mineral[s];
@@ -99,11 +99,11 @@ static pd_status pdi_mineral_try_build(pd_ctx *ctx, const pd_components *c, cons
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_mineral_build(pd_ctx *ctx, const pd_components *c, const pd_species *species, int count,
-                                    const pd_reaction *reactions, int reaction_count, const pd_mineral *list,
-                                    int mineral_count, pd_minerals *m)
+/* Copies the list of minerals. PD_ERR_ARGUMENT: more than PD_MINERAL_MAX, a species that is no solid or is there
+ * twice. */
+static pd_status pdi_mineral_copy_list(pd_ctx *ctx, const pd_species *species, int count, const pd_mineral *list,
+                                       int mineral_count, pd_minerals *m)
 {
-    memset(m, 0, sizeof *m);
     if (mineral_count < 0 || mineral_count > PD_MINERAL_MAX)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "minerals", "%d minerals, expected at most %d", mineral_count,
                        PD_MINERAL_MAX);
@@ -117,7 +117,18 @@ PDI_FN pd_status pdi_mineral_build(pd_ctx *ctx, const pd_components *c, const pd
                 return pd_fail(ctx, PD_ERR_ARGUMENT, "minerals", "%s is there twice", species[list[s].species].name);
     }
     m->count = mineral_count;
-    return pdi_mineral_try_build(ctx, c, species, count, reactions, reaction_count, m);
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_mineral_build(pd_ctx *ctx, const pd_components *c, const pd_species *species, int count,
+                                   const pd_reaction *reactions, int reaction_count, const pd_mineral *list,
+                                   int mineral_count, pd_minerals *m)
+{
+    memset(m, 0, sizeof *m);
+    pd_status status = pdi_mineral_copy_list(ctx, species, count, list, mineral_count, m);
+    if (status == PD_OK) status = pdi_mineral_set_laws(ctx, c, species, count, reactions, reaction_count, m);
+    if (status < 0) memset(m, 0, sizeof *m);
+    return status;
 }
 
 /* Volume of minerals n over that of the cell. */

@@ -49,7 +49,7 @@ typedef struct pd_mineral_start {
 /* Prepares the minerals of a system; an exponent of 0 becomes 1. PD_ERR_ARGUMENT: more than PD_MINERAL_MAX, a species
  * that is no solid or is there twice, a number that is negative or not finite (nucleation may be negative),
  * min_porosity not in [0, 1), or not exactly one reaction, which needs a K, no other solid, no gas and no electron.
- * `minerals` is not usable then. */
+ * `minerals` is zero then. */
 PDI_FN pd_status pdi_mineral_build(pd_ctx *ctx, const pd_components *components, const pd_species *species, int count,
                                     const pd_reaction *reactions, int reaction_count, const pd_mineral *list,
                                     int mineral_count, pd_minerals *minerals);
