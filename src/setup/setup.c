@@ -211,6 +211,8 @@ pd_status pd_setup_set_function(pd_ctx *ctx, pd_setup *u, const char *key, pd_ex
     if (found.flow_rate) *found.flow_rate = 0.0;
     if (found.rate_scale) *found.rate_scale = 1.0;
     if (found.is_inlet_c) u->has_inlet_c_by_side = 1;
+    PD_DELETE(ctx, found.expr->discontinuity_count, found.expr->discontinuities);
+    found.expr->discontinuity_count = 0;
     found.expr->fn = fn;
     found.expr->user = user;
     found.expr->variables_used = found.flow_rate ? (uint32_t)1 << PD_DIM : uses;

@@ -537,7 +537,7 @@ PD_API void pd_setup_free(pd_ctx *ctx, pd_setup *setup);
  *   x-.vx    velocity at an inlet [m/s] with profile = expression, all components of which the scene gives; the same
  *
  * and so on for x+, y-, ... A coordinate for each axis. For `rate` rate_scale becomes 1, for `mean` flow_rate 0; C of
- * an inlet gives each side its own (has_inlet_c_by_side). Breaks of an earlier function stay. A checkpoint does not
+ * an inlet gives each side its own (has_inlet_c_by_side). Breaks of an earlier function go. A checkpoint does not
  * know functions. PD_ERR_ARGUMENT, nothing changed: no such key, or the scene does not give that value. */
 PD_API pd_status pd_setup_set_function(pd_ctx *ctx, pd_setup *setup, const char *key, pd_expr_fn fn, void *user,
                                        uint32_t uses);

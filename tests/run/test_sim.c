@@ -324,6 +324,11 @@ TEST(functions_tell_their_breaks)
         CHECK_INT(pd_setup_set_breaks(&ctx, &sim.setup, "rate", wrong, 2), PD_ERR_ARGUMENT);
         CHECK(strstr(ctx.message, "break 1 of 'rate' is 1 s") != NULL);
         CHECK_OK(&ctx, pd_setup_set_breaks(&ctx, &sim.setup, "rate", breaks, 2));
+        CHECK_INT(pd_setup_set_function(&ctx, &sim.setup, "rat", pulse, NULL, 2), PD_ERR_ARGUMENT);
+        CHECK_INT(sim.setup.metal[0].rate.discontinuity_count, 2);
+        CHECK_OK(&ctx, pd_setup_set_function(&ctx, &sim.setup, "rate", pulse, k ? &pulses : NULL, 2));
+        CHECK_INT(sim.setup.metal[0].rate.discontinuity_count, 0); /* they are those of the function before */
+        CHECK_OK(&ctx, pd_setup_set_breaks(&ctx, &sim.setup, "rate", breaks, 2));
         if (!CHECK_OK(&ctx, pd_sim_start(&ctx, &sim))) return;
         CHECK_OK(&ctx, pd_sim_step(&ctx, &sim, 7200.0));
         loss[k] = pd_time_loop_volume_loss(&sim.model.time_loop);
