@@ -6,8 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Maximum number of cells that the area of a face is distributed to. */
-#define PDI_BOUNDARY_FACES_MAX_CELLS 96
 /* Relative pivot below which the centroids around a face count as linearly dependent (squared lengths). */
 #define PDI_BOUNDARY_FACES_MIN_PIVOT 1e-6
 /* Tolerance of negative weights for rounding. */
@@ -192,40 +190,91 @@ static void pdi_boundary_faces_list_node_cells(const pd_boundary_faces *s, pdi_b
     *count = n;
 }
 
-/* Cells that share a node with a face, its own first, into cell[PDI_BOUNDARY_FACES_MAX_CELLS], by the sorted pairs
- * link[count]. Returns their number; cells beyond the maximum are left out. */
-static int pdi_boundary_faces_find_adjacent_cells(const pd_boundary_faces_face *face,
-                                                  const pdi_boundary_faces_node_cell *link, int64_t count,
-                                                  int32_t *cell)
+/* Index of the first of the sorted pairs link[count] that is not before `node` and `cell`; count: all are. */
+static int64_t pdi_boundary_faces_find_link(const pdi_boundary_faces_node_cell *link, int64_t count, int64_t node,
+                                            int32_t cell)
 {
-    int n = 1;
+    const pdi_boundary_faces_node_cell wanted = {node, cell};
+    int64_t low = 0, high = count;
+    while (low < high) {
+        int64_t middle = low + (high - low) / 2;
+        if (pdi_boundary_faces_compare_node_cells(&link[middle], &wanted) < 0) low = middle + 1;
+        else high = middle;
+    }
+    return low;
+}
+
+/* Number of pairs of the nodes of a face in the sorted pairs link[count]. */
+static int64_t pdi_boundary_faces_count_links(const pd_boundary_faces_face *face,
+                                              const pdi_boundary_faces_node_cell *link, int64_t count)
+{
+    int64_t n = 0;
+    for (int c = 0; c < 4 && face->node[c] != INT64_MAX; c++)
+        n += pdi_boundary_faces_find_link(link, count, face->node[c], INT32_MAX) -
+             pdi_boundary_faces_find_link(link, count, face->node[c], 0);
+    return n;
+}
+
+/* Cells that share a node with a face, its own first, each once, into `cell`, which has room for all links of the face,
+ * by the sorted pairs link[count]. Returns their number. */
+static int32_t pdi_boundary_faces_find_adjacent_cells(const pd_boundary_faces_face *face,
+                                                      const pdi_boundary_faces_node_cell *link, int64_t count,
+                                                      int32_t *cell)
+{
+    int32_t n = 1;
     cell[0] = face->cell;
     for (int c = 0; c < 4 && face->node[c] != INT64_MAX; c++) {
-        int64_t low = 0, high = count;
-        while (low < high) {
-            int64_t middle = low + (high - low) / 2;
-            if (link[middle].node < face->node[c]) low = middle + 1;
-            else high = middle;
-        }
-        for (; low < count && link[low].node == face->node[c] && n < PDI_BOUNDARY_FACES_MAX_CELLS; low++) {
-            int known = 0;
-            for (int k = 0; k < n; k++) known = known || cell[k] == link[low].cell;
-            if (!known) cell[n++] = link[low].cell;
+        int64_t k = pdi_boundary_faces_find_link(link, count, face->node[c], 0);
+        for (; k < count && link[k].node == face->node[c]; k++) {
+            int known = link[k].cell == face->cell;
+            for (int b = 0; b < c && !known; b++) {
+                int64_t at = pdi_boundary_faces_find_link(link, count, face->node[b], link[k].cell);
+                known = at < count && link[at].node == face->node[b] && link[at].cell == link[k].cell;
+            }
+            if (!known) cell[n++] = link[k].cell;
         }
     }
     return n;
 }
 
-/* The cells that a face is distributed to, and their weights. */
+/* The cells that a face is distributed to, and their weights. Arrays have room for the cells of any face. */
 typedef struct pdi_boundary_faces_weights {
-    int cells;
-    int32_t cell[PDI_BOUNDARY_FACES_MAX_CELLS];
-    /* [-] centroids relative to that of the face, in its plane, scaled */
-    double offset[PDI_BOUNDARY_FACES_MAX_CELLS * PD_DIM];
-    /* [-] inverse penalty of a weight: less for cells deep below; 0: excluded */
-    double inverse_penalty[PDI_BOUNDARY_FACES_MAX_CELLS];
-    double weight[PDI_BOUNDARY_FACES_MAX_CELLS]; /* [-] the weights */
+    int32_t cells;
+    int64_t room;
+    int32_t *cell;           /* [room] */
+    double *offset;          /* [room][PD_DIM] [-] centroids relative to that of the face, in its plane, scaled */
+    double *inverse_penalty; /* [room] [-] inverse penalty of a weight: less for cells deep below; 0: excluded */
+    double *weight;          /* [room] [-] the weights */
+    double *first;           /* [room] [-] those of the first solution */
 } pdi_boundary_faces_weights;
+
+/* Allocates the arrays of *s, zero before, for the cells around any of the first `count` faces that is not shared. The
+ * caller frees them, after an error, too. */
+static pd_status pdi_boundary_faces_reserve_weights(pd_ctx *ctx, const pd_boundary_faces *faces, int64_t count,
+                                                    const uint8_t *shared, const pdi_boundary_faces_node_cell *link,
+                                                    int64_t link_count, pdi_boundary_faces_weights *s)
+{
+    s->room = 1;
+    for (int64_t k = 0; k < count; k++) {
+        int64_t links = shared[k] ? 0 : pdi_boundary_faces_count_links(&faces->face[k], link, link_count);
+        if (links > s->room) s->room = links;
+    }
+    PD_TRY(PD_NEW(ctx, "skin", s->room, s->cell));
+    PD_TRY(PD_NEW(ctx, "skin", s->room * PD_DIM, s->offset));
+    PD_TRY(PD_NEW(ctx, "skin", s->room, s->inverse_penalty));
+    PD_TRY(PD_NEW(ctx, "skin", s->room, s->weight));
+    return PD_NEW(ctx, "skin", s->room, s->first);
+}
+
+/* Frees the arrays of *s. */
+static void pdi_boundary_faces_free_weights(pd_ctx *ctx, pdi_boundary_faces_weights *s)
+{
+    PD_DELETE(ctx, s->room, s->cell);
+    PD_DELETE(ctx, s->room * PD_DIM, s->offset);
+    PD_DELETE(ctx, s->room, s->inverse_penalty);
+    PD_DELETE(ctx, s->room, s->weight);
+    PD_DELETE(ctx, s->room, s->first);
+}
 
 /* Set s->weight: nearest to the own cell (number 0) alone, with sum 1 and a centroid on the unit `normal` of the face,
  * by the normal equations of constrained least squares. Returns 1; 0: these are singular, weights are left alone. */
@@ -259,14 +308,16 @@ static int pdi_boundary_faces_solve_weights(const double *normal, pdi_boundary_f
  * cell (number 0) negative; the own cell alone counts when the first one is singular. */
 static void pdi_boundary_faces_compute_weights(const double *normal, pdi_boundary_faces_weights *s)
 {
-    double first[PDI_BOUNDARY_FACES_MAX_CELLS] = {1.0};
+    size_t bytes = (size_t)s->cells * sizeof *s->weight;
+    memset(s->first, 0, bytes);
+    s->first[0] = 1.0;
     for (int found = 0, worst = 1; worst; found = 1) {
         worst = 0;
         if (!pdi_boundary_faces_solve_weights(normal, s) || (found && s->weight[0] < 0.0)) {
-            memcpy(s->weight, first, sizeof first);
+            memcpy(s->weight, s->first, bytes);
             return;
         }
-        if (!found) memcpy(first, s->weight, sizeof first);
+        if (!found) memcpy(s->first, s->weight, bytes);
         for (int k = 1; k < s->cells; k++)
             if (s->weight[k] < -PDI_BOUNDARY_FACES_WEIGHT_TOLERANCE && (!worst || s->weight[k] < s->weight[worst]))
                 worst = k;
@@ -277,33 +328,33 @@ static void pdi_boundary_faces_compute_weights(const double *normal, pdi_boundar
 /* Add the outward area vector of a face, times weights, to boundary_area of the points of the cells that share a node
  * with it; nothing for a face without area. link: as of pdi_boundary_faces_list_node_cells. Centroids deeper below the
  * face than that of its own cell have a lower weight. scale, size: factors from lengths and areas of the file to SI
- * units. */
+ * units. s: the arrays to work in. */
 static void pdi_boundary_faces_distribute_area(const pd_boundary_faces_face *face,
                                                const pdi_boundary_faces_node_cell *link, int64_t link_count,
-                                               double scale, double size, pd_points *points)
+                                               double scale, double size, pdi_boundary_faces_weights *s,
+                                               pd_points *points)
 {
-    pdi_boundary_faces_weights s;
     double area_vector[PD_DIM], centroid[PD_DIM], normal[PD_DIM], longest = 0.0, depth = 0.0;
     pdi_boundary_faces_area_and_centroid(face, area_vector, centroid);
     double area = pdi_vec_norm(area_vector);
-    s.cells = area > 0.0 ? pdi_boundary_faces_find_adjacent_cells(face, link, link_count, s.cell) : 0;
+    s->cells = area > 0.0 ? pdi_boundary_faces_find_adjacent_cells(face, link, link_count, s->cell) : 0;
     for (int d = 0; d < PD_DIM; d++) normal[d] = area > 0.0 ? area_vector[d] / area : 0.0;
-    for (int k = 0; k < s.cells; k++) {
-        double *along = s.offset + k * PD_DIM, cell_depth = 0.0;
+    for (int k = 0; k < s->cells; k++) {
+        double *along = s->offset + k * PD_DIM, cell_depth = 0.0;
         for (int d = 0; d < PD_DIM; d++) {
-            along[d] = points->position[(int64_t)s.cell[k] * PD_DIM + d] - scale * centroid[d];
+            along[d] = points->position[(int64_t)s->cell[k] * PD_DIM + d] - scale * centroid[d];
             cell_depth -= along[d] * normal[d];
         }
         for (int d = 0; d < PD_DIM; d++) along[d] += cell_depth * normal[d];
         if (k == 0) depth = cell_depth;
-        s.inverse_penalty[k] = cell_depth > depth ? depth / cell_depth * (depth / cell_depth) : 1.0;
+        s->inverse_penalty[k] = cell_depth > depth ? depth / cell_depth * (depth / cell_depth) : 1.0;
         longest = pd_max(longest, pdi_vec_norm(along));
     }
-    for (int k = 0; k < s.cells * PD_DIM && longest > 0.0; k++) s.offset[k] /= longest;
-    if (s.cells) pdi_boundary_faces_compute_weights(normal, &s);
-    for (int k = 0; k < s.cells; k++)
+    for (int k = 0; k < s->cells * PD_DIM && longest > 0.0; k++) s->offset[k] /= longest;
+    if (s->cells) pdi_boundary_faces_compute_weights(normal, s);
+    for (int k = 0; k < s->cells; k++)
         for (int d = 0; d < PD_DIM; d++)
-            points->boundary_area[(int64_t)s.cell[k] * PD_DIM + d] += s.weight[k] * size * area_vector[d];
+            points->boundary_area[(int64_t)s->cell[k] * PD_DIM + d] += s->weight[k] * size * area_vector[d];
 }
 
 /* Sort the faces by nodes and move those that belong to one cell only to the front. Returns their number; what stands
@@ -459,6 +510,8 @@ pd_status pd_boundary_faces_finish(pd_ctx *ctx, pd_boundary_faces *s, double sca
     int64_t links = 0, rooms = 4 * s->count;
     pdi_boundary_faces_node_cell *link = NULL;
     uint8_t *shared = NULL;
+    pdi_boundary_faces_weights weights;
+    memset(&weights, 0, sizeof weights);
     for (int d = 1; d < PD_DIM; d++) size *= scale;
     PD_TRY(PD_NEW(ctx, "skin", rooms, link));
     pdi_boundary_faces_list_node_cells(s, link, &links);
@@ -466,8 +519,10 @@ pd_status pd_boundary_faces_finish(pd_ctx *ctx, pd_boundary_faces *s, double sca
     pd_status status = PD_NEW(ctx, "skin", count, shared);
     if (status == PD_OK) status = pdi_boundary_faces_match_pieces(ctx, s, count, shared, points);
     if (status == PD_OK) status = pdi_boundary_faces_store_simplices(ctx, s, count, shared, scale, points);
+    if (status == PD_OK) status = pdi_boundary_faces_reserve_weights(ctx, s, count, shared, link, links, &weights);
     for (int64_t k = 0; k < count && status == PD_OK; k++)
-        if (!shared[k]) pdi_boundary_faces_distribute_area(&s->face[k], link, links, scale, size, points);
+        if (!shared[k]) pdi_boundary_faces_distribute_area(&s->face[k], link, links, scale, size, &weights, points);
+    pdi_boundary_faces_free_weights(ctx, &weights);
     PD_DELETE(ctx, count, shared);
     PD_DELETE(ctx, rooms, link);
     return status;

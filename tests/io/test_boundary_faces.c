@@ -374,8 +374,42 @@ TEST(slot)
 }
 #endif
 
+/* A half disc of triangles that all have its centre as a corner. Its mirror image is the same mesh, and so are the
+ * areas of its cells: the two faces at the centre give theirs to more cells than 96. */
 #if PD_DIM == 2
-#define CORNERS_OF ENTRY(corners) ENTRY(slot)
+TEST(fan)
+{
+    enum { cells = 240 };
+    pd_ctx ctx;
+    pd_points points;
+    pd_ctx_init(&ctx);
+    CHECK_OK(&ctx, pd_file_make_directory(&ctx, FOLDER));
+    FILE *f = fopen(FOLDER "/fan.msh", "w");
+    if (!CHECK(f != NULL)) return;
+    fprintf(f, "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n%d\n1 0 0 0\n", cells + 2);
+    for (int k = 0; k <= cells; k++) {
+        double angle = acos(-1.0) * k / cells;
+        fprintf(f, "%d %.17g %.17g 0\n", k + 2, cos(angle), sin(angle));
+    }
+    fprintf(f, "$EndNodes\n$Elements\n%d\n", cells);
+    for (int k = 0; k < cells; k++) fprintf(f, "%d 2 2 1 1 1 %d %d\n", k + 1, k + 2, k + 3);
+    fprintf(f, "$EndElements\n");
+    CHECK(fclose(f) == 0);
+    if (!CHECK_OK(&ctx, pd_points_read(&ctx, FOLDER "/fan.msh", 1.0, &points))) return;
+    CHECK_INT(points.count, cells);
+    CHECK_INT(points.face_count, cells + 2);
+    for (int k = 0; k < cells; k++) {
+        const double *own = points.boundary_area + 2 * k, *image = points.boundary_area + 2 * (cells - 1 - k);
+        CHECK_NEAR(own[0], -image[0], 1e-12);
+        CHECK_NEAR(own[1], image[1], 1e-12);
+    }
+    pd_points_free(&ctx, &points);
+    CHECK_INT(ctx.in_use, 0);
+}
+#endif
+
+#if PD_DIM == 2
+#define CORNERS_OF ENTRY(corners) ENTRY(slot) ENTRY(fan)
 #elif PD_DIM == 3
 #define CORNERS_OF ENTRY(corners)
 #else
