@@ -1,5 +1,6 @@
 /* csr: see csr.h */
 #include "lattice/csr.h"
+#include "lattice/bond_diffusivity.h"
 #include <string.h>
 
 /* Working arrays while a matrix is assembled. */
@@ -68,13 +69,11 @@ static double pdi_csr_compute_weight(const pdi_csr_work *w, int32_t i, int k, do
     int axis = w->desc->axis;
     switch (w->desc->op) {
     case PD_CSR_LAPLACIAN: weight = pdi_bond_get_laplacian_weights(b, i)[k]; break;
-    case PD_CSR_DIFFUSE: {
-        double one = w->desc->diffusivity[i], other = w->desc->diffusivity[w->source[i + b->paths.shift[k]]];
-        double lower = one < other ? one : other, upper = one < other ? other : one;
-        /* eq. 5.2 */
-        weight = upper > 0.0 ? pdi_bond_get_laplacian_weights(b, i)[k] * (2.0 * lower / (1.0 + lower / upper)) : 0.0;
+    case PD_CSR_DIFFUSE:
+        weight = pdi_bond_get_laplacian_weights(b, i)[k] *
+                 pdi_bond_diffusivity_harmonic_mean(w->desc->diffusivity[i],
+                                                    w->desc->diffusivity[w->source[i + b->paths.shift[k]]]);
         break;
-    }
     case PD_CSR_GRADIENT: /* eq. 2.4; at truncated families eq. 3.5 */
         weight = r < 0 ? s->gradient_weight[k * PD_DIM + axis] : 0.0;
         if (r >= 0 && b->grid->kind[i + b->paths.shift[k]] == PD_INLET) break;

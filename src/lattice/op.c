@@ -6,6 +6,7 @@
 #include "lattice/op.h"
 #include "core/vec.h"
 #include "core/par.h"
+#include "lattice/bond_diffusivity.h"
 #include "lattice/line_laplacian.h"
 #include <string.h>
 
@@ -253,13 +254,6 @@ void pd_op_laplacian(const pd_ctx *ctx, const pd_bonds *bonds, const double *f, 
 
 /* ---- diffusion: sum D_ij a (f_j - f_i), D_ij = 2 D_i D_j / (D_i + D_j) (eq. 5.2) ---- */
 
-/* Harmonic mean 2ab/(a + b), in a form that does not overflow and gives the same bits from both ends. */
-static inline double pdi_op_harmonic_mean(double a, double b)
-{
-    double lower = a < b ? a : b, upper = a < b ? b : a;
-    return upper > 0.0 ? 2.0 * lower / (1.0 + lower / upper) : 0.0;
-}
-
 /* Diffusion at the nodes i .. i+count-1, which own the rows from r (-1: full families), bond by bond (eq. 5.2). */
 static void pdi_op_diffuse_bonds(const pdi_op_operands *w, int32_t i, int32_t r, int count)
 {
@@ -275,7 +269,7 @@ static void pdi_op_diffuse_bonds(const pdi_op_operands *w, int32_t i, int32_t r,
         if (which == PDI_BOND_OPEN_NONE) continue;
         for (int b = 0; b < count; b++)
             sum[b] += which == PDI_BOND_OPEN_ALL || open[b] > 0.0
-                          ? a * pdi_op_harmonic_mean(d[b], d_far[b]) * (far[b] - f[b])
+                          ? a * pdi_bond_diffusivity_harmonic_mean(d[b], d_far[b]) * (far[b] - f[b])
                           : 0.0;
     }
     memcpy(w->out + i, sum, (size_t)count * sizeof(double));
@@ -296,12 +290,20 @@ static void pdi_op_diffuse_truncated(const pdi_op_operands *w, int32_t r, int co
 pd_status pd_op_diffusion(pd_ctx *ctx, const pd_bonds *bonds, const double *diffusivity, const double *f, double *out)
 {
     const pd_grid *grid = bonds->grid;
+    double *filled = NULL;
     pdi_op_operands w;
     for (int32_t node = 0; node < grid->total; node++)
-        if (pdi_grid_is_open(grid->kind[node]) && !(diffusivity[node] >= 0.0 && diffusivity[node] < 1e300))
+        if (pdi_grid_is_open(grid->kind[node]) && grid->kind[node] != PD_IMAGE &&
+            !(diffusivity[node] >= 0.0 && diffusivity[node] < 1e300))
             return pd_fail(ctx, PD_ERR_ARGUMENT, "op", "the diffusivity of node %d is %g m2/s, expected one >= 0",
                            (int)node, diffusivity[node]);
-    pdi_op_init_operands(bonds, f, diffusivity, out, &w);
+    if (bonds->ghosts.images_end) {
+        PD_TRY(PD_NEW(ctx, "op", grid->total, filled));
+        memcpy(filled, diffusivity, (size_t)grid->total * sizeof *filled);
+        pd_ghosts_set_scalar(&bonds->ghosts, filled);
+    }
+    pdi_op_init_operands(bonds, f, filled ? filled : diffusivity, out, &w);
     pdi_op_apply_all(ctx, &w, pdi_op_diffuse_full, pdi_op_diffuse_truncated);
+    PD_DELETE(ctx, grid->total, filled);
     return PD_OK;
 }

@@ -1,9 +1,9 @@
 /* op: the peridynamic (nonlocal) operators on scalar and vector fields: gradient, divergence, Laplacian, diffusion.
  *
  * Fields have a value at each node, ghosts included. Results are written at fluid nodes and nowhere else. Far ends of
- * open bonds are fluid nodes and the ghosts of inlets and outlets, whose values the caller sets beforehand; a bond
- * blocked by solid or wall takes no part. Nodes with full families use the shared stencil, the others go bond by bond;
- * both evaluate the same sums (theory: section 2 and eq. 3.5; Zhao and Bobaru 2022; Tian and Du 2014).
+ * open bonds are fluid nodes, images, and the ghosts of inlets and outlets, whose values the caller sets beforehand; a
+ * bond blocked by solid or wall takes no part. Nodes with full families use the shared stencil, the others go bond by
+ * bond; both evaluate the same sums (theory: section 2 and eq. 3.5; Zhao and Bobaru 2022; Tian and Du 2014).
  *
  *   operator    full family          truncated family                       over a closed domain
  *   gradient    exact on quadratics  exact on linear fields                 not conservative
@@ -39,8 +39,8 @@ PD_API void pd_op_laplacian(const pd_ctx *ctx, const pd_bonds *bonds, const doub
 /* Diffusion div(D grad f): out [total] = sum D_ij a (f_j - f_i) with D_ij the harmonic mean of diffusivity [total]
  * [m2/s] at both ends (eq. 5.2; 0 where both are). Conservative, self-adjoint, negative semi-definite; consistent where
  * D is smooth and the family full; for bonds of one cell a jump of D halfway between layers is resistances in series.
- * PD_ERR_ARGUMENT: D of a fluid node, or of an inlet, outlet or image ghost, is negative or not below 1e300; nothing is
- * written then. */
+ * Images take D of their source, as in csr.h. PD_ERR_ARGUMENT: D of a fluid node, or of an inlet or outlet ghost, is
+ * negative or not below 1e300; nothing is written then. */
 PD_API pd_status pd_op_diffusion(pd_ctx *ctx, const pd_bonds *bonds, const double *diffusivity, const double *f,
                                  double *out);
 

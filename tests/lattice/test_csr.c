@@ -242,6 +242,33 @@ TEST(dirichlet_problem)
     scene_free(s);
 }
 
+/* Images have the diffusivity of their source, whatever the field holds there, in the matrix and in the operator. */
+TEST(images_take_the_diffusivity_of_their_source)
+{
+    scene *s = &test_scene;
+    static const scene_kind kinds[] = {PERIODIC, MIRROR, RINGS};
+    for (int kind = 0; kind < 3; kind++) {
+        pd_csr_desc desc;
+        if ((PD_DIM != 2 && kinds[kind] == RINGS) || !scene_init(s, kinds[kind])) continue;
+        for (int32_t i = 0; i < s->grid.total; i++) s->f[i] = random_real(100000 + (uint64_t)i);
+        pd_ghosts_set_scalar(&s->bonds.ghosts, s->f);
+        CHECK_OK(&s->ctx, pd_op_diffusion(&s->ctx, &s->bonds, s->d, s->f, s->y));
+        size_t before = s->ctx.in_use;
+        for (int32_t k = 0; k < s->bonds.ghosts.images_end; k++)
+            s->d[s->bonds.ghosts.node[k]] = k % 3 == 0 ? NAN : k % 3 == 1 ? -1.0 : 7.0;
+        CHECK(s->bonds.ghosts.images_end > 0);
+        CHECK_OK(&s->ctx, pd_op_diffusion(&s->ctx, &s->bonds, s->d, s->f, s->out));
+        CHECK_INT(s->ctx.in_use, before);
+        for (int32_t i = 0; i < s->grid.total; i++)
+            if (s->grid.kind[i] == PD_FLUID) CHECK_NEAR(s->out[i], s->y[i], 0.0);
+        memset(&desc, 0, sizeof desc);
+        desc.op = PD_CSR_DIFFUSE;
+        desc.diffusivity = s->d;
+        check_entries(s, &desc);
+        scene_free(s);
+    }
+}
+
 TEST(what_is_refused)
 {
     scene *s = &test_scene;
@@ -280,4 +307,5 @@ TEST(what_is_refused)
     scene_free(s);
 }
 
-TEST_MAIN(ENTRY(entry_by_entry) ENTRY(products_on_random_fields) ENTRY(dirichlet_problem) ENTRY(what_is_refused))
+TEST_MAIN(ENTRY(entry_by_entry) ENTRY(products_on_random_fields) ENTRY(dirichlet_problem)
+              ENTRY(images_take_the_diffusivity_of_their_source) ENTRY(what_is_refused))
