@@ -359,16 +359,17 @@ PDI_FN pd_status pdi_species_electrodes_check_solved(pd_ctx *ctx, const pd_speci
 {
     const pd_etch *s = p->etch;
     const pd_setup_potential *of = &p->setup->potential;
+    int named = 0;
     if (!s->lost) return PD_OK;
-    for (int e = 0; e < of->electrodes; e++) {
-        if (s->desc.electrodes.member[e] != s->lost - 1 || !pdi_species_electrodes_is_wetted(s, e)) continue;
-        return pd_fail(ctx, PD_ERR_STATE, "potential", "at t = %g s no potential was found that gives the metal "
-                       "of %s a total current of %g A: its curve and its law do not carry that, or carry it at two "
-                       "potentials around a peak, or they take up more of a species than reaches the metal; expected "
-                       "anodic and cathodic reactions, and a curve that falls to 0 with the species that it takes up",
-                       s->time, of->electrode[e].name, s->desc.electrodes.circuit[s->lost - 1].value);
-    }
-    return PD_ERR_STATE;
+    while (s->desc.electrodes.member[named] != s->lost - 1) named++; /* each circuit has one */
+    for (int e = of->electrodes - 1; e >= 0; e--)
+        if (s->desc.electrodes.member[e] == s->lost - 1 && pdi_species_electrodes_is_wetted(s, e)) named = e;
+    return pd_fail(ctx, PD_ERR_STATE, "potential",
+                   "at t = %g s no potential was found that gives the metal "
+                   "of %s a total current of %g A: its curve and its law do not carry that, or carry it at two "
+                   "potentials around a peak, or they take up more of a species than reaches the metal; expected "
+                   "anodic and cathodic reactions, and a curve that falls to 0 with the species that it takes up",
+                   s->time, of->electrode[named].name, s->desc.electrodes.circuit[s->lost - 1].value);
 }
 
 #undef PDI_SPECIES_ELECTRODES_READS_PH

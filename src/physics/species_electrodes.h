@@ -67,7 +67,7 @@ PDI_FN double pdi_species_electrodes_compute_current_density(const pd_species_el
  * circuit has two or more (bistability of a passivating metal). */
 PDI_FN pd_status pdi_species_electrodes_check_unique_potential(pd_ctx *ctx, pd_species_electrodes *p);
 /* Check that a potential was found for each circuit, by etch->lost. PD_ERR_STATE: none gives a circuit its current; the
- * message names the first of its electrodes that fluid touches. */
+ * message names the first of its electrodes that fluid touches, or the first without one. */
 PDI_FN pd_status pdi_species_electrodes_check_solved(pd_ctx *ctx, const pd_species_electrodes *p);
 #endif
 

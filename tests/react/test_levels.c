@@ -275,4 +275,35 @@ TEST(refused)
     }
 }
 
-TEST_MAIN(ENTRY(tafel) ENTRY(wired) ENTRY(given) ENTRY(jumps) ENTRY(oxygen) ENTRY(any_step) GAPS ENTRY(refused))
+/* A circuit that no potential gives its current to has a message, with fluid beside its metal and without. */
+TEST(lost_circuits_are_named)
+{
+    static pd_setup setup;
+    static pd_etch etch;
+    int member[3] = {0, 1, 1};
+    int32_t at[1] = {2};
+    pd_etch_circuit circuit[2];
+    pd_species_electrodes electrodes;
+    pd_ctx ctx;
+    pd_ctx_init(&ctx);
+    memset(circuit, 0, sizeof circuit);
+    memset(&electrodes, 0, sizeof electrodes);
+    setup.potential.electrodes = 3;
+    for (int e = 0; e < 3; e++) snprintf(setup.potential.electrode[e].name, 8, "metal%c", 'A' + e);
+    etch.desc.electrodes.member = member;
+    etch.desc.electrodes.circuit = circuit;
+    etch.desc.electrodes.circuits = 2;
+    etch.electrode = at;
+    electrodes.setup = &setup;
+    electrodes.etch = &etch;
+    CHECK_OK(&ctx, pdi_species_electrodes_check_solved(&ctx, &electrodes));
+    etch.lost = 2;
+    for (int places = 0; places < 2; places++) {
+        etch.count = places;
+        CHECK_INT(pdi_species_electrodes_check_solved(&ctx, &electrodes), PD_ERR_STATE);
+        CHECK(strstr(ctx.message, places ? "the metal of metalC a" : "the metal of metalB a") != NULL);
+    }
+}
+
+TEST_MAIN(ENTRY(tafel) ENTRY(wired) ENTRY(given) ENTRY(jumps) ENTRY(oxygen) ENTRY(any_step) GAPS ENTRY(refused)
+              ENTRY(lost_circuits_are_named))
