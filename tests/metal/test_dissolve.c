@@ -319,6 +319,38 @@ TEST(law_of_place_and_time)
     }
 }
 
+/* Ten times as fast behind an hour. */
+static double jumping(void *user, const pd_rate_at *at)
+{
+    (void)user;
+    return at->t > 3600.0 ? 10.0 * SPEED : SPEED;
+}
+
+/* What laws follow is given and jumps at the end of a step. The next one is as long as the speed behind the jump
+ * allows: a flat front crosses a fifth of a cell. Where nothing is given anew the speed at the start counts. */
+TEST(first_step_behind_a_jump)
+{
+    for (int driven = 0; driven < 2; driven++) {
+        double lo[3] = {0.0, 0.0, 0.0}, hi[3] = {5.0 * H, 4.0 * H, 4.0 * H};
+        pd_step step;
+        scene *s = scene_cells(10, 4, 4);
+        scene_solid_box(&s->shapes[0], lo, hi);
+        s->dissolve_desc.rate = jumping;
+        s->dissolve_desc.driven = driven;
+        if (!metal_build(s, H, 1.0)) return;
+        pd_physics process = pd_dissolve_process(&s->dissolve);
+        memset(&step, 0, sizeof step);
+        step.time = 3600.0;
+        step.latest_end = 36000.0;
+        step.dt = 32400.0;
+        step.max_dissolved_fraction = 0.2;
+        step.rtol = 1e-3;
+        CHECK_OK(&s->ctx, process.max_run_step(&s->ctx, process.self, &step));
+        CHECK_REL(step.dt, 0.2 * H / ((driven ? 10.0 : 1.0) * SPEED), 1e-12);
+        scene_free(s);
+    }
+}
+
 /* Three times as fast in grain 1. */
 static double by_grain(void *user, const pd_rate_at *at)
 {
@@ -621,6 +653,7 @@ TEST(bad_nodes)
 TEST_MAIN(SLOW_ENTRY_IF(PD_DIM == 3, flat_front_is_exact) ENTRY(diagonal_front)
               SLOW_ENTRY_IF(PD_DIM == 3, ball_shrinks_at_the_speed) ENTRY(threshold_does_not_change_the_speed)
                   ENTRY(saturation) ENTRY(factor_multiplies) ENTRY(inert_metal_stays) ENTRY(law_without_a_value)
-                      ENTRY(law_of_place_and_time) ENTRY(law_of_grain) ENTRY(no_deposit) ENTRY(single_node)
-                          ENTRY(everything_dissolves) ENTRY(nothing_to_dissolve) ENTRY(no_fluid) ENTRY(thin_sheet)
-                              ENTRY(wall_is_tight) ENTRY(random_walls) ENTRY(bad_input) ENTRY(bad_nodes))
+                      ENTRY(law_of_place_and_time) ENTRY(first_step_behind_a_jump) ENTRY(law_of_grain) ENTRY(no_deposit)
+                          ENTRY(single_node) ENTRY(everything_dissolves) ENTRY(nothing_to_dissolve) ENTRY(no_fluid)
+                              ENTRY(thin_sheet) ENTRY(wall_is_tight) ENTRY(random_walls) ENTRY(bad_input)
+                                  ENTRY(bad_nodes))
