@@ -46,6 +46,9 @@ typedef struct pd_mineral_start {
 
 #ifdef PDI_INTERNAL
 #define PDI_MINERAL_TOLERANCE 1e-13 /* largest |ln Omega - law| of an amount that counts as solved */
+#define PDI_MINERAL_MIN_CONCENTRATION 1e-200 /* [mol/m3] lower bound of concentrations in logarithms */
+/* [-] a volume within this of its free volume is full, and a law off by more is not met */
+#define PDI_MINERAL_FULL_TOLERANCE 1e-9
 /* Prepares the minerals of a system; an exponent of 0 becomes 1. PD_ERR_ARGUMENT: more than PD_MINERAL_MAX, a species
  * that is no solid or is there twice, a number that is negative or not finite (nucleation may be negative),
  * min_porosity not in [0, 1), or not exactly one reaction, which needs a K, no other solid, no gas and no electron.
@@ -78,23 +81,18 @@ PDI_FN int pdi_mineral_is_infeasible(const pd_components *c, const pd_minerals *
 /* 1: a mineral of the amounts before [count] [mol/m3] is 0 in `after`, or the volume fraction of all has reached 1 -
  * min_porosity of one that has a volume, to 1e-9. 0: else, also where it was full before. */
 PDI_FN int pdi_mineral_has_switched(const pd_minerals *m, const double *before, const double *after);
-/* Backward Euler step of all minerals of a volume (eq. 5b.16): concentrations conc [solutes] and amounts n [count]. On
- * entry conc is a first guess; total [components] are dissolved beside the amounts n, which are the first guess unless
- * start->guess is. Minerals that fill the volume share it in proportion to their growth without that limit.
- * PD_NOT_CONVERGED: both are unchanged. */
-PDI_FN pd_status pdi_mineral_solve(const pd_components *c, const pd_minerals *m,
-                                    const pd_mineral_start *start, const double *total, double *conc, double *n);
-/* derivatives [count][components] [-] of the amounts n by the totals, dissolved and in minerals together, at the
- * solution (conc, n) of a step; 0 for minerals that are absent, full or do not react. */
-PDI_FN void pdi_mineral_compute_derivatives(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
-                                            const double *conc, const double *n, double *derivatives);
-/* change [count] [mol/m3] that the rate laws ask for at fixed totals becomes the change of n with the feedback of
- * Omega: (W + L)^-1 L change (theory 5b.6). It stays for minerals that are absent, full or do not react. */
-PDI_FN void pdi_mineral_solve_linear_response(const pd_components *c, const pd_minerals *m,
-                                              const pd_mineral_start *start, const double *conc, const double *n,
-                                              double *change);
 /* Volume of minerals n [count] [mol/m3] over that of the cell, clipped to 0 .. 1; those of unknown volume count 0. */
 PDI_FN double pdi_mineral_compute_volume_fraction(const pd_minerals *minerals, const double *n);
+/* Volume of minerals n over that of the cell. */
+PDI_FN double pdi_mineral_compute_volume(const pd_minerals *m, const double *n);
+/* 1: mineral s forms or dissolves in the step. */
+PDI_FN int pdi_mineral_is_reactive(const pd_mineral_start *start, int s);
+/* Rate times step [mol/m3] of mineral s at the end amount n: what dissolves far below saturation. HUGE_VAL: in
+ * equilibrium. */
+PDI_FN double pdi_mineral_compute_max_extent(const pd_mineral_start *start, int s, double n);
+/* Growth of mineral s in the backward Euler step [mol/m3] at Omega^p - 1 = excess, of any sign. HUGE_VAL: in
+ * equilibrium, or unbounded since dt times the rate per amount times excess is at least 1. */
+PDI_FN double pdi_mineral_compute_growth(const pd_mineral_start *start, int s, double excess);
 #endif
 
 #endif

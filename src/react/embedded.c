@@ -1,5 +1,6 @@
 /* embedded: see embedded.h */
 #include "react/embedded.h"
+#include "chemistry/mineral_step.h"
 #include "react/extents.h"
 #include "core/par.h"
 #include <math.h>
@@ -141,7 +142,7 @@ static void pdi_embedded_damp_early(const pd_reactive *r, int32_t i, double *off
     pdi_mineral_begin_step(&r->components, &r->minerals, n, c, &start);
     start.start_amount = n;
     start.dt = r->dt;
-    pdi_mineral_solve_linear_response(&r->components, &r->minerals, &start, c, n, early);
+    pdi_mineral_step_solve_linear_response(&r->components, &r->minerals, &start, c, n, early);
     for (int m = 0; m < r->minerals.count; m++)
         if (fabs(early[m]) > fabs(off[m])) off[m] = early[m];
 }
@@ -164,7 +165,7 @@ static void pdi_embedded_damp_solids(pd_ctx *ctx, pd_reactive *r)
         pdi_tangent_law(r, i, first, &start);
         pdi_reactive_solids(r, r->solid, i, n);
         pdi_reactive_solids(r, r->solid_slope, i, off);
-        pdi_mineral_solve_linear_response(s, &r->minerals, &start, c, n, off);
+        pdi_mineral_step_solve_linear_response(s, &r->minerals, &start, c, n, off);
         pdi_embedded_damp_early(r, i, off);
         for (int m = 0; m < r->minerals.count; m++) r->solid_slope[m * total + i] = off[m];
         pdi_extents_relax(r, i, c, off, x, left, lack);

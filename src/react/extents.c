@@ -1,5 +1,6 @@
 /* extents: see extents.h */
 #include "react/extents.h"
+#include "chemistry/mineral_step.h"
 #include "react/tangent.h"
 #include "core/root_bracket.h"
 #include <float.h>
@@ -31,7 +32,7 @@ static pd_status pdi_extents_seek(const pd_reactive *r, int32_t i, const double 
     pdi_tangent_law(r, i, first, &start);
     start.guess = near_;
     pdi_reactive_solids(r, r->solid_base, i, n);
-    return pdi_mineral_solve(&r->components, &r->minerals, &start, sum, c, n);
+    return pdi_mineral_step_solve(&r->components, &r->minerals, &start, sum, c, n);
 }
 
 PDI_FN pd_status pdi_extents_equilibrium(const pd_reactive *r, int32_t i, const double *sum, double *c, double *n)

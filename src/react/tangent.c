@@ -1,5 +1,6 @@
 /* tangent: see tangent.h */
 #include "react/tangent.h"
+#include "chemistry/mineral_step.h"
 #include "react/layer.h"
 #include "react/levels.h"
 #include "core/par.h"
@@ -131,7 +132,7 @@ static void pdi_tangent_minerals(const pd_reactive *r, int32_t i, const double *
     pd_mineral_start start;
     pdi_tangent_law(r, i, first, &start);
     pdi_reactive_solids(r, r->solid, i, n);
-    pdi_mineral_compute_derivatives(&r->components, &r->minerals, &start, c, n, taken);
+    pdi_mineral_step_compute_derivatives(&r->components, &r->minerals, &start, c, n, taken);
 }
 
 /* left [components]: what minerals leave of one of total k. */

@@ -28,8 +28,8 @@ PD_API double pd_bone_modulus(pd_bone_site site, double density);
 /* Critical stretch s [-] of a microelastic solid whose cracks take the energy `fracture` [J/m2] per area: s^2 = 3 G/(K
  * d), pi G/(3 K d), 5 G/(9 K d) in 1D, 2D, 3D, with the horizon d [m] and the bulk modulus K of that dimension, E in 1D
  * and by `plane` in 2D (Silling and Askari 2005, in 3D). Integrals over a ball; sums over a lattice with nu = 1/4 are
- * those of pd_microelastic. fracture 0: 0. NaN: young or horizon not positive, fracture negative, Poisson's ratio not in
- * (-1, 1/2). */
+ * those of pd_microelastic. fracture 0: 0. NaN: young or horizon not positive, fracture negative, Poisson's ratio not
+ * in (-1, 1/2). */
 PD_API double pd_bone_critical_stretch(double young, double poisson, pd_plane plane, double fracture, double horizon);
 
 #endif

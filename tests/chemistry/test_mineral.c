@@ -1,7 +1,7 @@
 /* mineral: amounts and concentrations of a volume against the equilibria of speciation, which are solved in another
  * way; laws in time against their own closed forms; derivatives against differences; what bad input says.
  * dims: 1 */
-#include "chemistry/mineral.h"
+#include "chemistry/mineral_step.h"
 #include "chemistry/speciation.h"
 #include "chemistry_case.h"
 #include "random.h"
@@ -57,7 +57,7 @@ static void any(pd_activity activity)
         start.start_amount = before;
         pdi_mineral_begin_step(&test_system, &test_minerals, n, c, &start);
         pdi_components_compute_totals(&test_system, c, total);
-        if (!CHECK_INT(pdi_mineral_solve(&test_system, &test_minerals, &start, total, c, n), PD_OK)) continue;
+        if (!CHECK_INT(pdi_mineral_step_solve(&test_system, &test_minerals, &start, total, c, n), PD_OK)) continue;
         pdi_components_compute_totals(&test_system, c, again);
         for (int m = 0; m < test_system.count; m++) {
             double size = fabs(total[m]);
@@ -111,7 +111,7 @@ TEST(laws)
         start.dt = dt;
         start.start_amount = &first;
         pdi_mineral_begin_step(&test_system, &test_minerals, &n, c, &start);
-        CHECK_INT(pdi_mineral_solve(&test_system, &test_minerals, &start, c, c, &n), PD_OK);
+        CHECK_INT(pdi_mineral_step_solve(&test_system, &test_minerals, &start, c, c, &n), PD_OK);
         q = dt * of.rate; /* x = q ((a - x)(b - x) - 1), x the change */
         double p = a + b + 1.0 / q, root = 2.0 * (a * b - 1.0) / (p + sqrt(p * p - 4.0 * (a * b - 1.0)));
         CHECK_NEAR(n, fmax(first + root, 0.0), 1e-12);
@@ -140,14 +140,14 @@ TEST(limits)
         start.dt = 1.0;
         start.start_amount = &none;
         pdi_mineral_begin_step(&test_system, &test_minerals, &n, c, &start);
-        CHECK_INT(pdi_mineral_solve(&test_system, &test_minerals, &start, total, c, &n), PD_OK);
+        CHECK_INT(pdi_mineral_step_solve(&test_system, &test_minerals, &start, total, c, &n), PD_OK);
         CHECK_NEAR(n, k ? 750.0 : 0.0, 1e-9);
         CHECK_NEAR(c[0], total[0] + none - n, 1e-9);
     }
     double n = 1e-3, c[2] = {3.0, 3.0}, total[2] = {3.0, 3.0}, first = n;
     start.start_amount = &first;
     pdi_mineral_begin_step(&test_system, &test_minerals, &n, c, &start);
-    CHECK_INT(pdi_mineral_solve(&test_system, &test_minerals, &start, total, c, &n), PD_OK);
+    CHECK_INT(pdi_mineral_step_solve(&test_system, &test_minerals, &start, total, c, &n), PD_OK);
     CHECK_NEAR(n, 2.001, 1e-12);
 }
 
@@ -191,7 +191,7 @@ static void pairs_step(const int *order, const double *porosity, double pair_a, 
     start.start_amount = before;
     pdi_mineral_begin_step(&test_system, &test_minerals, n, c, &start);
     pdi_components_compute_totals(&test_system, c, total);
-    CHECK_INT(pdi_mineral_solve(&test_system, &test_minerals, &start, total, c, n), PD_OK);
+    CHECK_INT(pdi_mineral_step_solve(&test_system, &test_minerals, &start, total, c, n), PD_OK);
     for (int i = 0; i < 4; i++) {
         int pair = i / 2, s = order[0] == pair ? 0 : 1;
         double had = (pair ? pair_b : pair_a) + before[s];
@@ -289,7 +289,7 @@ TEST(any_order_of_three)
             start.dt = dt;
             start.start_amount = first;
             pdi_mineral_begin_step(&test_system, &test_minerals, n, c, &start);
-            lost |= pdi_mineral_solve(&test_system, &test_minerals, &start, total, c, n) != PD_OK;
+            lost |= pdi_mineral_step_solve(&test_system, &test_minerals, &start, total, c, n) != PD_OK;
             if (lost) break; /* the step is to be taken in parts */
             for (int s = 0; s < 3; s++) {
                 found[permuted[o][s]] = n[s];
@@ -339,7 +339,7 @@ TEST(stage_beyond)
         start.dt = 10.0;
         start.start_amount = from;
         pdi_mineral_begin_step(&test_system, &test_minerals, before, c, &start);
-        CHECK_INT(pdi_mineral_solve(&test_system, &test_minerals, &start, total, c, n), PD_OK);
+        CHECK_INT(pdi_mineral_step_solve(&test_system, &test_minerals, &start, total, c, n), PD_OK);
         CHECK_NEAR(pdi_mineral_compute_volume_fraction(&test_minerals, n), 0.75, 1e-9);
         CHECK(n[0] >= 100.0 && n[1] >= 150.0);
         CHECK_NEAR(c[0] + n[0] + n[1], 900.0 + from[0] + from[1], 1e-9);
@@ -397,10 +397,10 @@ static void derive(double surface)
     pdi_components_compute_totals(&test_system, c, total);
     CHECK_INT(pdi_components_solve(&test_system, total, c), PD_OK);
     pdi_mineral_begin_step(&test_system, &test_minerals, n, c, &start);
-    CHECK_INT(pdi_mineral_solve(&test_system, &test_minerals, &start, total, c, n), PD_OK);
+    CHECK_INT(pdi_mineral_step_solve(&test_system, &test_minerals, &start, total, c, n), PD_OK);
     for (int s = 0; s < 3; s++) CHECK(n[s] > 0.0);
     pdi_components_compute_totals(&test_system, c, total);
-    pdi_mineral_compute_derivatives(&test_system, &test_minerals, &start, c, n, by);
+    pdi_mineral_step_compute_derivatives(&test_system, &test_minerals, &start, c, n, by);
     for (int k = 0; k < test_system.count; k++) {
         double ends[2][3], step = 1e-5;
         for (int side = 0; side < 2; side++) {
@@ -409,7 +409,7 @@ static void derive(double surface)
             memcpy(at, c, sizeof at);
             memcpy(ends[side], n, sizeof n);
             moved[k] += side ? step : -step;
-            CHECK_INT(pdi_mineral_solve(&test_system, &test_minerals, &start, moved, at, ends[side]), PD_OK);
+            CHECK_INT(pdi_mineral_step_solve(&test_system, &test_minerals, &start, moved, at, ends[side]), PD_OK);
         }
         for (int s = 0; s < 3; s++)
             CHECK_NEAR(by[s * test_system.count + k], (ends[1][s] - ends[0][s]) / (2.0 * step), 1e-5);
@@ -441,7 +441,7 @@ TEST(spreading)
         start.dt = dt;
         start.start_amount = &first;
         pdi_mineral_begin_step(&test_system, &test_minerals, &n, c, &start);
-        CHECK_INT(pdi_mineral_solve(&test_system, &test_minerals, &start, c, c, &n), PD_OK);
+        CHECK_INT(pdi_mineral_step_solve(&test_system, &test_minerals, &start, c, c, &n), PD_OK);
         double speed = (of.rate + of.surface_rate * n) * (c[0] * c[1] - 1.0);
         CHECK(of.rate > 0.0 || n > 0.0);
         if (n > 0.0 && dt < 1e6) CHECK_NEAR(n - first, dt * speed, 1e-11 * dt);
@@ -481,7 +481,7 @@ TEST(empty_volume)
     start.start_amount = &before;
     pdi_mineral_begin_step(&test_system, &test_minerals, &n, c, &start);
     pdi_components_compute_totals(&test_system, c, total);
-    CHECK_INT(pdi_mineral_solve(&test_system, &test_minerals, &start, total, c, &n), PD_OK);
+    CHECK_INT(pdi_mineral_step_solve(&test_system, &test_minerals, &start, total, c, &n), PD_OK);
     CHECK_NEAR(n, 0.0, 1e-200);
 }
 
