@@ -204,10 +204,11 @@ static pd_status pdi_implicit_solve_stages(pd_ctx *ctx, pd_implicit *im, double 
 }
 
 /* A step while the scratch memory is lent. After a failure state and pressure impulse are restored (to the projected
- * start, if the projection has converged). Fatal statuses, PD_ERR_ARGUMENT and PD_ERR_INTERNAL are returned as they
- * are, all others as PD_RETRY. */
+ * start, if the projection has converged), and so are time and boundary data, but walls have no acceleration. Fatal
+ * statuses, PD_ERR_ARGUMENT and PD_ERR_INTERNAL are returned as they are, all others as PD_RETRY. */
 static pd_status pdi_implicit_try_step(pd_ctx *ctx, pd_implicit *im, double dt)
 {
+    double start = im->flow->time;
     pd_status status = pdi_implicit_project_start(ctx, im);
     pdi_implicit_copy_to_start(ctx, im);
     pdi_implicit_extrapolate_velocity(ctx, im, dt);
@@ -217,6 +218,7 @@ static pd_status pdi_implicit_try_step(pd_ctx *ctx, pd_implicit *im, double dt)
         return PD_OK;
     }
     pdi_implicit_copy_from_start(ctx, im);
+    PD_TRY(pdi_flow_set_time(ctx, im->flow, start, 0.0, NULL));
     if (pd_is_fatal(status) || status == PD_ERR_ARGUMENT || status == PD_ERR_INTERNAL) return status;
     pd_fail(ctx, PD_RETRY, "implicit", "a stage of a step of %g s at t = %g s does not converge", dt, im->time);
     return PD_RETRY;
@@ -240,14 +242,17 @@ pd_status pd_implicit_step(pd_ctx *ctx, pd_implicit *im, double dt)
 }
 
 PDI_COLD_BEGIN
-/* Undoes the last accepted step of dt [s]: state, time and count of steps; counts it as rejected. */
-static void pdi_implicit_undo_step(const pd_ctx *ctx, pd_implicit *im, double dt)
+/* Undoes the last accepted step: state, boundary data and derived fields become those of im->time; counts it as
+ * rejected. */
+static pd_status pdi_implicit_undo_step(pd_ctx *ctx, pd_implicit *im)
 {
     pdi_implicit_copy_from_start(ctx, im);
     im->last_step = 0.0;
-    im->time -= dt;
     im->steps--;
     im->rejected++;
+    PD_TRY(pdi_flow_set_time(ctx, im->flow, im->time, 0.0, NULL));
+    pdi_flow_update_derived_fields(ctx, im->flow);
+    return PD_OK;
 }
 
 /* Process callback after a rejected attempt: undoes it and proposes a shorter step. s->error is infinite when it did
@@ -258,8 +263,8 @@ static pd_status pdi_implicit_reject_step(pd_ctx *ctx, void *self, pd_step *s)
     char place[PDI_GRID_POSITION_LENGTH];
     int solved = s->error < HUGE_VAL;
     double dt = s->dt;
-    if (solved) pdi_implicit_undo_step(ctx, im, dt);
     im->time = s->time;
+    if (solved) PD_TRY(pdi_implicit_undo_step(ctx, im));
     pdi_sdirk_reject(&im->dt, im->desc.max_step, s);
     if (dt > PDI_IMPLICIT_MIN_STEP * im->desc.first_step) return PD_OK;
     if (solved)

@@ -50,8 +50,8 @@ PD_API pd_status pd_implicit_build(pd_ctx *ctx, pd_flow *flow, pd_steady *steady
                                    pd_implicit *implicit);
 /* One step of dt [s], whatever its error, which is in `error`. The first step, and one after new fluid, begins with a
  * projection. PD_RETRY: the projection or a stage did not converge. PD_ERR_ARGUMENT: dt is not positive and finite, or
- * a boundary value is not finite. After these two the state is that before the step (projected, if that has converged),
- * but time and boundary data of the flow and its derived fields are not restored. */
+ * a boundary value is not finite. After these two the flow is that before the step (projected, if that has converged),
+ * but walls have no acceleration, and U may be larger. */
 PD_API pd_status pd_implicit_step(pd_ctx *ctx, pd_implicit *implicit, double dt);
 /* The flow as a process; it prepares the flow. Steps of controlled error. PD_ERR_STATE: steps of 1e-12 of the first one
  * do not converge, or their error does not fall. */

@@ -499,7 +499,8 @@ PDI_FN pd_status pdi_steady_end_solves(pd_ctx *ctx, pd_steady *s, pd_status stat
     pdi_multigrid_clear_pointers(&s->mg_u);
     if (s->flow->order != 4) s->advecting = NULL;
     s->mg_u.fields = NULL;
-    if (status < 0) pdi_flow_update_derived_fields(ctx, s->flow); /* its advecting velocity and gradient were work */
+    if (status != PD_OK)
+        pdi_flow_update_derived_fields(ctx, s->flow); /* its advecting velocity and gradient were work */
     return pdi_arena_release(ctx, pdi_steady_get_arena(s), pdi_steady_list_work, s, status);
 }
 

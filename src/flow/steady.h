@@ -92,9 +92,8 @@ PDI_FN pd_arena *pdi_steady_get_arena(pd_steady *steady);
  * preconditioner. The outermost call takes it, and marks preconditioner and multigrid of the Laplacian as not set up.
  * After an error nothing is taken, and pdi_steady_end_solves must not be called. */
 PDI_FN pd_status pdi_steady_begin_solves(pd_ctx *ctx, pd_steady *steady);
-/* Gives it back, at the outermost of nested calls: sets worst_node, and after an error (status < 0) updates the derived
- * fields of the flow, which were work; not after PD_RETRY or PD_NOT_CONVERGED. Returns `status`, or the error of a
- * corrupted arena. */
+/* Gives it back, at the outermost of nested calls: sets worst_node, and after any status but PD_OK updates the derived
+ * fields of the flow, which were work. Returns `status`, or the error of a corrupted arena. */
 PDI_FN pd_status pdi_steady_end_solves(pd_ctx *ctx, pd_steady *steady, pd_status status);
 /* Writes or reads what solves carry on beside the flow: the potential and the reference norm. After reading the flow
  * takes the potential, and its surface patches and derived fields are updated. */

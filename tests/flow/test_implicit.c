@@ -4,6 +4,7 @@
 #include "implicit_scene.h"
 #include "core/par.h"
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 static const double pi = 3.14159265358979323846;
@@ -266,6 +267,70 @@ TEST(threads_change_no_bit)
     scene_free(&b);
 }
 
+static void growing_inlet(void *user, const double *x, double *u)
+{
+    for (int d = 0; d < PD_DIM; d++) u[d] = 0.0;
+    u[0] = (1.0 + *(const double *)user) * x[1] * (1.0 - x[1]);
+}
+
+/* Largest difference of two arrays, NaN counts as infinite. */
+static double largest_difference(const double *a, const double *b, int64_t n)
+{
+    double most = 0.0;
+    for (int64_t i = 0; i < n; i++) {
+        double off = fabs(a[i] - b[i]);
+        most = off <= HUGE_VAL ? fmax(most, off) : HUGE_VAL;
+    }
+    return most;
+}
+
+/* A step that does not converge, and one whose error is too large, leave the flow as it was before: the state, the time
+ * of its boundary data, and the fields that follow from them. */
+TEST(failed_steps_change_nothing)
+{
+    for (int rejected = 0; rejected < 2; rejected++) {
+        scene s_, *s = &s_;
+        double clock = 0.0;
+        scene_init(s, 12, 8, PD_SIDE_WALL, PD_SIDE_WALL);
+        s->grid_desc.side[0] = PD_SIDE_INLET;
+        s->grid_desc.side[1] = PD_SIDE_OUTLET;
+        s->flow_desc.mu = 0.1;
+        s->flow_desc.inlet = growing_inlet;
+        s->flow_desc.inlet_user = s->flow_desc.clock = &clock;
+        if (!scene_build(s)) return;
+        CHECK_OK(&s->ctx, pd_implicit_step(&s->ctx, &s->implicit, 0.01));
+        int64_t total = s->grid.total, n = PD_DIM * total;
+        double *kept = (double *)malloc((size_t)(3 * n + total) * sizeof *kept);
+        if (!CHECK(kept != NULL)) return;
+        memcpy(kept, s->flow.u, (size_t)n * sizeof *kept);
+        memcpy(kept + n, s->flow.advecting, (size_t)n * sizeof *kept);
+        memcpy(kept + 2 * n, s->flow.pressure_grad, (size_t)n * sizeof *kept);
+        memcpy(kept + 3 * n, s->flow.p, (size_t)total * sizeof *kept);
+        if (rejected) {
+            pd_physics process = pd_implicit_process(&s->implicit);
+            pd_step step;
+            memset(&step, 0, sizeof step);
+            step.time = s->implicit.time;
+            step.dt = 1.0;
+            s->implicit.desc.rtol = 1e-9;
+            CHECK_INT((int)process.attempt(&s->ctx, process.self, &step), (int)PD_RETRY);
+            CHECK(step.error > 1.0 && step.error < HUGE_VAL);
+            CHECK_OK(&s->ctx, process.reject(&s->ctx, process.self, &step));
+        } else {
+            s->implicit.desc.stage_tolerance = 1e-30; /* below rounding */
+            CHECK_INT((int)pd_implicit_step(&s->ctx, &s->implicit, 1.0), (int)PD_RETRY);
+        }
+        CHECK_NEAR(s->flow.time, 0.01, 1e-15);
+        CHECK_NEAR(clock, 0.01, 1e-15);
+        CHECK_LE(largest_difference(s->flow.u, kept, n), 0.0);
+        CHECK_LE(largest_difference(s->flow.advecting, kept + n, n), 0.0);
+        CHECK_LE(largest_difference(s->flow.pressure_grad, kept + 2 * n, n), 0.0);
+        CHECK_LE(largest_difference(s->flow.p, kept + 3 * n, total), 0.0);
+        free(kept);
+        scene_free(s);
+    }
+}
+
 TEST(bad_descs)
 {
     scene s_, *s = &s_;
@@ -288,7 +353,9 @@ TEST(bad_descs)
 
 #if PD_DIM == 2
 TEST_MAIN(ENTRY(second_order_in_time) ENTRY(taylor_green_vortex) ENTRY(pressure_of_short_steps) ENTRY(startup_flows)
-          ENTRY(any_start_and_step) ENTRY(threads_change_no_bit) ENTRY(bad_descs))
+              ENTRY(any_start_and_step) ENTRY(threads_change_no_bit) ENTRY(failed_steps_change_nothing)
+                  ENTRY(bad_descs))
 #else
-TEST_MAIN(ENTRY(second_order_in_time) ENTRY(any_start_and_step) ENTRY(threads_change_no_bit) ENTRY(bad_descs))
+TEST_MAIN(ENTRY(second_order_in_time) ENTRY(any_start_and_step) ENTRY(threads_change_no_bit)
+              ENTRY(failed_steps_change_nothing) ENTRY(bad_descs))
 #endif
