@@ -89,6 +89,16 @@ PDI_FN void pdi_krylov_set_flexible(pd_krylov *krylov, int flexible)
     pdi_krylov_set_layout(krylov);
 }
 
+/* PD_ERR_ARGUMENT: `first` and `end` are no range within the n entries. */
+static pd_status pdi_krylov_check_range(pd_ctx *ctx, const pd_krylov_desc *d)
+{
+    int64_t end = d->end ? d->end : d->n;
+    if (d->first >= 0 && d->first < end && end <= d->n && (d->end || !d->first)) return PD_OK;
+    return pd_fail(ctx, PD_ERR_ARGUMENT, "krylov",
+                   "first = %.0f, end = %.0f of %.0f entries, expected 0 <= first < end <= n (both 0: all)",
+                   (double)d->first, (double)d->end, (double)d->n);
+}
+
 PDI_FN pd_status pdi_krylov_init(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov)
 {
     memset(krylov, 0, sizeof *krylov);
@@ -102,6 +112,7 @@ PDI_FN pd_status pdi_krylov_init(pd_ctx *ctx, const pd_krylov_desc *desc, pd_kry
     if (d->spans && (d->components < 1 || d->n != (int64_t)d->components * d->spans->total))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "krylov", "n = %.0f, expected %d times %d", (double)d->n, d->components,
                        (int)d->spans->total);
+    PD_TRY(pdi_krylov_check_range(ctx, d));
     krylov->length = d->spans ? (int64_t)d->components * d->spans->packed_length : d->n;
     if (d->restart < 1 || d->restart > 1000 || d->initial_vectors < 0)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "krylov", "restart = %d, needs 1 .. 1000 (0: 30); least = %d", d->restart,
@@ -826,6 +837,7 @@ pd_status pd_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn apply, pd_
     memset(run.result, 0, sizeof *run.result);
     if (!apply || !krylov->work)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "krylov", "%s", apply ? "solver was not built" : "apply is NULL");
+    PD_TRY(pdi_krylov_check_range(ctx, &krylov->desc));
     run.v = krylov->desc.low_memory ? x : pdi_krylov_vector(&run, 0);
     run.w = pdi_krylov_vector(&run, krylov->desc.low_memory ? 0 : 1);
     pdi_krylov_zero_scratch(&run, run.v); /* the last solve may have left other data in them */

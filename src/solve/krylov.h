@@ -32,7 +32,7 @@ typedef struct pd_krylov_desc {
     pd_krylov_method method;
     int64_t n;          /* entries of a vector */
     int64_t first, end; /* all entries of b, x and the results of callbacks are zero before `first` and from `end` on,
-                         * in earlier solves, too: sums omit them. end 0: all n */
+                         * in earlier solves, too: sums omit them. Both 0: all n */
     const pd_active_ranges
         *spans;         /* node ranges that the basis of GMRES stores, in each component of a vector: all others are
                          * zero in b and x. n = components times spans->total. Borrowed; NULL: all n entries */
@@ -111,8 +111,8 @@ PD_API void pd_krylov_free(pd_ctx *ctx, pd_krylov *krylov);
  * result may be NULL. PD_NOT_CONVERGED: iteration limit, or a restart leaves more than 0.999 of the residual.
  * PD_ERR_DIVERGED: a callback returned NaN or infinity, or CG met an indefinite operator or preconditioner, or a
  * singular direction (work vector 1). x is the best iterate then. PD_ERR_ARGUMENT: b or the guess is not finite, apply
- * is NULL. b = 0 gives x = 0. Allocates growth up to max_vectors only. Saad 2003 (GMRES alg. 9.5, 9.6; CG alg. 9.1),
- * Notay 2000 (flexible CG). */
+ * is NULL, first and end are no range in n. b = 0 gives x = 0. Allocates growth up to max_vectors only. Saad 2003
+ * (GMRES alg. 9.5, 9.6; CG alg. 9.1), Notay 2000 (flexible CG). */
 PD_API pd_status pd_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn apply, pd_apply_fn precond, void *user,
                                  const double *b, double *x, pd_krylov_result *result);
 
@@ -156,9 +156,10 @@ PDI_FN pd_status pdi_krylov_restore_basis(pd_ctx *ctx, pd_krylov *krylov, pd_are
 /* List function: the work vectors and the basis, by the sizes that pdi_krylov_init sets; growth is not in it. */
 PDI_FN void pdi_krylov_list(pdi_array_visitor *owner, void *object);
 /* Check the desc, fill in defaults and sizes; allocates nothing, so that the memory can be counted. PD_ERR_ARGUMENT: n
- * below 1 or not components times spans->total, restart not in 1 .. 1000, initial_vectors negative, low_memory without
- * zero_guess, with CG or flexible, max_iterations below 1, rtol not in (0, 1), atol negative or not finite, an unknown
- * method. PD_ERR_SIZE: the vectors overflow an int64_t. After an error the solver is partly set. */
+ * below 1 or not components times spans->total, first and end no range in n, restart not in 1 .. 1000, initial_vectors
+ * negative, low_memory without zero_guess, with CG or flexible, max_iterations below 1, rtol not in (0, 1), atol
+ * negative or not finite, an unknown method. PD_ERR_SIZE: the vectors overflow an int64_t. After an error the solver is
+ * partly set. */
 PDI_FN pd_status pdi_krylov_init(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov);
 #endif
 

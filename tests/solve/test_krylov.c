@@ -751,6 +751,44 @@ TEST(spans)
     }
 }
 
+/* -1 2 -1 on entries 3 to 7 alone, the others being zero: x_i = (i - 2) (8 - i) / 2. */
+static void multiply_inner(void *user, const double *x, double *y)
+{
+    ((sys *)user)->calls++;
+    for (int i = 3; i < 8; i++) y[i] = 2.0 * x[i] - x[i - 1] - x[i + 1];
+}
+
+TEST(range)
+{
+    static const int64_t bad[5][2] = {{-1, 8}, {3, 11}, {8, 3}, {3, 0}, {4, 4}};
+    pd_ctx ctx;
+    pd_ctx_init(&ctx);
+    for (int m = 0; m < 2; m++) {
+        double b[10] = {0.0}, x[10] = {0.0};
+        sys s = make(K_POISSON, 10);
+        pd_krylov k;
+        pd_krylov_desc d = describe(methods[m], 10);
+        d.first = 3;
+        d.end = 8;
+        d.rtol = 1e-13;
+        for (int i = 3; i < 8; i++) b[i] = 1.0;
+        if (!CHECK_OK(&ctx, pd_krylov_build(&ctx, &d, &k))) return;
+        CHECK_OK(&ctx, pd_krylov_solve(&ctx, &k, multiply_inner, NULL, &s, b, x, NULL));
+        for (int i = 0; i < 10; i++) CHECK_NEAR(x[i], i < 3 || i > 7 ? 0.0 : 0.5 * (i - 2.0) * (8.0 - i), 1e-12);
+        for (int wrong = 0; wrong < 5; wrong++) {
+            pd_krylov none;
+            k.desc.first = d.first = bad[wrong][0];
+            k.desc.end = d.end = bad[wrong][1];
+            CHECK_INT(pd_krylov_build(&ctx, &d, &none), PD_ERR_ARGUMENT);
+            CHECK(strstr(ctx.message, "of 10 entries, expected 0 <= first < end <= n") != NULL);
+            s.calls = 0;
+            CHECK_INT(pd_krylov_solve(&ctx, &k, multiply_inner, NULL, &s, b, x, NULL), PD_ERR_ARGUMENT);
+            CHECK_INT(s.calls, 0);
+        }
+        pd_krylov_free(&ctx, &k);
+    }
+}
+
 TEST(bad_input)
 {
     pd_ctx ctx;
@@ -789,7 +827,7 @@ TEST(bad_input)
 }
 
 TEST_MAIN(ENTRY(poisson_closed_form) ENTRY(gmres_cyclic_shift) ENTRY(gmres_growth) ENTRY(gmres_growth_lent)
-          ENTRY(gmres_lean) ENTRY(gmres_trusting) ENTRY(gmres_integers) ENTRY(gmres_breakdown)
-          ENTRY(gmres_orthogonality) ENTRY(gmres_singular) ENTRY(skew) ENTRY(transport) ENTRY(not_a_number)
-          ENTRY(not_converged) ENTRY(guesses) ENTRY(flexible) ENTRY(unit_covariance) ENTRY(threads) ENTRY(memory)
-          ENTRY(spans) ENTRY(bad_input))
+              ENTRY(gmres_lean) ENTRY(gmres_trusting) ENTRY(gmres_integers) ENTRY(gmres_breakdown)
+                  ENTRY(gmres_orthogonality) ENTRY(gmres_singular) ENTRY(skew) ENTRY(transport) ENTRY(not_a_number)
+                      ENTRY(not_converged) ENTRY(guesses) ENTRY(flexible) ENTRY(unit_covariance) ENTRY(threads)
+                          ENTRY(memory) ENTRY(spans) ENTRY(range) ENTRY(bad_input))
