@@ -357,7 +357,7 @@ static pd_status pdi_least_squares_iterate(pdi_least_squares *s)
 }
 
 /* PD_ERR_ARGUMENT: the number of parameters is not 1 .. 8, there are fewer points than parameters, bounds are not
- * finite or do not rise, or a start is outside of them. Tolerance and noise are not checked. */
+ * finite or do not rise, a start is outside of them, or tolerance or noise is negative or not finite. */
 static pd_status pdi_least_squares_check(pd_ctx *ctx, const pd_least_squares_desc *d)
 {
     if (d->parameters < 1 || d->parameters > PDI_LEAST_SQUARES_N)
@@ -373,6 +373,9 @@ static pd_status pdi_least_squares_check(pd_ctx *ctx, const pd_least_squares_des
                            "parameter %d starts at %g between %g and %g, expected"
                            " finite bounds that rise and a start between them",
                            k + 1, d->start[k], d->low[k], d->high[k]);
+    if (!(d->tolerance >= 0.0) || !(d->tolerance < HUGE_VAL) || !(d->noise >= 0.0) || !(d->noise < HUGE_VAL))
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "least_squares",
+                       "tolerance %g, noise %g: expected finite values of at least 0", d->tolerance, d->noise);
     return PD_OK;
 }
 

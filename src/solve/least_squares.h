@@ -50,9 +50,10 @@ typedef struct pd_least_squares_result {
 
 /* Minimise the sum of squared residuals within the bounds. Converged: a step is below the tolerance times the standard
  * errors, up to noise, with a fresh Jacobian. PD_ERR_ARGUMENT: number of parameters, bounds, a start outside of them,
- * fewer points than parameters, a parameter without effect, or parameters that the points do not distinguish.
- * PD_ERR_STATE: a residual is not finite. Errors of fn. PD_NOT_CONVERGED: no step lowers the sum any more, or there
- * were 100 steps; the result is filled then, too. After an error its values are not set. */
+ * tolerance or noise negative or not finite, fewer points than parameters, a parameter without effect, or parameters
+ * that the points do not distinguish. PD_ERR_STATE: a residual is not finite. Errors of fn. PD_NOT_CONVERGED: no step
+ * lowers the sum any more, or there were 100 steps; the result is filled then, too. After an error its values are not
+ * set. */
 PD_API pd_status pd_least_squares_solve(pd_ctx *ctx, const pd_least_squares_desc *desc,
                                         pd_least_squares_result *result);
 #ifdef PDI_INTERNAL

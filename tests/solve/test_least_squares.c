@@ -167,6 +167,24 @@ TEST(refused)
     CHECK_INT(ctx.in_use, 0);
 }
 
+TEST(refused_tolerances)
+{
+    static const double bad[3] = {-0.01, (double)NAN, (double)INFINITY};
+    pd_ctx ctx;
+    pd_least_squares_result r;
+    problem p = {box_x, box_y, 6, 0, 0.0, straight};
+    pd_ctx_init(&ctx);
+    for (int k = 0; k < 6; k++) {
+        pd_least_squares_desc d = describe(&p, 2);
+        d.low[0] = d.low[1] = -10.0;
+        d.high[0] = d.high[1] = 10.0;
+        *(k < 3 ? &d.tolerance : &d.noise) = bad[k % 3];
+        CHECK_INT(pd_least_squares_solve(&ctx, &d, &r), PD_ERR_ARGUMENT);
+        CHECK(strstr(ctx.message, k < 3 ? "tolerance" : "noise") != NULL);
+        CHECK_INT(r.evaluations, 0);
+    }
+}
+
 /* Two-sided 95 % points, Abramowitz and Stegun, table 26.10. */
 TEST(student)
 {
@@ -178,4 +196,5 @@ TEST(student)
     CHECK_NEAR(pdi_least_squares_student_quantile(100000), pdi_least_squares_student_quantile(0), 1e-4);
 }
 
-TEST_MAIN(ENTRY(misra1a) ENTRY(box_bod) ENTRY(line) ENTRY(bound) ENTRY(refused) ENTRY(student))
+TEST_MAIN(ENTRY(misra1a) ENTRY(box_bod) ENTRY(line) ENTRY(bound) ENTRY(refused) ENTRY(refused_tolerances)
+              ENTRY(student))
