@@ -96,15 +96,15 @@ static void pdi_quasi_static_scale_interpolated(pd_quasi_static *q, double part)
 
 /* Loads into load and prescribed displacements into u, at the fraction `part` (0 to 1) between `start` and time t: the
  * callback gives those of t, and both are interpolated linearly. load is 0 before the call; points that have come off
- * count as without load at t. Errors: of the callback. */
+ * have no load at any fraction. Errors: of the callback. */
 static pd_status pdi_quasi_static_set_loads(pd_ctx *ctx, pd_quasi_static *q, double t, double part)
 {
     for (int64_t k = 0; k < q->n; k++) q->load[k] = 0.0;
     PD_TRY(q->desc.load(ctx, q->desc.user, t, q->u, q->load));
     for (int64_t k = 0; k < q->n; k++) {
         const double *start = q->start + k;
-        if (q->detached[k / PD_DIM]) q->load[k] = 0.0;
         if (part < 1.0) q->load[k] = start[q->n] + part * (q->load[k] - start[q->n]);
+        if (q->detached[k / PD_DIM]) q->load[k] = 0.0;
         if (pdi_quasi_static_is_held(q, k)) q->u[k] = *start + part * (q->u[k] - *start);
     }
     pdi_quasi_static_scale_interpolated(q, part);
