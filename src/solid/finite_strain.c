@@ -490,7 +490,7 @@ static void pdi_finite_strain_ops_blocks(const pd_ctx *ctx, void *self, double *
 
 /* Elastic energy density [Pa] of point i at u, without plastic work: weighted mean over its bonds, 0 without bonds;
  * with plain correspondence that of the gradient of the family (zero without bonds) and the penalty of Silling. Times
- * the stiffness factor. HUGE_VAL: det F <= 0. */
+ * the stiffness factor. HUGE_VAL: det F <= 0, also where that factor is 0. */
 static double pdi_finite_strain_energy_density(const pd_finite_strain *f, const pdi_constitutive_law_params *m,
                                                const double *u, int32_t i)
 {
@@ -514,7 +514,7 @@ static double pdi_finite_strain_energy_density(const pd_finite_strain *f, const 
     pdi_finite_strain_add_identity(h, full);
     if (!pdi_finite_strain_bond_gradients(f))
         sum += pdi_constitutive_law_compute_energy(m, full, pdi_finite_strain_get_state(f, i), 0);
-    return sum * pdi_finite_strain_stiffness_factor(f, i);
+    return sum < HUGE_VAL ? sum * pdi_finite_strain_stiffness_factor(f, i) : HUGE_VAL;
 }
 
 /* pd_material_interface.energy: sum over all points, mirror images too; HUGE_VAL where a bond is inverted. */
