@@ -534,8 +534,8 @@ static double pdi_finite_strain_ops_energy(const pd_ctx *ctx, void *self, const 
     return pdi_compensated_sum_total(&all);
 }
 
-/* Mean Cauchy stress [PD_DIM^2] [Pa] of the bonds of point i at u, without inverted ones; in 2D its out-of-plane
- * stress, too. stress NULL: commits their plastic states instead, and their plastic work density [J/m3] goes into
+/* Mean Cauchy stress [PD_DIM^2] [Pa] of the bonds of point i at u; in 2D its out-of-plane stress, too. NaN: one of them
+ * is inverted. stress NULL: commits their plastic states instead, and their plastic work density [J/m3] goes into
  * f->work. */
 static void pdi_finite_strain_visit_point(const pd_finite_strain *f, const pdi_constitutive_law_params *m,
                                           const double *u, int32_t i, double *stress)
@@ -555,9 +555,11 @@ static void pdi_finite_strain_visit_point(const pd_finite_strain *f, const pdi_c
         pdi_finite_strain_add_identity(part, full);
         if (!stress) {
             all += single * pdi_constitutive_law_commit(m, full, pdi_finite_strain_get_state(f, site));
-        } else if (pdi_constitutive_law_compute_cauchy(m, full, pdi_finite_strain_get_state(f, site), part, &normal)) {
-            for (int k = 0; k < PDI_TENSOR; k++) sum[k] += single * part[k];
-            all += single * normal;
+        } else {
+            int good =
+                pdi_constitutive_law_compute_cauchy(m, full, pdi_finite_strain_get_state(f, site), part, &normal);
+            for (int k = 0; k < PDI_TENSOR; k++) sum[k] += good ? single * part[k] : (double)NAN;
+            all += good ? single * normal : (double)NAN;
         }
         if (!pdi_finite_strain_bond_gradients(f)) break;
     }

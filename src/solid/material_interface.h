@@ -35,7 +35,7 @@ typedef struct pd_material_interface {
     /* Bond energies [bonds] [J/m^(2d)] at u, by family: the energy density of point i is sum V_j energy_ij. A bond has
      * the sum of both its ends; a broken one has none. NULL: unknown. */
     void (*bond_energy)(const pd_ctx *ctx, void *self, const double *u, double *energy);
-    /* Cauchy stress [count][PD_DIM^2] [Pa] at u. NULL: the material has none. */
+    /* Cauchy stress [count][PD_DIM^2] [Pa] at u; NaN where it is not defined. NULL: the material has none. */
     void (*stress)(const pd_ctx *ctx, void *self, const double *u, double *stress);
     /* Out-of-plane normal stress [Pa] in 2D of point i, with the stress that `stress` gave last. NULL: none. */
     double (*out_of_plane_stress)(const void *self, int32_t i, const double *stress);

@@ -753,7 +753,8 @@ TEST(store)
 
 /* ---- input ---- */
 
-/* Where bonds are inside out there is no state: the energy is infinite, at points without stiffness, too. Far from a point that has passed its neighbours both are those of the undeformed body. */
+/* Where bonds are inside out there is no state: the energy is infinite and the stress is no number, at points without
+ * stiffness, too. Far from a point that has passed its neighbours both are those of the undeformed body. */
 TEST(inside_out)
 {
     static double density[MOST], stiff[MOST];
@@ -785,6 +786,8 @@ TEST(inside_out)
                     for (int k = 0; k < T; k++) CHECK_NEAR(stress[i * T + k], 0.0, 0.0);
                 } else if (!one || folds) {
                     CHECK(density[i] >= HUGE_VAL);
+                    for (int k = 0; k < T; k++) CHECK(isnan(stress[i * T + k]));
+                    if (s.out_of_plane_stress) CHECK(isnan(s.out_of_plane_stress(s.self, i, stress)));
                 }
             }
             CHECK(!one || far > 0);
