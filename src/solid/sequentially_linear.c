@@ -71,6 +71,8 @@ static pd_status pdi_sequentially_linear_solve_equilibrium(pd_ctx *ctx, pd_seque
     s->iterations = result.iterations;
     if (s->broken && s->desc.load && (status == PD_ERR_STATE || status == PD_ERR_DIVERGED)) {
         s->done = 1;
+        ctx->status = PD_OK; /* the end of the analysis is no error */
+        ctx->message[0] = '\0';
         return PD_OK;
     }
     return status;
@@ -124,7 +126,8 @@ static int64_t pdi_sequentially_linear_break_bonds(const pd_ctx *ctx, pd_sequent
 
 pd_status pd_sequentially_linear_next_event(pd_ctx *ctx, pd_sequentially_linear *s)
 {
-    for (int64_t parted = 1; parted && !s->done; s->broken += parted) {
+    if (s->done) return PD_OK;
+    for (int64_t parted = 1; parted; s->broken += parted) {
         PD_TRY(pdi_sequentially_linear_solve_equilibrium(ctx, s));
         double energy = s->done ? 0.0 : s->solid.energy(ctx, s->solid.self, s->u);
         if (!s->events) s->initial_energy = energy;

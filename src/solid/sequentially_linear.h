@@ -56,8 +56,8 @@ typedef struct pd_sequentially_linear {
 PD_API pd_status pd_sequentially_linear_build(pd_ctx *ctx, const pd_material_interface *solid,
                                               const pd_sequentially_linear_desc *desc,
                                               pd_sequentially_linear *sequential);
-/* Computes the next event (factor, force, displacement, stored, work) and breaks its bonds in the body; not to be
- * called once done is 1. `done`, with PD_OK: there was none, as no bond has a positive measure, loads tore a component
+/* Computes the next event (factor, force, displacement, stored, work) and breaks its bonds in the body; nothing where
+ * `done` is 1. `done`, with PD_OK: there was none, as no bond has a positive measure, loads tore a component
  * off, or displacements left no more than 1e-12 of the first stored energy; what is stored is then dissipated. Points
  * that lose all bonds below the factor break before the event. Errors: those of the equilibrium and of the material. */
 PD_API pd_status pd_sequentially_linear_next_event(pd_ctx *ctx, pd_sequentially_linear *sequential);

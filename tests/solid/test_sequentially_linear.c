@@ -64,6 +64,18 @@ static void end(void)
  * cell of its end and half of the next, so it is 1.5 times as stiff as others. */
 static double even(int cells) { return cells - 3 + 2.0 / 1.5; }
 
+/* Once it is done, the analysis stays as it is, and so do the bonds. */
+static void ends_once(void)
+{
+    pd_sequentially_linear way = c.way;
+    int64_t intact = 0, left = 0;
+    for (int32_t i = 0; i < c.body.count; i++) intact += pdi_body_count_intact(&c.body, i);
+    CHECK_OK(&c.ctx, pd_sequentially_linear_next_event(&c.ctx, &c.way));
+    for (int32_t i = 0; i < c.body.count; i++) left += pdi_body_count_intact(&c.body, i);
+    CHECK(memcmp(&way, &c.way, sizeof way) == 0);
+    CHECK_INT(left, intact);
+}
+
 /* Bars side by side, one longer than the other: the shortest breaks first. All that it holds then is lost. */
 TEST(bundle)
 {
@@ -98,6 +110,34 @@ TEST(bundle)
     CHECK_INT(c.way.events, 3);
     CHECK_REL(c.way.dissipated, taken, 1e-9);
     CHECK_REL(c.way.work, taken, 1e-9);
+    ends_once();
+    end();
+}
+
+/* A bar that a load at its end pulls from a point that is held: the strain under the force N is N/E, and a bond breaks
+ * at the critical one. What comes off ends the analysis without an error. */
+TEST(pulled_bar)
+{
+    const double h = 1e-3;
+    memset(&c, 0, sizeof c);
+    pd_ctx_init(&c.ctx);
+    for (int k = 0; k < 9; k++) {
+        c.position[k] = k * h;
+        c.volume[k] = h;
+    }
+    c.desc.count = 9;
+    c.held[0] = 1;
+    c.load[8] = 1.0 / h; /* a force of 1 N/m2 */
+    if (!body(h, 1.0) || !follow(1)) return;
+    CHECK_OK(&c.ctx, pd_sequentially_linear_next_event(&c.ctx, &c.way));
+    CHECK_REL(c.way.factor, YOUNG * CRITICAL, 1e-9);
+    CHECK_OK(&c.ctx, pd_sequentially_linear_next_event(&c.ctx, &c.way));
+    CHECK(c.way.done);
+    CHECK_INT(c.way.events, 1);
+    CHECK_REL(c.way.dissipated, c.way.work, 1e-12);
+    CHECK_INT((int)c.ctx.status, (int)PD_OK);
+    CHECK_STR(c.ctx.message, "");
+    ends_once();
     end();
 }
 
@@ -129,7 +169,7 @@ TEST(refusals)
     CHECK_INT(c.ctx.in_use, 0);
 }
 
-TEST_MAIN(ENTRY(bundle) ENTRY(refusals))
+TEST_MAIN(ENTRY(bundle) ENTRY(pulled_bar) ENTRY(refusals))
 #else
 #define TOUGH 156.5 /* [J/m2] of a crack along the lattice: of the first load at each length, found here */
 
