@@ -623,12 +623,23 @@ static pd_status pdi_force_integrate_box_sides(pd_ctx *ctx, const pd_flow *flow,
     return PD_OK;
 }
 
+/* force [PD_DIM] [m/s2] = body force at `node`: the uniform one plus that of the callback. A closed node may have fluid
+ * in its cell, and has no stored value: the callback is called. */
+static void pdi_force_get_body_force(const pd_flow *flow, int32_t node, double *force)
+{
+    double x[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) force[d] = pdi_flow_get_body_force(flow, d, node);
+    if (!flow->body_force || flow->grid->kind[node] == PD_FLUID) return;
+    pd_grid_position(flow->grid, node, x);
+    flow->body_force_fn(flow->body_force_user, x, force);
+    for (int d = 0; d < PD_DIM; d++) force[d] += flow->force[d];
+}
+
 pd_status pd_force_momentum_balance(pd_ctx *ctx, pd_flow *flow, const double *lo, const double *hi, double *force)
 {
     const pd_grid *grid = flow->grid;
     pdi_compensated_sum sum[PD_DIM];
     int first[PD_DIM], last[PD_DIM];
-    double fluid = 0.0;
     memset(sum, 0, sizeof sum);
     memset(first, 0, sizeof first);
     memset(last, 0, sizeof last);
@@ -637,16 +648,16 @@ pd_status pd_force_momentum_balance(pd_ctx *ctx, pd_flow *flow, const double *lo
     pdi_flow_update_derived_fields(ctx, flow);
     for (int axis = 0; axis < PD_DIM; axis++) PD_TRY(pdi_force_integrate_box_sides(ctx, flow, first, last, axis, sum));
     for (int32_t node = 0; node < grid->total; node++) {
+        double body[PD_DIM];
         int i[PD_DIM], within = 1;
         pd_grid_index(grid, node, i);
         for (int d = 0; d < PD_DIM; d++) within = within && i[d] >= first[d] && i[d] <= last[d];
-        if (within) fluid += pdi_cut_cell_integrate(grid, node, grid->lo, grid->hi, NULL, NULL);
-        if (!within || grid->kind[node] != PD_FLUID) continue;
-        for (int d = 0; d < PD_DIM && flow->body_force; d++)
-            pdi_compensated_sum_add(&sum[d], flow->rho * flow->body_force[(int64_t)d * grid->total + node] *
-                                                 pd_grid_circumference(grid, node) * flow->bonds->stencil->volume);
+        double open = within ? pdi_cut_cell_integrate(grid, node, grid->lo, grid->hi, NULL, NULL) : 0.0;
+        if (!(open > 0.0)) continue;
+        pdi_force_get_body_force(flow, node, body);
+        for (int d = 0; d < PD_DIM; d++) pdi_compensated_sum_add(&sum[d], flow->rho * open * body[d]);
     }
-    for (int d = 0; d < PD_DIM; d++) force[d] = pdi_compensated_sum_total(&sum[d]) + flow->rho * flow->force[d] * fluid;
+    for (int d = 0; d < PD_DIM; d++) force[d] = pdi_compensated_sum_total(&sum[d]);
     pdi_force_remove_radial(grid, force);
     return PD_OK;
 }

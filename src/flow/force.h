@@ -20,10 +20,9 @@
 PD_API void pd_force_surface(pd_ctx *ctx, pd_flow *flow, int shape, const double *lo, const double *hi, double *force,
                              double *friction, double *pressure);
 /* force [PD_DIM], as above, on everything inside the box lo .. hi [m], rounded to cell faces, from the momentum flux
- * through its faces in a steady flow. At an axis of symmetry the box begins there, whatever lo is. The uniform body
- * force counts with the open volume of cut cells, that of the callback with whole cells of fluid nodes. Updates the
- * derived fields. PD_ERR_GEOMETRY, force 0: the box is empty, or a node within two cells of a face is not fluid or not
- * in the lattice. */
+ * through its faces in a steady flow. At an axis of symmetry the box begins there, whatever lo is. Body forces count
+ * with the open volume of cells. Updates the derived fields. PD_ERR_GEOMETRY, force 0: the box is empty, or a node
+ * within two cells of a face is not fluid or not in the lattice. */
 PD_API pd_status pd_force_momentum_balance(pd_ctx *ctx, pd_flow *flow, const double *lo, const double *hi,
                                            double *force);
 

@@ -164,6 +164,50 @@ static double lift(int n)
     return error;
 }
 
+static void weight(void *user, const double *x, double *force)
+{
+    (void)user;
+    (void)x;
+    for (int d = 0; d < PD_DIM; d++) force[d] = d ? 0.0 : DROP;
+}
+
+/* A body force that a callback gives is the same as a uniform one, around a ball of metal and one that is a wall: both
+ * give the weight of the fluid that the ball replaces. */
+TEST(force_of_a_callback)
+{
+    for (int walled = 0; walled < 2; walled++) {
+        double balance[2][PD_DIM], surface[2][PD_DIM], size = RHO * DROP * pi * BALL * BALL;
+        size *= PD_DIM == 3 ? 4.0 / 3.0 * BALL : 1.0;
+        for (int called = 0; called < 2; called++) {
+            double lo[PD_DIM], hi[PD_DIM];
+            int n = PD_DIM == 2 ? 30 : 20;
+            scene *s = scene_start(n, n, n);
+            s->shapes[0].type = PD_SHAPE_BALL;
+            s->shapes[0].radius = BALL;
+            if (walled) s->grid_desc.wall = &s->shapes[0];
+            else s->grid_desc.solid = &s->shapes[0];
+            if (called) s->flow_desc.body = weight;
+            else s->flow_desc.force[0] = DROP;
+            for (int side = 0; side < 2 * PD_DIM; side++) s->grid_desc.side[side] = PD_SIDE_WALL;
+            for (int d = 0; d < PD_DIM; d++) {
+                s->shapes[0].a[d] = 0.503 - 0.004 * d;
+                lo[d] = 0.1;
+                hi[d] = 0.9;
+            }
+            if (!scene_build(s)) return;
+            fill(s, at_rest);
+            pd_force_surface(&s->ctx, &s->flow, PD_FORCE_ALL, lo, hi, surface[called], NULL, NULL);
+            CHECK_OK(&s->ctx, pd_force_momentum_balance(&s->ctx, &s->flow, lo, hi, balance[called]));
+            scene_free(s);
+        }
+        CHECK_NEAR(balance[1][0], -size, 1e-3 * size);
+        for (int d = 0; d < PD_DIM; d++) {
+            CHECK_NEAR(balance[1][d], balance[0][d], 1e-12 * size);
+            CHECK_NEAR(surface[1][d], surface[0][d], 1e-12 * size);
+        }
+    }
+}
+
 TEST(lift_of_a_ball)
 {
     double coarse = lift(PD_DIM == 2 ? 30 : 20), fine = lift(PD_DIM == 2 ? 120 : 40);
@@ -507,9 +551,10 @@ TEST(slow_flow)
 #endif
 
 #if PD_DIM == 3
-TEST_MAIN(ENTRY(friction_in_a_channel) ENTRY(moving_wall) SLOW_ENTRY(lift_of_a_ball) ENTRY(friction_in_a_tube)
-              SLOW_ENTRY(turned_channel) SLOW_ENTRY(several_bodies) ENTRY(bad_boxes))
+TEST_MAIN(ENTRY(friction_in_a_channel) ENTRY(moving_wall) ENTRY(force_of_a_callback) SLOW_ENTRY(lift_of_a_ball)
+              ENTRY(friction_in_a_tube) SLOW_ENTRY(turned_channel) SLOW_ENTRY(several_bodies) ENTRY(bad_boxes))
 #else
-TEST_MAIN(ENTRY(friction_in_a_channel) ENTRY(moving_wall) ENTRY(lift_of_a_ball) SLOW_ENTRY(lattice_anywhere)
-              ENTRY(turned_channel) ENTRY(several_bodies) ENTRY(bad_boxes) ENTRY(slow_flow))
+TEST_MAIN(ENTRY(friction_in_a_channel) ENTRY(moving_wall) ENTRY(force_of_a_callback) ENTRY(lift_of_a_ball)
+              SLOW_ENTRY(lattice_anywhere) ENTRY(turned_channel) ENTRY(several_bodies) ENTRY(bad_boxes)
+                  ENTRY(slow_flow))
 #endif
