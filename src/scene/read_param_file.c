@@ -257,7 +257,7 @@ static void pdi_read_param_file_compute_front_sums(const pdi_read_param_file_val
 /* Harmonic mean [m2/s] of the diffusivities on both sides of the surface; 0 where both are 0. */
 static double pdi_read_param_file_harmonic_mean(double fluid, double metal)
 {
-    return fluid + metal > 0.0 ? 2.0 * fluid * metal / (fluid + metal) : 0.0;
+    return fluid + metal > 0.0 ? 2.0 * fluid * (metal / (fluid + metal)) : 0.0; /* products of small ones underflow */
 }
 
 /* Recession speed [m/s] with k_corr: a node loses k_corr f per second, f the fluid fraction of its neighbours, from
@@ -276,7 +276,8 @@ static double pdi_read_param_file_speed_by_rate(const pdi_read_param_file_values
 }
 
 /* Recession speed [m/s] without k_corr: diffusion bonds across the surface lower the content as exp(-rate t), down to
- * C_thresh. Sets the factor of grain boundaries in the setup, and adds notes of both. */
+ * C_thresh. Sets the factor of grain boundaries in the setup, and adds notes of both. D_liquid and D_grain are
+ * positive. */
 static double pdi_read_param_file_speed_by_diffusion(const pdi_read_param_file_values *f, pd_setup *setup)
 {
     double exposure, bonds, grain = pdi_read_param_file_harmonic_mean(f->D_liquid, f->D_grain);
@@ -309,14 +310,30 @@ static pd_status pdi_read_param_file_rate_law(pd_ctx *ctx, double speed, pd_setu
     return pd_expr_build(ctx, &desc, &setup->metal[0].rate);
 }
 
+/* Check that the rate in grain boundaries is a multiple of that in grains, which it cannot be where D_grain is 0 or
+ * much too small. PD_ERR_ARGUMENT. */
+static pd_status pdi_read_param_file_check_boundaries(pd_ctx *ctx, const pd_text *text,
+                                                      const pdi_read_param_file_values *f)
+{
+    double grain = pdi_read_param_file_harmonic_mean(f->D_liquid, f->D_grain);
+    if (!f->by_diffusion || !(f->grain_size_mean > 0.0)) return PD_OK;
+    if (pdi_read_param_file_harmonic_mean(f->D_liquid, f->D_gb) <= 1e300 * grain) return PD_OK;
+    return pdi_text_fail_key(ctx, text, 0, "D_grain",
+                             "found %.6g with D_gb = %.6g: boundaries dissolve and grains do not, expected a larger "
+                             "one, or D_gb = 0",
+                             f->D_grain, f->D_gb);
+}
+
 /* Set up dissolution: threshold as a fraction of C_solid_init, saturation (0: none), rate law, notes. Without a solid
  * or a rate has_dissolve is 0 and nothing else is set. PD_ERR_ARGUMENT: C_thresh is not below C_solid_init, or is 0
- * without k_corr. */
+ * without k_corr, or boundaries dissolve and grains do not. */
 static pd_status pdi_read_param_file_dissolve(pd_ctx *ctx, const pd_text *text, const pdi_read_param_file_values *f,
                                               pd_setup *setup)
 {
     double intact = f->rho_m / setup->metal[0].material.molar_mass;
-    setup->has_dissolve = setup->solid >= 0 && (f->by_diffusion ? f->D_grain : f->k_corr) > 0.0;
+    double rate = f->by_diffusion ? pdi_read_param_file_harmonic_mean(f->D_liquid, f->D_grain) : f->k_corr;
+    if (setup->solid >= 0) PD_TRY(pdi_read_param_file_check_boundaries(ctx, text, f));
+    setup->has_dissolve = setup->solid >= 0 && rate > 0.0;
     if (!setup->has_dissolve) return PD_OK;
     if (f->C_thresh >= f->C_solid_init)
         return pdi_text_fail_key(ctx, text, 0, "C_thresh", "found %.6g, expected less than C_solid_init = %.6g",

@@ -10,7 +10,7 @@
  * the front passes dx in (C_solid_init - C_thresh)/(k_corr S), S the sum of f over the rows that have fluid in reach. A
  * file with D_grain or D_gb and no k_corr is of the later sort, where metal diffuses across the surface, with the
  * harmonic mean D of both sides: dC/dt = -C sum 4 D/(pi delta^2) V/xi^2, dx in ln(C_solid_init/C_thresh)/(the sum over
- * rows).
+ * rows). Where k_corr, or D of one side, is 0, no metal dissolves.
  */
 #ifndef PD_READ_PARAM_FILE_H
 #define PD_READ_PARAM_FILE_H
@@ -21,7 +21,7 @@
 /* Fill the setup from a flat text. Overrides are applied here, because k_corr refers to dx as it stands in the file. A
  * known key without effect on this solver adds a note. PD_ERR_PARSE with file:line: an unknown key. PD_ERR_ARGUMENT
  * with file:line: in 1D, a number out of bounds, a box that is not of whole cells, R_wire not below R_tube, C_thresh
- * not below C_solid_init. */
+ * not below C_solid_init, D_grain = 0 where D_gb is not. */
 PDI_FN pd_status pdi_read_param_file_read(pd_ctx *ctx, pd_text *text, const char *const *overrides, int count,
                                           pd_setup *setup);
 #endif

@@ -264,6 +264,32 @@ TEST(later_files)
     leave(&ctx, &u);
 }
 
+/* Without a diffusivity on one side of the surface the harmonic mean is 0, and metal stays. */
+TEST(no_diffusion)
+{
+    static const char *const still[] = {"D_liquid = 0\nD_grain = 4e-16\n", "D_liquid = 0\nD_grain = 0\n",
+                                        "D_grain = 0\nD_gb = 0\n", "D_grain = 0\ngrain_size_mean = 0\n",
+                                        "D_grain = 0\nR_wire = 0\n"};
+    pd_ctx ctx;
+    pd_setup u;
+    for (size_t k = 0; k < sizeof still / sizeof still[0]; k++) {
+        if (!CHECK_OK(&ctx, load(&ctx, still[k], NULL, 0, &u))) continue;
+        CHECK_INT(u.has_dissolve, 0);
+        CHECK_NEAR(u.gb_factor, 1.0, 0.0);
+        for (int n = 0; n < u.notes; n++) CHECK(!strstr(u.note[n], "nan") && !strstr(u.note[n], "inf"));
+        leave(&ctx, &u);
+    }
+    /* with k_corr the liquid has no part in the rate */
+    if (!CHECK_OK(&ctx, load(&ctx, "D_liquid = 0\nk_corr = 1e-3\n", NULL, 0, &u))) return;
+    CHECK_INT(u.has_dissolve, 1);
+    CHECK_REL(speed_of(&u), 5e-9 * layers, 1e-12);
+    leave(&ctx, &u);
+    /* the product of both underflows, their harmonic mean does not: 1.5e-200, and 1e-200 in grains */
+    if (!CHECK_OK(&ctx, load(&ctx, "D_liquid = 1e-200\nD_grain = 1e-200\nD_gb = 3e-200\n", NULL, 0, &u))) return;
+    CHECK_REL(u.gb_factor, 1.5, 1e-12);
+    leave(&ctx, &u);
+}
+
 TEST(around_the_axis)
 {
     static const char *const text = "axisymmetric = 1\ndx = 1e-5\nL_upstream = 4e-5\nL_downstream = 4e-5\n";
@@ -304,8 +330,10 @@ TEST(refusals)
     refused("C_solid_init = 0.1\n", "C_thresh: found 0.2, expected less than C_solid_init = 0.1");
     refused("axisymmetric = 0.5\n", "axisymmetric: found 0.5");
     refused("D_grain = 1e-16\nC_thresh = 0\n", "C_thresh: found 0 without k_corr");
+    refused("dx = 5e-6\nD_grain = 0\n", "flat.cfg:2: D_grain: found 0 with D_gb = 5e-09");
     refused("m_ratio = 7\n", "flat.cfg:1: m_ratio: found 7, expected a value from 1 to 6");
 }
 
 TEST_MAIN(ENTRY(file_of_the_project) ENTRY(defaults_without_the_file) ENTRY(refining_keeps_the_speed) ENTRY(without_pin)
-              ENTRY(geometry) ENTRY(rule_of_the_log) ENTRY(later_files) ENTRY(around_the_axis) ENTRY(refusals))
+              ENTRY(geometry) ENTRY(rule_of_the_log) ENTRY(later_files) ENTRY(no_diffusion) ENTRY(around_the_axis)
+                  ENTRY(refusals))
