@@ -626,6 +626,31 @@ PDI_FN void pdi_file_format_number(double value, char *text)
     text[used] = 0;
 }
 
+/* Number of decimal digits at the start of text[0..length). */
+static size_t pdi_file_count_digits(const char *text, size_t length)
+{
+    size_t at = 0;
+    while (at < length && text[at] >= '0' && text[at] <= '9') at++;
+    return at;
+}
+
+PDI_FN size_t pdi_file_find_number_length(const char *text, size_t length)
+{
+    size_t at = length > 0 && (*text == '-' || *text == '+'), digits = pdi_file_count_digits(text + at, length - at),
+           more;
+    at += digits;
+    if (at < length && text[at] == '.') {
+        more = pdi_file_count_digits(text + at + 1, length - at - 1);
+        digits += more;
+        at += 1 + more;
+    }
+    if (digits == 0) return 0;
+    if (at + 1 >= length || (text[at] != 'e' && text[at] != 'E')) return at;
+    size_t sign = text[at + 1] == '-' || text[at + 1] == '+';
+    more = pdi_file_count_digits(text + at + 1 + sign, length - at - 1 - sign);
+    return more > 0 ? at + 1 + sign + more : at;
+}
+
 PDI_FN int pdi_file_parse_number(const char *text, size_t length, double *value)
 {
     char copy[80], sample[16], *end;

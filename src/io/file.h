@@ -106,6 +106,9 @@ PDI_FN void pdi_file_abandon(pd_file *file);
 /* Format a number as decimal text, text[PDI_FILE_NUMBER_SIZE], with the fewest of 15 to 17 digits that read back as the
  * same value, without zeros at its end ("0.1", "1e-09"), in any locale; else "nan", "inf", "-inf". */
 PDI_FN void pdi_file_format_number(double value, char *text);
+/* Length of the decimal number that text[0..length) begins with, in any locale: a sign, digits with a point, an
+ * exponent. 0: there is none, as before blanks, inf and nan. */
+PDI_FN size_t pdi_file_find_number_length(const char *text, size_t length);
 /* Parse text[0..length) as one number, in any locale; inf and nan are numbers, a number beyond the range of double is
  * inf. Returns 1 when the whole text, of 1 to 63 bytes, is one number; else 0, and *value may have changed: for white
  * space at either end, hexadecimal digits, a comma, nan(...). */

@@ -1,11 +1,11 @@
 /* fit: see fit.h */
 #include "run/result_line.h"
 #include "run/fit.h"
+#include "io/file.h"
 #include "scene/read_measured.h"
 #include "run/coarsen_setup.h"
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #define PDI_FIT_OVERRIDES 128 /* most overrides of a fit, its own included */
@@ -35,18 +35,14 @@ static pd_status pdi_fit_reject_range(pd_ctx *ctx, const char *range, const char
                    "\"transport.D=1e-10..1e-8 m2/s\"", range, expected);
 }
 
-/* Length of the number at text and *value; strtod reads no further than the first ".." and 63 bytes. 0: there is
- * none. */
-static size_t pdi_fit_parse_number(const char *text, double *value)
+/* Length of the decimal number at text, which ends before `end`, and of blanks before it; *value: that number. 0: there
+ * is none. */
+static size_t pdi_fit_parse_number(const char *text, const char *end, double *value)
 {
-    char copy[64], *end;
-    const char *dots = strstr(text, "..");
-    size_t size = dots ? (size_t)(dots - text) : strlen(text);
-    if (size >= sizeof copy) size = sizeof copy - 1;
-    memcpy(copy, text, size);
-    copy[size] = '\0';
-    *value = strtod(copy, &end);
-    return (size_t)(end - copy);
+    size_t blanks = 0, size = (size_t)(end - text);
+    while (blanks < size && pd_units_is_blank(text[blanks])) blanks++;
+    size_t length = pdi_file_find_number_length(text + blanks, size - blanks);
+    return pdi_file_parse_number(text + blanks, length, value) ? blanks + length : 0;
 }
 
 /* Copy the unit at text up to `end`, without blanks around it, into unit[PD_UNITS_TEXT]. 1: done; 0: it is too long. */
@@ -80,7 +76,7 @@ static pd_status pdi_fit_convert_low_bound(pd_ctx *ctx, const char *range, const
  * that are not finite. */
 static pd_status pdi_fit_parse_range(pd_ctx *ctx, const char *range, pd_fit_parameter *p)
 {
-    const char *equal = strchr(range, '='), *dots = strstr(range, "..");
+    const char *equal = strchr(range, '='), *dots = strstr(range, ".."), *end = range + strlen(range);
     char unit[PD_UNITS_TEXT];
     size_t low, high, key = equal ? (size_t)(equal - range) : 0;
     memset(p, 0, sizeof *p);
@@ -88,10 +84,10 @@ static pd_status pdi_fit_parse_range(pd_ctx *ctx, const char *range, pd_fit_para
         return pdi_fit_reject_range(ctx, range, "KEY=LOW..HIGH");
     while (key > 0 && pd_units_is_blank(range[key - 1])) key--;
     memcpy(p->key, range, key);
-    low = pdi_fit_parse_number(equal + 1, &p->low);
-    high = pdi_fit_parse_number(dots + 2, &p->high);
+    low = pdi_fit_parse_number(equal + 1, dots, &p->low);
+    high = pdi_fit_parse_number(dots + 2, end, &p->high);
     if (!low || !high || !pdi_fit_parse_unit(equal + 1 + low, dots, unit) ||
-        !pdi_fit_parse_unit(dots + 2 + high, dots + strlen(dots), p->unit))
+        !pdi_fit_parse_unit(dots + 2 + high, end, p->unit))
         return pdi_fit_reject_range(ctx, range, "a number on either side of '..'");
     PD_TRY(pdi_fit_convert_low_bound(ctx, range, unit, p));
     if (p->low < p->high && p->high - p->low < HUGE_VAL) return PD_OK;
@@ -119,9 +115,11 @@ static pd_status pdi_fit_parse_ranges(pd_ctx *ctx, const pd_fit_desc *desc, pd_f
  */
 static void pdi_fit_format_overrides(pd_fit *fit, const double *value)
 {
+    char number[PDI_FILE_NUMBER_SIZE];
     for (int k = 0; k < fit->parameters; k++) {
         fit->override[k][0] = '\0';
-        pd_append(fit->override[k], sizeof fit->override[k], "%s=%.17g%s%s", fit->parameter[k].key, value[k],
+        pdi_file_format_number(value[k], number);
+        pd_append(fit->override[k], sizeof fit->override[k], "%s=%s%s%s", fit->parameter[k].key, number,
                   fit->parameter[k].unit[0] ? " " : "", fit->parameter[k].unit);
     }
 }

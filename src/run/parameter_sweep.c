@@ -2,6 +2,7 @@
 #include "run/parameter_sweep.h"
 #include "io/plot.h"
 #include "io/csv.h"
+#include "io/file.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -29,32 +30,6 @@ static size_t pdi_parameter_sweep_find_value_length(const char *text, const char
     return length;
 }
 
-/* Number of digits at the start of text[length]. */
-static size_t pdi_parameter_sweep_count_digits(const char *text, size_t length)
-{
-    size_t at = 0;
-    while (at < length && text[at] >= '0' && text[at] <= '9') at++;
-    return at;
-}
-
-/* Length of the number that text[0..length) begins with, whatever the locale; 0: there is none. */
-static size_t pdi_parameter_sweep_find_number_length(const char *text, size_t length)
-{
-    size_t at = length > 0 && (*text == '-' || *text == '+'),
-           digits = pdi_parameter_sweep_count_digits(text + at, length - at), more;
-    at += digits;
-    if (at < length && text[at] == '.') {
-        more = pdi_parameter_sweep_count_digits(text + at + 1, length - at - 1);
-        digits += more;
-        at += 1 + more;
-    }
-    if (digits == 0) return 0;
-    if (at + 1 >= length || (text[at] != 'e' && text[at] != 'E')) return at;
-    size_t sign = text[at + 1] == '-' || text[at + 1] == '+';
-    more = pdi_parameter_sweep_count_digits(text + at + 1 + sign, length - at - 1 - sign);
-    return more > 0 ? at + 1 + sign + more : at;
-}
-
 /* Error message for an axis that cannot be read. Returns PD_ERR_ARGUMENT. */
 static pd_status pdi_parameter_sweep_reject_axis(pd_ctx *ctx, const char *axis, const char *why)
 {
@@ -72,7 +47,7 @@ static int pdi_parameter_sweep_count_values(const char *values, char *unit)
     for (const char *at = values, *next; more; at = next, count++) {
         at += pdi_parameter_sweep_count_blanks(at);
         size_t length = pdi_parameter_sweep_find_value_length(at, &next),
-               number = pdi_parameter_sweep_find_number_length(at, length);
+               number = pdi_file_find_number_length(at, length);
         more = next > at && next[-1] == ',';
         plain = plain && number > 0 && (number == length || !more);
         while (number < length && pdi_parameter_sweep_count_blanks(at + number) > 0) number++;
@@ -120,7 +95,7 @@ static pd_status pdi_parameter_sweep_parse_axis(pd_ctx *ctx, const char *text, p
     for (int k = 0; k < axis->count; k++, at = next) {
         at += pdi_parameter_sweep_count_blanks(at);
         size_t length = pdi_parameter_sweep_find_value_length(at, &next),
-               number = pdi_parameter_sweep_find_number_length(at, length);
+               number = pdi_file_find_number_length(at, length);
         char *value = axis->text + (size_t)k * PD_PARAMETER_SWEEP_VALUE_BYTES;
         if (length == 0) return pdi_parameter_sweep_reject_axis(ctx, text, "a value before and behind each comma");
         if (key + length + strlen(unit) + 3 > PD_PARAMETER_SWEEP_VALUE_BYTES)

@@ -1,5 +1,6 @@
 /* speciation_report: see speciation_report.h */
 #include "run/speciation_report.h"
+#include "io/file.h"
 #include "scene/input_files.h"
 #include "setup/setup.h"
 #include <math.h>
@@ -175,6 +176,15 @@ static pd_status pdi_speciation_report_reject_titration(pd_ctx *ctx, const char 
                    text, PDI_SPECIATION_REPORT_MAX_ROWS);
 }
 
+/* Read the decimal number at text, behind blanks; *end: what follows it. 1: done; 0: there is none. */
+static int pdi_speciation_report_parse_amount(char *text, double *value, char **end)
+{
+    text += strspn(text, " \t");
+    size_t length = pdi_file_find_number_length(text, strlen(text));
+    *end = text + length;
+    return pdi_file_parse_number(text, length, value);
+}
+
 /* Parse "REAGENT FROM..TO UNIT ROWS" into t, amounts in mol/m3. PD_ERR_PARSE: a part is missing, the unit is no
  * concentration, rows are not 2 to 100000, an amount is not finite, or the text has 512 bytes or more. FROM may be
  * above TO, and negative. Errors of pd_electrolyte_reagent. */
@@ -191,15 +201,17 @@ static pd_status pdi_speciation_report_parse_titration(pd_ctx *ctx, const pd_ele
     for (from = dots; from > copy && pd_units_is_blank(from[-1]);) *--from = '\0';
     *dots = '\0';
     while (from > copy && !pd_units_is_blank(from[-1])) from--;
-    t->from = strtod(from, &end);
-    if (end == from || *end || from == copy) return pdi_speciation_report_reject_titration(ctx, text);
-    from[-1] = '\0';
-    t->to = strtod(dots + 2, &end);
-    char *rows = strrchr(end, ' '), *unit = end;
-    if (end == dots + 2 || !rows) return pdi_speciation_report_reject_titration(ctx, text);
-    t->rows = (int)strtol(rows, &end, 10);
-    if (end == rows || *end || t->rows < 2 || t->rows > PDI_SPECIATION_REPORT_MAX_ROWS)
+    if (!pdi_speciation_report_parse_amount(from, &t->from, &end) || *end || from == copy)
         return pdi_speciation_report_reject_titration(ctx, text);
+    from[-1] = '\0';
+    if (!pdi_speciation_report_parse_amount(dots + 2, &t->to, &end))
+        return pdi_speciation_report_reject_titration(ctx, text);
+    char *rows = strrchr(end, ' '), *unit = end;
+    if (!rows) return pdi_speciation_report_reject_titration(ctx, text);
+    long count = strtol(rows, &end, 10);
+    if (end == rows || *end || count < 2 || count > PDI_SPECIATION_REPORT_MAX_ROWS)
+        return pdi_speciation_report_reject_titration(ctx, text);
+    t->rows = (int)count;
     *rows = '\0';
     unit += strspn(unit, " ");
     pd_units_parse(ctx, "mol/m3", NULL, &wanted);

@@ -300,6 +300,22 @@ TEST(numbers_are_short_and_come_back_bit_for_bit)
         CHECK(!pdi_file_parse_number(bad[k], strlen(bad[k]), &value));
 }
 
+TEST(decimal_numbers_at_the_start_of_a_text)
+{
+    static const struct {
+        const char *text;
+        size_t length;
+    } cases[] = {{"", 0},      {"-", 0},      {".", 0},       {" 1", 0},   {"inf", 0},   {"nan", 0},   {"+-1", 0},
+                 {".e1", 0},   {"5", 1},      {"0x10", 1},    {"1,5", 1},  {"1e", 1},    {"1e+ 2", 1}, {"1.", 2},
+                 {"1.5.2", 3}, {"-.5 um", 3}, {"+2.e-3s", 6}, {"1e3m", 3}, {"12E05", 5}, {"2m/s", 1}};
+    for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++)
+        if (!CHECK(pdi_file_find_number_length(cases[k].text, strlen(cases[k].text)) == cases[k].length))
+            NOTE("'%s'", cases[k].text);
+    CHECK(pdi_file_find_number_length("12345", 2) == 2); /* nothing behind the text counts */
+    CHECK(pdi_file_find_number_length("1e+5", 3) == 1);
+    CHECK(pdi_file_find_number_length("1.5", 1) == 1);
+}
+
 TEST(numbers_do_not_follow_the_locale)
 {
     static const char *const names[] = {"de_DE.UTF-8", "de_DE.utf8", "de_DE", "fr_FR.UTF-8", "fr_FR.utf8"};
@@ -580,11 +596,13 @@ TEST_MAIN(ENTRY(a_whole_file_is_read) ENTRY(a_file_that_cannot_be_read_is_an_err
               ENTRY(reading_counts) ENTRY(the_final_name_holds_a_complete_file_or_the_old_one)
                   ENTRY(a_commit_onto_a_directory_fails_and_leaves_nothing) ENTRY(a_full_disk_is_noticed)
                       ENTRY(directories_are_made_with_their_parents) ENTRY(names_are_joined_and_numbered)
-                          ENTRY(numbers_are_short_and_come_back_bit_for_bit) ENTRY(numbers_do_not_follow_the_locale)
-                              ENTRY(rows_are_in_the_file_as_soon_as_they_are_written) ENTRY(a_table_needs_proper_names)
-                                  ENTRY(a_written_table_is_read_back) ENTRY(tables_of_others_are_read)
-                                      ENTRY(a_broken_table_names_its_line) ENTRY(every_failing_allocation_is_reported)
-                                          ENTRY(damaged_tables_do_no_harm)
-                                              ENTRY(times_are_printed_in_the_unit_that_suits)
-                                                  ENTRY(the_progress_line_shows_the_time_left)
-                                                      ENTRY(links_are_not_appended_to))
+                          ENTRY(numbers_are_short_and_come_back_bit_for_bit)
+                              ENTRY(decimal_numbers_at_the_start_of_a_text) ENTRY(numbers_do_not_follow_the_locale)
+                                  ENTRY(rows_are_in_the_file_as_soon_as_they_are_written)
+                                      ENTRY(a_table_needs_proper_names) ENTRY(a_written_table_is_read_back)
+                                          ENTRY(tables_of_others_are_read) ENTRY(a_broken_table_names_its_line)
+                                              ENTRY(every_failing_allocation_is_reported)
+                                                  ENTRY(damaged_tables_do_no_harm)
+                                                      ENTRY(times_are_printed_in_the_unit_that_suits)
+                                                          ENTRY(the_progress_line_shows_the_time_left)
+                                                              ENTRY(links_are_not_appended_to))

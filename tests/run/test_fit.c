@@ -138,6 +138,12 @@ TEST(refusals)
     refuses(SLAB, "v", data, "found 'v', expected KEY=LOW..HIGH");
     refuses(SLAB, "v=1", data, "expected KEY=LOW..HIGH");
     refuses(SLAB, "v=..2 um/h", data, "expected a number on either side of '..'");
+    /* what the C library takes for numbers beyond those of scenes */
+    refuses(SLAB, "v=0x1..2 um/h", data, "found 'v=0x1..2 um/h', expected bounds of one dimension");
+    refuses(SLAB, "dissolve.rate_scale=0x1p-1..0x1p1", data, "expected bounds of one dimension");
+    refuses(SLAB, "v=nan..2 um/h", data, "expected a number on either side of '..'");
+    refuses(SLAB, "v=1..inf um/h", data, "expected a number on either side of '..'");
+    refuses(SLAB, "v=0..1e999 um/h", data, "expected a finite low bound below the high one");
     refuses(SLAB, "v=2..1 um/h", data, "expected a finite low bound below the high one");
     refuses(SLAB, "v=1 s..2 um/h", data, "expected bounds of one dimension");
     refuses(SLAB, "w=1..2", data, "found the key 'w', which no section of");
