@@ -44,6 +44,20 @@ static pd_status pdi_apng_write_frame_control(pd_ctx *ctx, pdi_apng *film)
     return pdi_png_write_chunk(ctx, &film->file, "fcTL", control, sizeof control);
 }
 
+/* Write the next frame, and the header before the first one: fcTL, and IDAT or fdAT of the compressed pixels, which a
+ * sequence number precedes in fdAT. Counts the frame when all of it is written. */
+static pd_status pdi_apng_write_frame(pd_ctx *ctx, pdi_apng *film, const pd_image *image, const pdi_bytes *packed)
+{
+    int first = film->frames_written == 0;
+    if (first) PD_TRY(pdi_apng_write_header(ctx, film, image));
+    PD_TRY(pdi_apng_write_frame_control(ctx, film));
+    PD_TRY(pdi_png_write_chunk(ctx, &film->file, first ? "IDAT" : "fdAT", packed->data, packed->size));
+    film->sequence_number += first ? 0u : 1u;
+    film->frames_written++;
+    return PD_OK;
+}
+
+/* The pixels are packed before anything is written: a frame for which memory is short leaves the film as it was. */
 PDI_FN pd_status pdi_apng_add_frame(pd_ctx *ctx, pdi_apng *film, const pd_image *image)
 {
     uint8_t number[4];
@@ -51,22 +65,18 @@ PDI_FN pd_status pdi_apng_add_frame(pd_ctx *ctx, pdi_apng *film, const pd_image 
     PD_TRY(pdi_png_check_image(ctx, image));
     if (film->frames_written >= film->frame_count)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "apng", "more than the %d images that were announced", film->frame_count);
-    if (film->frames_written == 0) PD_TRY(pdi_apng_write_header(ctx, film, image));
-    if (image->width != film->width || image->height != film->height || image->channels != film->channels)
+    if (film->frames_written &&
+        (image->width != film->width || image->height != film->height || image->channels != film->channels))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "apng", "an image of %d x %d pixels in a film of %d x %d", image->width,
                        image->height, film->width, film->height);
-    PD_TRY(pdi_apng_write_frame_control(ctx, film));
     pd_status status = PD_OK;
-    if (film->frames_written > 0) {
-        pdi_png_put_u32(number, film->sequence_number++);
+    if (film->frames_written) {
+        pdi_png_put_u32(number, film->sequence_number + 1); /* its fcTL has the number before */
         status = pdi_bytes_add(ctx, &packed, number, sizeof number);
     }
     if (status == PD_OK) status = pdi_png_compress_pixels(ctx, image, &packed);
-    if (status == PD_OK)
-        status =
-            pdi_png_write_chunk(ctx, &film->file, film->frames_written > 0 ? "fdAT" : "IDAT", packed.data, packed.size);
+    if (status == PD_OK) status = pdi_apng_write_frame(ctx, film, image, &packed);
     pdi_bytes_free(ctx, &packed);
-    film->frames_written++;
     return status;
 }
 

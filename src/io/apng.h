@@ -13,7 +13,7 @@
 typedef struct pdi_apng {
     pd_file file;
     int width, height, channels;
-    int frame_count, frames_written; /* number of frames in all, and written so far */
+    int frame_count, frames_written; /* number of frames in all, and of those that are written */
     int delay;         /* [ms] display time of a frame */
     uint32_t sequence_number; /* sequence number of the next fcTL or fdAT chunk */
 } pdi_apng;
@@ -24,8 +24,9 @@ typedef struct pdi_apng {
 PDI_FN pd_status pdi_apng_create(pd_ctx *ctx, const char *path, int count, int delay, pdi_apng *film);
 /* Append a frame of 1 or 3 channels. The first frame writes the header, and sets the size and the number of channels
  * that all others must have. PD_ERR_ARGUMENT: another size or number of channels, one frame too many, no pixels,
- * neither 1 nor 3 channels; PD_ERR_SIZE: more than PD_PNG_MAX_PIXELS; PD_ERR_FILE. The file stays open on failure; it
- * is useless when writing has failed. */
+ * neither 1 nor 3 channels; PD_ERR_SIZE: more than PD_PNG_MAX_PIXELS; PD_ERR_MEMORY, PD_ERR_LIMIT. A frame
+ * that is refused is not counted, and the film stays as it was. PD_ERR_FILE: the film, which stays open, is
+ * useless. */
 PDI_FN pd_status pdi_apng_add_frame(pd_ctx *ctx, pdi_apng *film, const pd_image *image);
 /* End the file and give it its final name. On failure it is closed and the temporary file deleted. PD_ERR_ARGUMENT:
  * frames are missing. */

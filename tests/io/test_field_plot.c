@@ -630,6 +630,41 @@ TEST(films_of_one_size)
     CHECK_INT(ctx.in_use, 0);
 }
 
+/* A frame for which memory is short is not counted: without it the film is refused, and a second attempt gives the file
+ * of a film without any failure. */
+TEST(frames_that_fail_are_not_counted)
+{
+    enum { SIZE = 4096 };
+    static const char *const path[] = {DIRECTORY "/film.png", DIRECTORY "/again.png"};
+    uint8_t pixels[12] = {0}, content[2][SIZE];
+    size_t length[2] = {0, 0};
+    pd_image image = {2, 2, 3, pixels};
+    pd_ctx ctx;
+    pdi_apng film;
+    start(&ctx);
+    for (int k = 0; k < 3; k++) {
+        if (!CHECK_OK(&ctx, pdi_apng_create(&ctx, path[k > 0], 2, 100, &film))) return;
+        for (int n = 0; n < 2; n++) {
+            ctx.limit = k ? ctx.in_use + 1 : 0;
+            if (k) CHECK_INT(pdi_apng_add_frame(&ctx, &film, &image), PD_ERR_LIMIT);
+            CHECK_INT(film.frames_written, n);
+            ctx.limit = 0;
+            if (k < 2 || n == 0) CHECK_OK(&ctx, pdi_apng_add_frame(&ctx, &film, &image));
+        }
+        CHECK_INT(pdi_apng_commit(&ctx, &film), k < 2 ? PD_OK : PD_ERR_ARGUMENT);
+    }
+    for (int k = 0; k < 2; k++) {
+        FILE *file = fopen(path[k], "rb");
+        if (!CHECK(file != NULL)) return;
+        length[k] = fread(content[k], 1, SIZE, file);
+        fclose(file);
+        remove(path[k]);
+    }
+    CHECK(length[0] > 100 && length[0] < SIZE && length[0] == length[1]);
+    CHECK(memcmp(content[0], content[1], length[0]) == 0);
+    CHECK_INT(ctx.in_use, 0);
+}
+
 /* Lines of a linear field are straight and stand at their place: pixels, and coordinates of vectors. */
 TEST(contours_stand_at_their_place)
 {
@@ -749,12 +784,11 @@ TEST(every_failing_allocation_is_reported)
     remove(DIRECTORY);
 }
 
-TEST_MAIN(ENTRY(ranges_of_nothing_less_than_zero)
-          ENTRY(ticks_are_round_numbers) ENTRY(units_are_printed) ENTRY(a_picture_shows_every_cell_in_its_place)
-          ENTRY(pictures_of_any_shape_have_a_sensible_size) ENTRY(logarithmic_colours) ENTRY(smooth_cells)
-          ENTRY(legends_of_labels) ENTRY(extreme_values_have_a_picture)
-          ENTRY(a_picture_with_wrong_arguments_is_refused) ENTRY(a_curve_passes_through_its_points)
-          ENTRY(points_have_their_spread) ENTRY(a_plot_copes_with_what_cannot_be_shown)
-          ENTRY(a_legend_names_what_is_drawn)
-          ENTRY(films_of_one_size) ENTRY(contours_stand_at_their_place)
-          ENTRY(every_failing_allocation_is_reported))
+TEST_MAIN(ENTRY(ranges_of_nothing_less_than_zero) ENTRY(ticks_are_round_numbers) ENTRY(units_are_printed)
+              ENTRY(a_picture_shows_every_cell_in_its_place) ENTRY(pictures_of_any_shape_have_a_sensible_size)
+                  ENTRY(logarithmic_colours) ENTRY(smooth_cells) ENTRY(legends_of_labels)
+                      ENTRY(extreme_values_have_a_picture) ENTRY(a_picture_with_wrong_arguments_is_refused)
+                          ENTRY(a_curve_passes_through_its_points) ENTRY(points_have_their_spread)
+                              ENTRY(a_plot_copes_with_what_cannot_be_shown) ENTRY(a_legend_names_what_is_drawn)
+                                  ENTRY(films_of_one_size) ENTRY(frames_that_fail_are_not_counted)
+                                      ENTRY(contours_stand_at_their_place) ENTRY(every_failing_allocation_is_reported))
