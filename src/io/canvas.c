@@ -120,8 +120,8 @@ PDI_FN void pdi_canvas_set_clip(pdi_canvas *canvas, int left, int top, int right
     canvas->clip_bottom = bottom < canvas->image.height ? bottom : canvas->image.height;
     if (!canvas->svg) return;
     int wide = canvas->clip_right - canvas->clip_left, high = canvas->clip_bottom - canvas->clip_top;
-    int all = wide == canvas->image.width && high == canvas->image.height;
-    pdi_svg_set_clip(canvas->svg, canvas->clip_left, canvas->clip_top, all ? 0 : wide, high);
+    if (wide == canvas->image.width && high == canvas->image.height) pdi_svg_end_clip(canvas->svg);
+    else pdi_svg_set_clip(canvas->svg, canvas->clip_left, canvas->clip_top, wide, high);
 }
 
 PDI_FN void pdi_canvas_reset_clip(pdi_canvas *canvas)

@@ -50,8 +50,7 @@ PDI_FN pd_status pdi_canvas_draw_to_image(pd_ctx *ctx, pdi_canvas_draw_fn draw, 
  * are those of the callback, and PD_ERR_FILE; an older file of that name stays then. */
 PDI_FN pd_status pdi_canvas_draw_to_file(pd_ctx *ctx, const char *path, pdi_canvas_draw_fn draw, const void *what);
 /* Set the clip rectangle [left, right) x [top, bottom), cut to the canvas. In SVG this ends the group that was clipped
- * before and begins another one, except for a rectangle that is the whole canvas or has no width: what follows is not
- * clipped then. */
+ * before and begins another one, except for the whole canvas: what follows is not clipped then. */
 PDI_FN void pdi_canvas_set_clip(pdi_canvas *canvas, int left, int top, int right, int bottom);
 /* Set the clip rectangle to the whole canvas. */
 PDI_FN void pdi_canvas_reset_clip(pdi_canvas *canvas);

@@ -194,12 +194,17 @@ PDI_FN void pdi_svg_add_image(pdi_svg *svg, int left, int top, const pd_image *i
     pdi_bytes_free(svg->ctx, &png);
 }
 
+PDI_FN void pdi_svg_end_clip(pdi_svg *svg)
+{
+    if (svg->clip_open) pdi_svg_add_string(svg, "</g>\n");
+    svg->clip_open = 0;
+}
+
 PDI_FN void pdi_svg_set_clip(pdi_svg *svg, int left, int top, int width, int height)
 {
     char text[160];
-    if (svg->clip_open) pdi_svg_add_string(svg, "</g>\n");
-    svg->clip_open = width > 0;
-    if (!svg->clip_open) return;
+    pdi_svg_end_clip(svg);
+    svg->clip_open = 1;
     snprintf(text, sizeof text, "<clipPath id=\"clip%d\">", svg->clip_count);
     pdi_svg_add_string(svg, text);
     pdi_svg_add_rectangle(svg, left, top, width, height, 0);
@@ -211,7 +216,7 @@ PDI_FN void pdi_svg_set_clip(pdi_svg *svg, int left, int top, int width, int hei
 PDI_FN pd_status pdi_svg_write(pdi_svg *svg, const char *path)
 {
     pd_file file;
-    pdi_svg_set_clip(svg, 0, 0, 0, 0);
+    pdi_svg_end_clip(svg);
     pdi_svg_add_string(svg, "</svg>\n");
     if (svg->status != PD_OK) return svg->status;
     PD_TRY(pdi_file_create(svg->ctx, path, &file));

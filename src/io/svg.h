@@ -37,9 +37,11 @@ PDI_FN void pdi_svg_add_text(pdi_svg *svg, double x, double y, const char *ancho
 /* Embed an image of 1 or 3 channels, as PNG in base64, with its upper left corner at (left, top). An error of
  * pdi_png_encode becomes the status. */
 PDI_FN void pdi_svg_add_image(pdi_svg *svg, int left, int top, const pd_image *image);
-/* Clip what follows to the rectangle, until the next call, which ends this group; width 0 or less: no clipping. A
- * rectangle of a width without height hides all. */
+/* Clip what follows to the rectangle, until the next call, or that of pdi_svg_end_clip, which ends this group. A
+ * rectangle of no width or height hides all. */
 PDI_FN void pdi_svg_set_clip(pdi_svg *svg, int left, int top, int width, int height);
+/* End the clipped group, if there is one: what follows is not clipped. */
+PDI_FN void pdi_svg_end_clip(pdi_svg *svg);
 /* End the drawing and write it to a file; call it once. The drawing stays until pdi_svg_free. Returns the first failure
  * of the drawing, and no file is written then; PD_ERR_FILE. */
 PDI_FN pd_status pdi_svg_write(pdi_svg *svg, const char *path);

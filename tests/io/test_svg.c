@@ -69,6 +69,43 @@ TEST(vectors)
     CHECK_INT(ctx.in_use, 0);
 }
 
+/* A group of each clip rectangle; an empty one hides all, as no pixel is drawn in it; the whole canvas has no group. */
+TEST(clips)
+{
+    static const int edge[][4] = {{40, 10, 40, 90}, {40, 10, 60, 10}, {60, 10, 40, 90}, {300, 10, 400, 90}};
+    pd_ctx ctx;
+    pdi_svg svg;
+    pdi_canvas canvas, pixels;
+    pd_ctx_init(&ctx);
+    if (!CHECK_OK(&ctx, pdi_canvas_build_svg(&ctx, 200, 100, &svg, &canvas))) return;
+    size_t at = svg.text.size;
+    pdi_canvas_reset_clip(&canvas);
+    CHECK_STR(drawn_behind(&svg, at), "");
+    pdi_canvas_set_clip(&canvas, 40, 10, 60, 90);
+    CHECK_STR(drawn_behind(&svg, at), "<clipPath id=\"clip0\"><rect x=\"40\" y=\"10\" width=\"20\" height=\"80\" "
+                                      "fill=\"#000000\"/>\n</clipPath>\n<g clip-path=\"url(#clip0)\">\n");
+    for (int k = 0; k < 4; k++) {
+        char wanted[160];
+        at = svg.text.size;
+        pdi_canvas_set_clip(&canvas, edge[k][0], edge[k][1], edge[k][2], edge[k][3]);
+        snprintf(wanted, sizeof wanted, "</g>\n<clipPath id=\"clip%d\"></clipPath>\n<g clip-path=\"url(#clip%d)\">\n",
+                 k + 1, k + 1);
+        CHECK_STR(drawn_behind(&svg, at), wanted);
+        if (!CHECK_OK(&ctx, pdi_canvas_build_image(&ctx, 200, 100, &pixels))) continue;
+        pdi_canvas_set_clip(&pixels, edge[k][0], edge[k][1], edge[k][2], edge[k][3]);
+        pdi_canvas_draw_line(&pixels, 0.0, 50.0, 199.0, 50.0, 30.0, 0u);
+        for (int n = 0; n < 3 * 200 * 100; n++)
+            if (!CHECK_INT(pixels.image.pixels[n], 0xFF)) break;
+        pd_image_free(&ctx, &pixels.image);
+    }
+    at = svg.text.size;
+    pdi_canvas_reset_clip(&canvas);
+    pdi_canvas_reset_clip(&canvas);
+    CHECK_STR(drawn_behind(&svg, at), "</g>\n");
+    pdi_svg_free(&svg);
+    CHECK_INT(ctx.in_use, 0);
+}
+
 /* Plain numbers from 1e-3 to 1e5, and powers beyond one of them. */
 TEST(decades)
 {
@@ -129,4 +166,4 @@ TEST(bold_text)
     CHECK_INT(ctx.in_use, 0);
 }
 
-TEST_MAIN(ENTRY(vectors) ENTRY(bold_text) ENTRY(decades))
+TEST_MAIN(ENTRY(vectors) ENTRY(clips) ENTRY(bold_text) ENTRY(decades))
