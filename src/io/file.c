@@ -591,19 +591,31 @@ static pd_status pdi_file_copy_bytes(pd_ctx *ctx, pd_file *from, int64_t length,
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_file_resume(pd_ctx *ctx, const char *path, int64_t length, pd_file *file)
+PDI_FN pd_status pdi_file_begin_resume(pd_ctx *ctx, const char *path, int64_t length, pd_file *file)
 {
     pd_file from;
+    memset(file, 0, sizeof *file);
     PD_TRY(pdi_file_open_read(ctx, path, &from));
     pd_status status = pdi_file_create(ctx, path, file);
-    if (status == PD_OK) {
-        status = pdi_file_copy_bytes(ctx, &from, length, file);
-        pdi_file_abandon(&from); /* Windows replaces no file that is open */
-        if (status == PD_OK) status = pdi_file_commit(ctx, file);
-        else pdi_file_abandon(file);
-    }
-    pdi_file_abandon(&from);
-    return status == PD_OK ? pdi_file_open_append(ctx, path, file) : status;
+    if (status == PD_OK) status = pdi_file_copy_bytes(ctx, &from, length, file);
+    if (status == PD_OK) status = pdi_file_flush(ctx, file);
+    pdi_file_abandon(&from); /* Windows replaces no file that is open */
+    if (status < 0) pdi_file_abandon(file);
+    return status;
+}
+
+PDI_FN pd_status pdi_file_finish_resume(pd_ctx *ctx, pd_file *file)
+{
+    char path[PD_PATH_SIZE];
+    memcpy(path, file->path, sizeof path);
+    PD_TRY(pdi_file_commit(ctx, file));
+    return pdi_file_open_append(ctx, path, file);
+}
+
+PDI_FN pd_status pdi_file_resume(pd_ctx *ctx, const char *path, int64_t length, pd_file *file)
+{
+    PD_TRY(pdi_file_begin_resume(ctx, path, length, file));
+    return pdi_file_finish_resume(ctx, file);
 }
 
 /* Numbers: the C library follows the locale of the host program, files must not. */

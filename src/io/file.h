@@ -78,6 +78,10 @@ PDI_FN pd_status pdi_file_open_append(pd_ctx *ctx, const char *path, pd_file *fi
 /* Truncate an existing file to its first `length` bytes, which must end a line (0 is allowed), by a copy that replaces
  * it, and open it to append. PD_ERR_FILE: it is shorter, or no line ends there; it stays as it is then. */
 PDI_FN pd_status pdi_file_resume(pd_ctx *ctx, const char *path, int64_t length, pd_file *file);
+/* The same in two parts. The first one writes the copy, with all these errors but those of the last step; the file
+ * stays as it is, and abandoning deletes the copy. The second one puts the copy in its place and opens it to append. */
+PDI_FN pd_status pdi_file_begin_resume(pd_ctx *ctx, const char *path, int64_t length, pd_file *file);
+PDI_FN pd_status pdi_file_finish_resume(pd_ctx *ctx, pd_file *file);
 /* Flush a file that is open to append and move to its end; *length: its current length [byte]. PD_ERR_ARGUMENT: it is
  * not open; PD_ERR_FILE, also where the length does not fit a long. */
 PDI_FN pd_status pdi_file_get_length(pd_ctx *ctx, pd_file *file, int64_t *length);

@@ -353,11 +353,13 @@ PDI_FN pd_status pdi_output_folder_resume_list(pd_ctx *ctx, pd_output_folder *f)
     pd_status status = listed ? pdi_output_folder_check_run_name(ctx, f->path, f->run_name, found)
                               : pd_fail(ctx, PD_ERR_FILE, "folder",
                                         "'%.300s' is missing, expected the list of the run that goes on", path);
+    /* a list that is not the one of the checkpoint is refused here, before anything is deleted */
+    if (status == PD_OK) status = pdi_file_begin_resume(ctx, path, f->list_length, &f->list);
     if (status == PD_OK && fseek((FILE *)former.stream, (long)f->list_length, SEEK_SET) == 0)
         pdi_output_folder_remove_listed(ctx, f, &former);
     pdi_file_abandon(&former);
     f->removed_count = 0;
-    return status == PD_OK ? pdi_file_resume(ctx, path, f->list_length, &f->list) : status;
+    return status == PD_OK ? pdi_file_finish_resume(ctx, &f->list) : status;
 }
 
 PDI_FN void pdi_output_folder_close(pd_output_folder *f)

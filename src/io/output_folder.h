@@ -49,7 +49,7 @@ PDI_FN pd_status pdi_output_folder_add_file(pd_ctx *ctx, pd_output_folder *folde
 PDI_FN pd_status pdi_output_folder_store(pd_ctx *ctx, pd_output_folder *folder, pd_archive *archive);
 /* After a restart: delete the files that were listed after the checkpoint, cut the list to its length then, and open it
  * to append. removed_count becomes 0. PD_ERR_FILE: no list, none of a run, or no line of it ends at that length;
- * PD_ERR_ARGUMENT: that of another run, and nothing is deleted. */
+ * PD_ERR_ARGUMENT: that of another run. Nothing is deleted where the list is refused. */
 PDI_FN pd_status pdi_output_folder_resume_list(pd_ctx *ctx, pd_output_folder *folder);
 /* Close the list, delete the lock file and release the lock, where this run holds it. A zeroed folder is allowed, and
  * closing twice. */

@@ -156,6 +156,47 @@ TEST(life_of_a_checkpoint)
     leave(&ctx, &u);
 }
 
+/* A list that is not the one of the checkpoint is refused, and no file that it names is deleted: neither behind the
+ * length of the list, which lies within a line here, nor under the rest of that line. */
+TEST(list_of_another_run)
+{
+    pd_ctx ctx;
+    pd_setup u;
+    pd_run_result result;
+    player p;
+    size_t size, at = 0, after;
+    char list[4000];
+    if (!CHECK_OK(&ctx, load(&ctx, COUPLED, NULL, 0, &u))) return;
+    CHECK_OK(&ctx, play(&ctx, &u, "list", 3, 0, 1, &p, &result));
+    char *bytes = bytes_of(path_of("list/pdcorr.files"), &size);
+    if (!CHECK(bytes && size > 60 && size < 2000)) return;
+    for (int lines = 0; lines < 2; at++) lines += bytes[at] == '\n';
+    memcpy(list, bytes, at);
+    memset(list + at, 'a', size - at);
+    strcpy(list + size, "b.csv\nmine.csv\n");
+    put("list/pdcorr.files", list, strlen(list));
+    put("list/b.csv", "1", 1);
+    put("list/mine.csv", "1", 1);
+    CHECK_INT(play(&ctx, &u, "list", 0, 1, 1, &p, &result), PD_ERR_FILE);
+    CHECK(strstr(ctx.message, "no line of '") != NULL && strstr(ctx.message, "pdcorr.files' ends at byte ") != NULL);
+    CHECK(result.bad_input);
+    CHECK(access(path_of("list/b.csv"), R_OK) == 0);
+    CHECK(access(path_of("list/mine.csv"), R_OK) == 0);
+    CHECK(access(path_of("list/pdcorr.files.part"), F_OK) != 0);
+    char *left = bytes_of(path_of("list/pdcorr.files"), &after);
+    CHECK(left && after == strlen(list) && memcmp(left, list, after) == 0);
+    free(left);
+    /* with the list as it was, and a file behind its end, the run goes on and deletes that */
+    memcpy(list, bytes, size);
+    strcpy(list + size, "mine.csv\n");
+    put("list/pdcorr.files", list, strlen(list));
+    CHECK_OK(&ctx, play(&ctx, &u, "list", 3, 1, 1, &p, &result));
+    CHECK(access(path_of("list/b.csv"), R_OK) == 0);
+    CHECK(access(path_of("list/mine.csv"), F_OK) != 0);
+    free(bytes);
+    leave(&ctx, &u);
+}
+
 /* ---- models, without the files of a run ---- */
 
 #define SMALL \
@@ -457,8 +498,8 @@ TEST(no_room)
     free(left);
 }
 
-TEST_MAIN(SLOW_ENTRY(stopped_and_not) SLOW_ENTRY_IF(PD_DIM == 3, behind_the_checkpoint)
-          ENTRY(life_of_a_checkpoint) SLOW_ENTRY_IF(PD_DIM == 3, models_go_on)
-          SLOW_ENTRY_IF(PD_DIM == 3, observed_and_not) SLOW_ENTRY(observed_of_all_kinds)
-          SLOW_ENTRY_IF(PD_DIM == 3, damage) ENTRY(other_files) ENTRY(other_scenes) ENTRY(other_settings)
-              ENTRY(no_room))
+TEST_MAIN(SLOW_ENTRY(stopped_and_not) SLOW_ENTRY_IF(PD_DIM == 3, behind_the_checkpoint) ENTRY(life_of_a_checkpoint)
+              ENTRY(list_of_another_run) SLOW_ENTRY_IF(PD_DIM == 3, models_go_on)
+                  SLOW_ENTRY_IF(PD_DIM == 3, observed_and_not) SLOW_ENTRY(observed_of_all_kinds)
+                      SLOW_ENTRY_IF(PD_DIM == 3, damage) ENTRY(other_files) ENTRY(other_scenes) ENTRY(other_settings)
+                          ENTRY(no_room))
