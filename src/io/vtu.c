@@ -622,26 +622,27 @@ static pd_status pdi_vtu_read_header(pdi_vtu_reader *v, const pdi_vtu_xml_tag *t
 }
 
 /* Locate the appended data, which begin behind an underscore, and the end of the XML before them; without such data the
- * XML ends with the file. The position is at the start of the text afterwards, where there are some, else unchanged.
- * PD_ERR_PARSE: the tag does not end, or no underscore follows it. */
+ * XML ends with the file. The tag counts outside of comments and of values alone. The position is at the start of the
+ * text afterwards. PD_ERR_PARSE: a tag does not end, or no underscore follows this one. */
 static pd_status pdi_vtu_find_appended(pdi_vtu_reader *v)
 {
     pdi_vtu_xml_tag tag;
     pdi_vtu_text text;
     int more;
-    const char *found = strstr(v->tokenizer->text, "<AppendedData");
     v->xml_end = v->tokenizer->end;
-    if (!found) return PD_OK;
-    v->tokenizer->position = found;
-    PD_TRY(pdi_vtu_read_tag(v, &tag, &more));
-    v->appended_raw = pdi_vtu_find_attribute(&tag, "encoding", &text) && pdi_vtu_is_text(text, "raw");
+    v->tokenizer->position = v->tokenizer->text;
+    do {
+        PD_TRY(pdi_vtu_read_tag(v, &tag, &more));
+    } while (more && (tag.is_closing || !pdi_vtu_is_text(tag.name, "AppendedData")));
     const char *at = v->tokenizer->position;
+    v->tokenizer->position = v->tokenizer->text;
+    if (!more) return PD_OK;
+    v->appended_raw = pdi_vtu_find_attribute(&tag, "encoding", &text) && pdi_vtu_is_text(text, "raw");
     while (at < v->tokenizer->end && pdi_vtu_is_blank(*at)) at++;
     if (at >= v->tokenizer->end || *at != '_')
-        return pdi_tokenizer_fail(v->tokenizer, found, "appended data without their mark '_'");
+        return pdi_tokenizer_fail(v->tokenizer, tag.begin, "appended data without their mark '_'");
     v->appended = at + 1;
-    v->xml_end = found;
-    v->tokenizer->position = v->tokenizer->text;
+    v->xml_end = tag.begin;
     return PD_OK;
 }
 

@@ -461,6 +461,35 @@ TEST(point_data)
     CHECK_INT(ctx.in_use, 0);
 }
 
+/* The word of appended data in a comment, in a value and at the start of another word is none; the data begin behind
+ * the tag. */
+TEST(word_of_appended_data)
+{
+    static const char *const head[] = {"<!-- <AppendedData encoding='raw'>_ -->", "", "", "<!-- <AppendedData> -->"};
+    static const char *const field[] = {"", "<FieldData><DataArray Name='<AppendedData>_'/></FieldData>",
+                                        "<AppendedDataOfOthers/>", "<X y=\"<AppendedData>_\"/>"};
+    static const char *const volume[] = {"format='ascii'>2", "format='appended' offset='0'>"};
+    static const char *const tail[] = {"", "<AppendedData encoding='base64'>\n _CAAAAAAAAAAAAABA</AppendedData>"};
+    char text[1200];
+    pd_ctx ctx;
+    pd_points points;
+    pd_ctx_init(&ctx);
+    for (int k = 0; k < 8; k++) {
+        snprintf(text, sizeof text,
+                 "<?xml version=\"1.0\"?>%s<VTKFile type='UnstructuredGrid' byte_order='LittleEndian'>"
+                 "<UnstructuredGrid>%s<Piece NumberOfPoints='1' NumberOfCells='0'><PointData><DataArray type='Float64' "
+                 "Name='volume' %s</DataArray></PointData><Points><DataArray type='Float64' NumberOfComponents='3'>"
+                 "1 0.25 0.5</DataArray></Points></Piece></UnstructuredGrid>%s</VTKFile>\n",
+                 head[k % 4], field[k % 4], volume[k / 4], tail[k / 4]);
+        if (!CHECK_OK(&ctx, pd_points_read(&ctx, put("word.vtu", text, strlen(text)), 1.0, &points))) continue;
+        CHECK_INT(points.count, 1);
+        CHECK_NEAR(points.position[0], 1.0, 0.0);
+        CHECK_NEAR(points.volume[0], 2.0, 0.0);
+        pd_points_free(&ctx, &points);
+    }
+    CHECK_INT(ctx.in_use, 0);
+}
+
 /* ---- tables ---- */
 
 static const char sheet[] = "# made by hand\r\n\"Volume [m3]\", name, x [mm],y,z , TAG\r\n"
@@ -767,5 +796,6 @@ TEST(names_of_tags)
         }
 }
 
-TEST_MAIN(ENTRY(cubes) ENTRY(bodies) RING CURVED VTK ENTRY(point_data) ENTRY(tables) ENTRY(bad_tables) ENTRY(bad_gmsh)
-              ENTRY(lengths_out_of_range) ENTRY(bad_vtk) ENTRY(damaged) ENTRY(names_of_tags))
+TEST_MAIN(ENTRY(cubes) ENTRY(bodies) RING CURVED VTK ENTRY(point_data) ENTRY(word_of_appended_data) ENTRY(tables)
+              ENTRY(bad_tables) ENTRY(bad_gmsh) ENTRY(lengths_out_of_range) ENTRY(bad_vtk) ENTRY(damaged)
+                  ENTRY(names_of_tags))
