@@ -645,10 +645,10 @@ TEST(frames_that_fail_are_not_counted)
     for (int k = 0; k < 3; k++) {
         if (!CHECK_OK(&ctx, pdi_apng_create(&ctx, path[k > 0], 2, 100, &film))) return;
         for (int n = 0; n < 2; n++) {
-            ctx.limit = k ? ctx.in_use + 1 : 0;
+            ctx.alloc.limit = k ? ctx.in_use + 1 : 0;
             if (k) CHECK_INT(pdi_apng_add_frame(&ctx, &film, &image), PD_ERR_LIMIT);
             CHECK_INT(film.frames_written, n);
-            ctx.limit = 0;
+            ctx.alloc.limit = 0;
             if (k < 2 || n == 0) CHECK_OK(&ctx, pdi_apng_add_frame(&ctx, &film, &image));
         }
         CHECK_INT(pdi_apng_commit(&ctx, &film), k < 2 ? PD_OK : PD_ERR_ARGUMENT);
