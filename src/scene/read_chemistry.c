@@ -287,7 +287,7 @@ static pd_status pdi_read_chemistry_check_electrons(pdi_reader *s, int section, 
             "found e- beside electrodes among ions that "
             "migrate, and a law without E, expected one in E, the potential of the metal less that "
             "of the ions: current = 0.1 A/m2*exp((E + 0.4 V)/(26 mV))");
-    if (!pdi_text_has_key(s->ctx, s->text, pdi_read_dissolution_find_section(s, m, NULL), "current") ||
+    if (!pdi_text_has_key(s->ctx, s->text, pdi_reader_find_dissolution(s, m, NULL), "current") ||
         fabs(electrons - charge) <= PDI_READ_CHEMISTRY_ELECTRON_TOL * charge)
         return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, section, "reaction",
@@ -354,7 +354,7 @@ static pd_status pdi_read_chemistry_metal_reactions(pdi_reader *s, int section)
 {
     pd_setup *u = s->setup;
     int several = u->metals > 1 && !(pd_setup_has_ion_electrodes(u) && pd_setup_find_species_rate_metal(u) >= 0);
-    int shared = pdi_text_get_section(s->ctx, s->text, u->has_corrode ? "corrode" : "dissolve", NULL);
+    int shared = pdi_text_get_section(s->ctx, s->text, pdi_reader_get_dissolution_name(u), NULL);
     if (several || u->activation)
         return pdi_text_fail_key(s->ctx, s->text, section, "reaction",
                                  several
@@ -362,10 +362,10 @@ static pd_status pdi_read_chemistry_metal_reactions(pdi_reader *s, int section)
                                      : "found with control = activation, where nothing dissolved is followed, expected "
                                        "diffusion");
     for (int m = 0; m < u->metals; m++) {
-        int own = pdi_read_dissolution_find_section(s, m, "reaction"),
+        int own = pdi_reader_find_dissolution(s, m, "reaction"),
             has = pdi_text_has_key(s->ctx, s->text, own, "reaction");
         if (pdi_read_chemistry_is_releasing(u, m) && !has)
-            return pdi_text_fail_key(s->ctx, s->text, pdi_read_dissolution_find_section(s, m, NULL), "reaction",
+            return pdi_text_fail_key(s->ctx, s->text, pdi_reader_find_dissolution(s, m, NULL), "reaction",
                                      "found none of "
                                      "%s, expected one of each metal that dissolves, in [dissolve %s]",
                                      u->metal[m].material.name, u->metal[m].material.name);
@@ -383,7 +383,7 @@ PDI_FN pd_status pdi_read_chemistry_surface_reactions(pdi_reader *s)
     const pd_setup *u = s->setup;
     int section = -1;
     for (int m = u->metals; m-- > 0 && u->has_dissolve;) {
-        int own = pdi_read_dissolution_find_section(s, m, "reaction");
+        int own = pdi_reader_find_dissolution(s, m, "reaction");
         if (pdi_text_has_key(s->ctx, s->text, own, "reaction")) section = own;
     }
     if (section >= 0 && !u->has_chemistry)

@@ -16,20 +16,6 @@ PDI_FN int pdi_read_dissolution_has_section(pdi_reader *s, const char *name)
     return 0;
 }
 
-/* Name of the section of dissolution: "corrode" or "dissolve". */
-static const char *pdi_read_dissolution_section_name(const pd_setup *u)
-{
-    return u->has_corrode ? "corrode" : "dissolve";
-}
-
-PDI_FN int pdi_read_dissolution_find_section(pdi_reader *s, int m, const char *key)
-{
-    const pd_setup *u = s->setup;
-    int own = pdi_text_get_section(s->ctx, s->text, pdi_read_dissolution_section_name(u), u->metal[m].material.name);
-    if (pdi_text_has_key(s->ctx, s->text, own, key)) return own;
-    return pdi_text_get_section(s->ctx, s->text, pdi_read_dissolution_section_name(u), NULL);
-}
-
 /* Check that the label of each labelled section that has a pair is the name of a metal, and that its keys may differ
  * between metals: rate, law, current, rate_scale, Cs, charge, reaction. PD_ERR_ARGUMENT: they do not. */
 static pd_status pdi_read_dissolution_check_labels(pdi_reader *s)
@@ -43,7 +29,7 @@ static pd_status pdi_read_dissolution_check_labels(pdi_reader *s)
         const pd_text_entry *e = &s->text->entry[k];
         const pd_section *section = &s->text->section[e->section];
         int known = 0, single = 0;
-        if (strcmp(section->name, pdi_read_dissolution_section_name(u)) != 0 || !section->label[0]) continue;
+        if (strcmp(section->name, pdi_reader_get_dissolution_name(u)) != 0 || !section->label[0]) continue;
         for (int m = 0; m < u->metals; m++) known |= strcmp(section->label, u->metal[m].material.name) == 0;
         for (size_t n = 0; n < sizeof keys / sizeof keys[0]; n++) single |= strcmp(e->key, keys[n]) == 0;
         if (!known)
@@ -73,14 +59,14 @@ static void pdi_read_dissolution_set_constants(pdi_reader *s, const pd_setup_met
 PDI_FN pd_status pdi_read_dissolution_constants(pdi_reader *s)
 {
     pd_setup *u = s->setup;
-    int all = pdi_text_get_section(s->ctx, s->text, pdi_read_dissolution_section_name(u), NULL);
+    int all = pdi_text_get_section(s->ctx, s->text, pdi_reader_get_dissolution_name(u), NULL);
     pdi_read_constants_add_builtin(s->text, &s->constants, "rho_m", "kg/m3", u->metal[0].material.density);
     pdi_read_constants_add_builtin(s->text, &s->constants, "M_m", "kg/mol", u->metal[0].material.molar_mass);
     pdi_read_constants_add_builtin(s->text, &s->constants, "z_m", "", u->metal[0].material.charge);
     if (u->has_dissolve) PD_TRY(pdi_read_dissolution_check_labels(s));
     for (int m = 0; m < u->metals && u->has_dissolve; m++) {
         pd_setup_metal *metal = &u->metal[m];
-        int section = pdi_read_dissolution_find_section(s, m, NULL);
+        int section = pdi_reader_find_dissolution(s, m, NULL);
         if (pdi_text_has_key(s->ctx, s->text, section, "charge"))
             PD_TRY(pdi_key_value_get_number(s->ctx, s->text, section, "charge", &metal->material.charge));
         pdi_read_dissolution_set_constants(s, metal);
@@ -277,8 +263,9 @@ static pd_status pdi_read_dissolution_check_several(pdi_reader *s)
         if (pd_setup_has_species_rate(metal) ||
             (!metal->rate.variables_used && !(fabs(pd_setup_compute_rate_at_zero(metal)) > 0.0)))
             continue;
+        int section = pdi_reader_find_dissolution(s, m, NULL);
         return pdi_text_fail_key(
-            s->ctx, s->text, pdi_read_dissolution_find_section(s, m, NULL), "rate",
+            s->ctx, s->text, section, pdi_reader_get_rate_key(s, section),
             "found metal that "
             "dissolves without E beside metal that does by it, among ions that migrate, expected a "
             "law in E, or rate = 0 in [dissolve %s]",
@@ -296,7 +283,7 @@ PDI_FN pd_status pdi_read_dissolution_rates(pdi_reader *s)
     pd_setup *u = s->setup;
     pd_status status = PD_OK;
     for (int m = 0; m < u->metals && u->has_dissolve && status == PD_OK; m++) {
-        int section = pdi_read_dissolution_find_section(s, m, NULL);
+        int section = pdi_reader_find_dissolution(s, m, NULL);
         pdi_read_dissolution_set_constants(s, &u->metal[m]);
         status = u->has_corrode ? pdi_read_dissolution_speed_or_current(s, section, &u->metal[m])
                                 : pdi_read_dissolution_dissolve_rate(s, section, &u->metal[m]);
@@ -354,7 +341,7 @@ PDI_FN pd_status pdi_read_dissolution_begin(pdi_reader *s)
 PDI_FN pd_status pdi_read_dissolution_horizons(pdi_reader *s, int grid)
 {
     pd_setup *u = s->setup;
-    int metal = pdi_text_get_section(s->ctx, s->text, pdi_read_dissolution_section_name(u), NULL);
+    int metal = pdi_text_get_section(s->ctx, s->text, pdi_reader_get_dissolution_name(u), NULL);
     int given = pdi_text_has_key(s->ctx, s->text, grid, "m");
     int own = u->has_dissolve && pdi_text_has_key(s->ctx, s->text, metal, "m");
     u->fluid_m = u->has_corrode ? PDI_READ_DISSOLUTION_ISOTROPIC_M : 1.0;

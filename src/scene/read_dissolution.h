@@ -15,9 +15,6 @@ PDI_FN int pdi_read_dissolution_has_section(pdi_reader *reader, const char *name
  * constants of all later expressions. Without dissolution the keys are not read. PD_ERR_ARGUMENT: a labelled section of
  * no metal of the shapes, or in one a key that all metals share. */
 PDI_FN pd_status pdi_read_dissolution_constants(pdi_reader *reader);
-/* Section of metal m in the text: the one with its label if that has the key (NULL: if it is present), else the one
- * without label, which is created empty where it is missing. */
-PDI_FN int pdi_read_dissolution_find_section(pdi_reader *reader, int m, const char *key);
 /* Read the dissolution rate law of each metal with its factor, with the constants of that metal; those of the first
  * metal hold again afterwards. Without dissolution do nothing. PD_ERR_ARGUMENT: laws that the physics does not support,
  * or, with [corrode], Cs of a metal not above Csat. */

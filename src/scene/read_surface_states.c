@@ -313,14 +313,6 @@ static pd_status pdi_read_surface_states_check_carried(pdi_reader *s, int sectio
     return PD_OK;
 }
 
-/* Section that holds the rate law of a metal. */
-static int pdi_read_surface_states_find_rate_section(pdi_reader *s, const pd_setup_metal *metal)
-{
-    const pd_setup *u = s->setup;
-    if (u->has_corrode) return pdi_text_get_section(s->ctx, s->text, "corrode", NULL);
-    return pdi_text_get_section(s->ctx, s->text, "dissolve", u->metals > 1 ? metal->material.name : NULL);
-}
-
 /* Check that state k is carried by all electrodes of metal m, if the rate law of the metal uses it. */
 static pd_status pdi_read_surface_states_check_metal(pdi_reader *s, int m, int k)
 {
@@ -330,8 +322,8 @@ static pd_status pdi_read_surface_states_check_metal(pdi_reader *s, int m, int k
     if (!(metal->rate.variables_used >> (PD_SETUP_RATE_PH + 1 + metal->species_count + k) & 1u)) return PD_OK;
     for (int e = 0; e < u->potential.electrodes; e++)
         if (u->potential.electrode[e].metal == m) all |= (uint32_t)1 << e;
-    return pdi_read_surface_states_check_carried(s, pdi_read_surface_states_find_rate_section(s, metal), "rate", k,
-                                                 all);
+    int section = pdi_reader_find_dissolution(s, m, NULL);
+    return pdi_read_surface_states_check_carried(s, section, pdi_reader_get_rate_key(s, section), k, all);
 }
 
 /* Check that each surface state is carried wherever rates of states, electrode factors and rate laws of metals use it.

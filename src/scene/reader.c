@@ -20,4 +20,23 @@ PDI_FN int pdi_reader_is_equal(double a, double b)
     return fabs(a - b) <= PDI_READER_EQUAL_TOL * pd_max(fabs(a), fabs(b));
 }
 
+PDI_FN const char *pdi_reader_get_dissolution_name(const pd_setup *setup)
+{
+    return setup->has_corrode ? "corrode" : "dissolve";
+}
+
+PDI_FN int pdi_reader_find_dissolution(pdi_reader *s, int m, const char *key)
+{
+    const char *name = pdi_reader_get_dissolution_name(s->setup);
+    int own = pdi_text_get_section(s->ctx, s->text, name, s->setup->metal[m].material.name);
+    if (pdi_text_has_key(s->ctx, s->text, own, key)) return own;
+    return pdi_text_get_section(s->ctx, s->text, name, NULL);
+}
+
+PDI_FN const char *pdi_reader_get_rate_key(pdi_reader *s, int section)
+{
+    if (pdi_text_has_key(s->ctx, s->text, section, "current")) return "current";
+    return pdi_text_has_key(s->ctx, s->text, section, "law") ? "law" : "rate";
+}
+
 #undef PDI_READER_EQUAL_TOL

@@ -351,6 +351,17 @@ TEST(seen)
 /* ---- bad input ---- */
 
 #define ON STILL "[run] until = 1 h\n"
+/* Metal of two electrodes, one of which carries the state q of its law, which stands in line 3. */
+#define LAW(section, law, other) \
+    "\n\n" section " " law "  reaction = Mg + 2 H2O = Mg2+ + 2 OH- + H2(g)\n" BOX( \
+        "0.2 mm", \
+        "4 mm") "[shape left] box = 0 .. 1 mm" SPAN "  kind = solid  material = mg4ag\n" \
+                "[shape right] box = 3 mm .. 4 mm" SPAN "  kind = solid  material = " other "\n[potential]\n" \
+                "[electrode a] shape = left  curve = linear  polarisation_resistance = 1 ohm m2\n" \
+                "[electrode b] shape = right  curve = linear  polarisation_resistance = 1 ohm m2  connected = a\n" \
+                "[transport] D = 1e-9 m2/s\n[species Mg2+] D = 1e-9 m2/s  initial = 1 mM\n" \
+                "[species OH-] D = 1e-9 m2/s  initial = 2 mM\n[surface q] initial = 1  of = a  rate = 0\n[run] until " \
+                "= 1 h\n"
 TEST(refused)
 {
     static const char *const bad[][2] = {
@@ -379,6 +390,15 @@ TEST(refused)
          "does not carry"},
         {ON "[surface q] initial = 1  of = a  rate = 0\n[electrode b] current_factor = q\n", "does not carry"},
         {ON "[surface q] initial = 1  of = b  rate = 0\n[electrode a] current_factor = q\n", "does not carry"},
+        {LAW("[dissolve]", "rate = q*1 um/h", "mg4ag"),
+         "a.scene:3: rate: found q, which the electrode b does not carry, expected it in 'of' of [surface q]"},
+        {LAW("[dissolve mg4ag]", "rate = q*1 um/h", "mg4ag"), "a.scene:3: rate: found q, which the electrode b does"},
+        {LAW("[dissolve mg4ag]", "current = q*1 A/m2", "mg4ag"), "a.scene:3: current: found q, which the electrode b"},
+        {LAW("[dissolve]", "law = q*1e-3/s", "mg4ag"), "a.scene:3: law: found q, which the electrode b does"},
+        {LAW("[dissolve]", "rate = q*E*1 um/h/(1 V)",
+             "steel304\n[electrode a] reaction = Mg = Mg2+ + 2 e-\n"
+             "[electrode b] reaction = 2 H2O + 2 e- = H2(g) + 2 OH-\n[chemistry] migration = yes"),
+         "a.scene:3: rate: found q, which the electrode b does not carry"},
         {ON "[surface q] initial = 1 m  rate = 0\n[electrode b] current_factor = q\n", "expected a plain number"},
         {ON "[electrode b] current_factor = 2\n", "without states of surfaces"},
         {ON "[surface q] initial = 1  rate = 0\n[electrode b] current_factor = q*[Na+]/(1 mM)\n",
