@@ -264,14 +264,14 @@ static pd_status pdi_run_read_checkpoint(pdi_run *r)
     return status;
 }
 
-/* Lock the folder, continue its run from the checkpoint and say so. result->bad_input: 1: any failure but PD_ERR_MEMORY
- * and PD_ERR_LIMIT. */
+/* Lock the folder, continue its run from the checkpoint and say so. result->bad_input: 1: a failure that is not fatal
+ * (memory, limit, cancelled). */
 static pd_status pdi_run_resume(pdi_run *r, pd_run_result *result)
 {
     char line[80];
     pd_status status = pdi_output_folder_lock_existing(r->ctx, r->folder_path, r->setup->name, &r->folder);
     if (status == PD_OK) status = pdi_run_read_checkpoint(r);
-    result->bad_input = status < 0 && status != PD_ERR_MEMORY && status != PD_ERR_LIMIT;
+    result->bad_input = status < 0 && !pd_is_fatal(status);
     if (status < 0) return status;
     r->output.images.updates_latest = r->desc->updates_latest;
     snprintf(line, sizeof line, "goes on from t = %g s", r->model.time_loop.time);
@@ -563,6 +563,7 @@ static pd_status pdi_run_execute(pdi_run *r, pd_run_result *result)
 pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd_run_result *result)
 {
     pdi_run *r = NULL;
+    int threads = ctx->threads;
     memset(result, 0, sizeof *result);
     PD_TRY(PD_NEW(ctx, "run", 1, r));
     r->ctx = ctx;
@@ -570,7 +571,7 @@ pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd
     r->setup = setup;
     r->start_clock = r->progress_clock = r->checkpoint_clock = r->step_clock = pd_par_clock();
     r->stall_time = desc->stall_note_after > 0.0 ? desc->stall_note_after : PDI_RUN_STALL_TIME;
-    if (setup->threads > 0 && ctx->threads == 0) ctx->threads = setup->threads;
+    if (setup->threads > 0 && threads == 0) ctx->threads = setup->threads;
     r->poll = ctx->cancel;
     r->poll_user = ctx->cancel_user;
     if (r->poll || desc->print) {
@@ -592,6 +593,7 @@ pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd
     pd_model_free(ctx, &r->model);
     pdi_output_folder_close(&r->folder);
     PD_DELETE(ctx, 1, r);
+    ctx->threads = threads;
     return status;
 }
 

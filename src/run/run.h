@@ -83,8 +83,8 @@ typedef struct pd_run_result {
 /* Build the model, print the summary, run, write the files; *result is zeroed first. PD_OK also for a run that is
  * stopped. result->bad_input: 1: setup, folder or checkpoint is refused before the first step. On failure the files
  * hold all steps before it. The checkpoint goes when the run is complete, and when another run begins in its folder.
- * With checkpoints a stopped run writes no fields of that instant. Sets ctx->threads from the setup where it is 0, and
- * leaves it set. */
+ * With checkpoints a stopped run writes no fields of that instant. Where ctx->threads is 0 the run has those of the
+ * setup. */
 PD_API pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd_run_result *result);
 /* Write "result case=... dim=2 h=5e-06 m=3 volume_loss=..." into text[size], cut off there; the caller appends its
  * times. Results that the run does not have, and those that are NaN or infinite, are left out. Bond-based corrosion has

@@ -145,8 +145,38 @@ TEST(most_sets_of_points)
 }
 #endif
 
-#if PD_DIM == 1
-TEST_MAIN(ENTRY(line_of_a_shape) ENTRY(law_of_an_electrode))
+/* The threads of a scene are those of its run, and the context has those of the caller behind it, also when the run is
+ * refused: its solid reaches out of the box. Those of the caller go first. */
+TEST(threads_of_each_run)
+{
+    pd_ctx ctx;
+    pd_setup u;
+    pd_run_result r;
+    char text[400];
+    for (int k = 0; k < 6; k++) {
+        int scene = 1 + k % 2, caller = k == 4 ? 3 : 0, bad = k > 1 && k < 4;
+        snprintf(text, sizeof text,
+                 "[grid] h = 1 um  threads = %d  box = 0 .. 9 um" ACROSS "\n[shape s] box = 5 um .. %d um" ACROSS
+                 "  kind = solid\n[transport] D = 1e-9 m2/s\n[dissolve] rate = 1 um/h\n[run] until = 1 s\n",
+                 scene, bad ? 20 : 9);
+        if (!CHECK_OK(&ctx, load(&ctx, text, NULL, 0, &u))) continue;
+        ctx.threads = caller;
+        pd_status status = run(&ctx, &u, "threads", &r);
+        if (bad) CHECK(status < 0);
+        else if (CHECK_OK(&ctx, status)) {
+#ifdef _OPENMP
+            CHECK_INT(r.threads, caller ? caller : scene);
 #else
-TEST_MAIN(ENTRY(line_of_a_shape) ENTRY(residual_of_a_flow) ENTRY(most_sets_of_points))
+            CHECK_INT(r.threads, 1);
+#endif
+        }
+        CHECK_INT(ctx.threads, caller);
+        leave(&ctx, &u);
+    }
+}
+
+#if PD_DIM == 1
+TEST_MAIN(ENTRY(line_of_a_shape) ENTRY(threads_of_each_run) ENTRY(law_of_an_electrode))
+#else
+TEST_MAIN(ENTRY(line_of_a_shape) ENTRY(threads_of_each_run) ENTRY(residual_of_a_flow) ENTRY(most_sets_of_points))
 #endif
