@@ -1,6 +1,7 @@
 /* read_param_file: see read_param_file.h */
 #include "scene/read_param_file.h"
 #include "scene/input_files.h"
+#include "scene/key_value.h"
 #include "setup/fields.h"
 #include "scene/override.h"
 #include "core/vec.h"
@@ -82,10 +83,16 @@ static const char *const pdi_read_param_file_ignored_keys[][2] = {
 static pd_status pdi_read_param_file_number(pd_ctx *ctx, pd_text *text, const char *key, const char *fallback,
                                             double low, double high, int open, double *value)
 {
+    pd_key row;
+    memset(&row, 0, sizeof row);
+    row.keys = key;
+    row.type = PD_KEY_NUMBER;
+    row.unit = "-";
+    row.low = low;
+    row.high = high;
+    row.low_is_open = open;
     PD_TRY(pdi_text_get_number(ctx, text, 0, key, "", fallback, value));
-    if ((open ? *value > low : *value >= low) && *value <= high) return PD_OK;
-    return pdi_text_fail_key(ctx, text, 0, key, "found %.6g, expected a value %s %g %s %g", *value,
-                             open ? "above" : "from", low, open ? "and at most" : "to", high);
+    return pdi_key_value_check_bounds(ctx, text, 0, &row, *value);
 }
 
 /* Read all numbers of PDI_READ_PARAM_FILE_NUMBERS. */

@@ -324,7 +324,10 @@ static void refused(const char *text, const char *part)
 TEST(refusals)
 {
     refused("R_wrie = 1e-6\n", "did you mean 'R_wire'?");
-    refused("dx = 5e-6\nR_tube = -1\n", "flat.cfg:2: R_tube: found -1, expected a value above 0");
+    refused("dx = 5e-6\nR_tube = -1\n", "flat.cfg:2: R_tube: found -1, expected a value above 0 and at most 1");
+    refused("R_tube = 0\n", "flat.cfg:1: R_tube: found 0, expected a value above 0 and at most 1");
+    refused("T_final = 2e12\n", "flat.cfg:1: T_final: found 2e+12, expected a value above 0 and at most 1e+12");
+    refused("C_thresh = -0.125\n", "flat.cfg:1: C_thresh: found -0.125, expected a value from 0 to 0.99");
     refused("R_wire = 150e-6\n", "flat.cfg:1: R_wire: found 0.00015, expected less than R_tube");
     refused("dx = 3e-6\n", "flat.cfg:1: dx: ");
     refused("C_solid_init = 0.1\n", "C_thresh: found 0.2, expected less than C_solid_init = 0.1");
