@@ -98,5 +98,6 @@ PDI_FN void pdi_active_range_pack(const pd_ctx *ctx, const pd_active_ranges *s, 
 PDI_FN void pdi_active_range_unpack(const pd_ctx *ctx, const pd_active_ranges *s, int components, const double *packed,
                                     double *full)
 {
-    pdi_active_range_copy(ctx, s, components, packed, full, 0);
+    if (s->count == 0) memset(full, 0, (size_t)components * (size_t)s->total * sizeof *full);
+    else pdi_active_range_copy(ctx, s, components, packed, full, 0);
 }

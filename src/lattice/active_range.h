@@ -23,7 +23,7 @@ PDI_FN void pdi_active_range_free(pd_ctx *ctx, pd_active_ranges *spans);
 PDI_FN void pdi_active_range_pack(const pd_ctx *ctx, const pd_active_ranges *spans, int components, const double *full,
                                   double *packed);
 /* Copies packed [components][packed_length] to the nodes of all ranges in full [components][total]. All nodes outside
- * of the ranges, ghosts included, become zero; without any range nothing is written. */
+ * of the ranges, ghosts included, become zero: without any range all nodes. */
 PDI_FN void pdi_active_range_unpack(const pd_ctx *ctx, const pd_active_ranges *spans, int components,
                                     const double *packed, double *full);
 #endif
