@@ -1101,8 +1101,8 @@ typedef struct pd_run_result {
 /* Build the model, print the summary, run, write the files; *result is zeroed first. PD_OK also for a run that is
  * stopped. result->bad_input: 1: setup, folder or checkpoint is refused before the first step. On failure the files
  * hold all steps before it. The checkpoint goes when the run is complete, and when another run begins in its folder.
- * With checkpoints a stopped run writes no fields of that instant. Sets ctx->threads from the setup where it is 0, and
- * leaves it set. */
+ * With checkpoints a stopped run writes no fields of that instant. Where ctx->threads is 0 the run has those of the
+ * setup. */
 PD_API pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd_run_result *result);
 /* Write "result case=... dim=2 h=5e-06 m=3 volume_loss=..." into text[size], cut off there; the caller appends its
  * times. Results that the run does not have, and those that are NaN or infinite, are left out. Bond-based corrosion has
@@ -1481,6 +1481,10 @@ PDI_FN pd_status pdi_file_open_append(pd_ctx *ctx, const char *path, pd_file *fi
 /* Truncate an existing file to its first `length` bytes, which must end a line (0 is allowed), by a copy that replaces
  * it, and open it to append. PD_ERR_FILE: it is shorter, or no line ends there; it stays as it is then. */
 PDI_FN pd_status pdi_file_resume(pd_ctx *ctx, const char *path, int64_t length, pd_file *file);
+/* The same in two parts. The first one writes the copy, with all these errors but those of the last step; the file
+ * stays as it is, and abandoning deletes the copy. The second one puts the copy in its place and opens it to append. */
+PDI_FN pd_status pdi_file_begin_resume(pd_ctx *ctx, const char *path, int64_t length, pd_file *file);
+PDI_FN pd_status pdi_file_finish_resume(pd_ctx *ctx, pd_file *file);
 /* Flush a file that is open to append and move to its end; *length: its current length [byte]. PD_ERR_ARGUMENT: it is
  * not open; PD_ERR_FILE, also where the length does not fit a long. */
 PDI_FN pd_status pdi_file_get_length(pd_ctx *ctx, pd_file *file, int64_t *length);
@@ -1509,6 +1513,9 @@ PDI_FN void pdi_file_abandon(pd_file *file);
 /* Format a number as decimal text, text[PDI_FILE_NUMBER_SIZE], with the fewest of 15 to 17 digits that read back as the
  * same value, without zeros at its end ("0.1", "1e-09"), in any locale; else "nan", "inf", "-inf". */
 PDI_FN void pdi_file_format_number(double value, char *text);
+/* Length of the decimal number that text[0..length) begins with, in any locale: a sign, digits with a point, an
+ * exponent. 0: there is none, as before blanks, inf and nan. */
+PDI_FN size_t pdi_file_find_number_length(const char *text, size_t length);
 /* Parse text[0..length) as one number, in any locale; inf and nan are numbers, a number beyond the range of double is
  * inf. Returns 1 when the whole text, of 1 to 63 bytes, is one number; else 0, and *value may have changed: for white
  * space at either end, hexadecimal digits, a comma, nan(...). */
@@ -1591,7 +1598,7 @@ PDI_FN pd_status pdi_output_folder_add_file(pd_ctx *ctx, pd_output_folder *folde
 PDI_FN pd_status pdi_output_folder_store(pd_ctx *ctx, pd_output_folder *folder, pd_archive *archive);
 /* After a restart: delete the files that were listed after the checkpoint, cut the list to its length then, and open it
  * to append. removed_count becomes 0. PD_ERR_FILE: no list, none of a run, or no line of it ends at that length;
- * PD_ERR_ARGUMENT: that of another run, and nothing is deleted. */
+ * PD_ERR_ARGUMENT: that of another run. Nothing is deleted where the list is refused. */
 PDI_FN pd_status pdi_output_folder_resume_list(pd_ctx *ctx, pd_output_folder *folder);
 /* Close the list, delete the lock file and release the lock, where this run holds it. A zeroed folder is allowed, and
  * closing twice. */
@@ -1630,7 +1637,7 @@ PDI_FN pd_status pdi_png_compress_pixels(pd_ctx *ctx, const pd_image *image, pdi
 typedef struct pdi_apng {
     pd_file file;
     int width, height, channels;
-    int frame_count, frames_written; /* number of frames in all, and written so far */
+    int frame_count, frames_written; /* number of frames in all, and of those that are written */
     int delay;         /* [ms] display time of a frame */
     uint32_t sequence_number; /* sequence number of the next fcTL or fdAT chunk */
 } pdi_apng;
@@ -1641,8 +1648,9 @@ typedef struct pdi_apng {
 PDI_FN pd_status pdi_apng_create(pd_ctx *ctx, const char *path, int count, int delay, pdi_apng *film);
 /* Append a frame of 1 or 3 channels. The first frame writes the header, and sets the size and the number of channels
  * that all others must have. PD_ERR_ARGUMENT: another size or number of channels, one frame too many, no pixels,
- * neither 1 nor 3 channels; PD_ERR_SIZE: more than PD_PNG_MAX_PIXELS; PD_ERR_FILE. The file stays open on failure; it
- * is useless when writing has failed. */
+ * neither 1 nor 3 channels; PD_ERR_SIZE: more than PD_PNG_MAX_PIXELS; PD_ERR_MEMORY, PD_ERR_LIMIT. A frame
+ * that is refused is not counted, and the film stays as it was. PD_ERR_FILE: the film, which stays open, is
+ * useless. */
 PDI_FN pd_status pdi_apng_add_frame(pd_ctx *ctx, pdi_apng *film, const pd_image *image);
 /* End the file and give it its final name. On failure it is closed and the temporary file deleted. PD_ERR_ARGUMENT:
  * frames are missing. */
@@ -1692,9 +1700,11 @@ PDI_FN void pdi_svg_add_text(pdi_svg *svg, double x, double y, const char *ancho
 /* Embed an image of 1 or 3 channels, as PNG in base64, with its upper left corner at (left, top). An error of
  * pdi_png_encode becomes the status. */
 PDI_FN void pdi_svg_add_image(pdi_svg *svg, int left, int top, const pd_image *image);
-/* Clip what follows to the rectangle, until the next call, which ends this group; width 0 or less: no clipping. A
- * rectangle of a width without height hides all. */
+/* Clip what follows to the rectangle, until the next call, or that of pdi_svg_end_clip, which ends this group. A
+ * rectangle of no width or height hides all. */
 PDI_FN void pdi_svg_set_clip(pdi_svg *svg, int left, int top, int width, int height);
+/* End the clipped group, if there is one: what follows is not clipped. */
+PDI_FN void pdi_svg_end_clip(pdi_svg *svg);
 /* End the drawing and write it to a file; call it once. The drawing stays until pdi_svg_free. Returns the first failure
  * of the drawing, and no file is written then; PD_ERR_FILE. */
 PDI_FN pd_status pdi_svg_write(pdi_svg *svg, const char *path);
@@ -1756,8 +1766,7 @@ PDI_FN pd_status pdi_canvas_draw_to_image(pd_ctx *ctx, pdi_canvas_draw_fn draw, 
  * are those of the callback, and PD_ERR_FILE; an older file of that name stays then. */
 PDI_FN pd_status pdi_canvas_draw_to_file(pd_ctx *ctx, const char *path, pdi_canvas_draw_fn draw, const void *what);
 /* Set the clip rectangle [left, right) x [top, bottom), cut to the canvas. In SVG this ends the group that was clipped
- * before and begins another one, except for a rectangle that is the whole canvas or has no width: what follows is not
- * clipped then. */
+ * before and begins another one, except for the whole canvas: what follows is not clipped then. */
 PDI_FN void pdi_canvas_set_clip(pdi_canvas *canvas, int left, int top, int right, int bottom);
 /* Set the clip rectangle to the whole canvas. */
 PDI_FN void pdi_canvas_reset_clip(pdi_canvas *canvas);
@@ -2750,6 +2759,13 @@ PDI_FN int pdi_reader_is_equal(double a, double b);
  * setup->initial_c, for pd_setup_free. PD_ERR_ARGUMENT: it is constant and out of the bounds of the key. An expression
  * is not checked here. */
 PDI_FN pd_status pdi_reader_read_initial(pdi_reader *reader, int section);
+/* Name of the section of dissolution: "corrode" or "dissolve". */
+PDI_FN const char *pdi_reader_get_dissolution_name(const pd_setup *setup);
+/* Its section of metal m in the text: the one with its label if that has the key (NULL: if it is present), else the one
+ * without label, which is created empty where it is missing. */
+PDI_FN int pdi_reader_find_dissolution(pdi_reader *reader, int m, const char *key);
+/* Key of the rate law in such a section: "current" or "law" where it has one of them, else "rate". */
+PDI_FN const char *pdi_reader_get_rate_key(pdi_reader *reader, int section);
 #endif
 
 #endif
@@ -2881,9 +2897,6 @@ PDI_FN int pdi_read_dissolution_has_section(pdi_reader *reader, const char *name
  * constants of all later expressions. Without dissolution the keys are not read. PD_ERR_ARGUMENT: a labelled section of
  * no metal of the shapes, or in one a key that all metals share. */
 PDI_FN pd_status pdi_read_dissolution_constants(pdi_reader *reader);
-/* Section of metal m in the text: the one with its label if that has the key (NULL: if it is present), else the one
- * without label, which is created empty where it is missing. */
-PDI_FN int pdi_read_dissolution_find_section(pdi_reader *reader, int m, const char *key);
 /* Read the dissolution rate law of each metal with its factor, with the constants of that metal; those of the first
  * metal hold again afterwards. Without dissolution do nothing. PD_ERR_ARGUMENT: laws that the physics does not support,
  * or, with [corrode], Cs of a metal not above Csat. */
@@ -2983,7 +2996,7 @@ PDI_FN pd_status pdi_read_gas_side(pd_ctx *ctx, pd_text *text, int section, pd_s
  * the front passes dx in (C_solid_init - C_thresh)/(k_corr S), S the sum of f over the rows that have fluid in reach. A
  * file with D_grain or D_gb and no k_corr is of the later sort, where metal diffuses across the surface, with the
  * harmonic mean D of both sides: dC/dt = -C sum 4 D/(pi delta^2) V/xi^2, dx in ln(C_solid_init/C_thresh)/(the sum over
- * rows).
+ * rows). Where k_corr, or D of one side, is 0, no metal dissolves.
  */
 #ifndef PD_READ_PARAM_FILE_H
 #define PD_READ_PARAM_FILE_H
@@ -2992,7 +3005,7 @@ PDI_FN pd_status pdi_read_gas_side(pd_ctx *ctx, pd_text *text, int section, pd_s
 /* Fill the setup from a flat text. Overrides are applied here, because k_corr refers to dx as it stands in the file. A
  * known key without effect on this solver adds a note. PD_ERR_PARSE with file:line: an unknown key. PD_ERR_ARGUMENT
  * with file:line: in 1D, a number out of bounds, a box that is not of whole cells, R_wire not below R_tube, C_thresh
- * not below C_solid_init. */
+ * not below C_solid_init, D_grain = 0 where D_gb is not. */
 PDI_FN pd_status pdi_read_param_file_read(pd_ctx *ctx, pd_text *text, const char *const *overrides, int count,
                                           pd_setup *setup);
 #endif
@@ -3971,19 +3984,31 @@ static pd_status pdi_file_copy_bytes(pd_ctx *ctx, pd_file *from, int64_t length,
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_file_resume(pd_ctx *ctx, const char *path, int64_t length, pd_file *file)
+PDI_FN pd_status pdi_file_begin_resume(pd_ctx *ctx, const char *path, int64_t length, pd_file *file)
 {
     pd_file from;
+    memset(file, 0, sizeof *file);
     PD_TRY(pdi_file_open_read(ctx, path, &from));
     pd_status status = pdi_file_create(ctx, path, file);
-    if (status == PD_OK) {
-        status = pdi_file_copy_bytes(ctx, &from, length, file);
-        pdi_file_abandon(&from); /* Windows replaces no file that is open */
-        if (status == PD_OK) status = pdi_file_commit(ctx, file);
-        else pdi_file_abandon(file);
-    }
-    pdi_file_abandon(&from);
-    return status == PD_OK ? pdi_file_open_append(ctx, path, file) : status;
+    if (status == PD_OK) status = pdi_file_copy_bytes(ctx, &from, length, file);
+    if (status == PD_OK) status = pdi_file_flush(ctx, file);
+    pdi_file_abandon(&from); /* Windows replaces no file that is open */
+    if (status < 0) pdi_file_abandon(file);
+    return status;
+}
+
+PDI_FN pd_status pdi_file_finish_resume(pd_ctx *ctx, pd_file *file)
+{
+    char path[PD_PATH_SIZE];
+    memcpy(path, file->path, sizeof path);
+    PD_TRY(pdi_file_commit(ctx, file));
+    return pdi_file_open_append(ctx, path, file);
+}
+
+PDI_FN pd_status pdi_file_resume(pd_ctx *ctx, const char *path, int64_t length, pd_file *file)
+{
+    PD_TRY(pdi_file_begin_resume(ctx, path, length, file));
+    return pdi_file_finish_resume(ctx, file);
 }
 
 /* Numbers: the C library follows the locale of the host program, files must not. */
@@ -4004,6 +4029,31 @@ PDI_FN void pdi_file_format_number(double value, char *text)
         else if (used && text[used - 1] != '.') text[used++] = '.';
     }
     text[used] = 0;
+}
+
+/* Number of decimal digits at the start of text[0..length). */
+static size_t pdi_file_count_digits(const char *text, size_t length)
+{
+    size_t at = 0;
+    while (at < length && text[at] >= '0' && text[at] <= '9') at++;
+    return at;
+}
+
+PDI_FN size_t pdi_file_find_number_length(const char *text, size_t length)
+{
+    size_t at = length > 0 && (*text == '-' || *text == '+'), digits = pdi_file_count_digits(text + at, length - at),
+           more;
+    at += digits;
+    if (at < length && text[at] == '.') {
+        more = pdi_file_count_digits(text + at + 1, length - at - 1);
+        digits += more;
+        at += 1 + more;
+    }
+    if (digits == 0) return 0;
+    if (at + 1 >= length || (text[at] != 'e' && text[at] != 'E')) return at;
+    size_t sign = text[at + 1] == '-' || text[at + 1] == '+';
+    more = pdi_file_count_digits(text + at + 1 + sign, length - at - 1 - sign);
+    return more > 0 ? at + 1 + sign + more : at;
 }
 
 PDI_FN int pdi_file_parse_number(const char *text, size_t length, double *value)
@@ -5627,11 +5677,13 @@ PDI_FN pd_status pdi_output_folder_resume_list(pd_ctx *ctx, pd_output_folder *f)
     pd_status status = listed ? pdi_output_folder_check_run_name(ctx, f->path, f->run_name, found)
                               : pd_fail(ctx, PD_ERR_FILE, "folder",
                                         "'%.300s' is missing, expected the list of the run that goes on", path);
+    /* a list that is not the one of the checkpoint is refused here, before anything is deleted */
+    if (status == PD_OK) status = pdi_file_begin_resume(ctx, path, f->list_length, &f->list);
     if (status == PD_OK && fseek((FILE *)former.stream, (long)f->list_length, SEEK_SET) == 0)
         pdi_output_folder_remove_listed(ctx, f, &former);
     pdi_file_abandon(&former);
     f->removed_count = 0;
-    return status == PD_OK ? pdi_file_resume(ctx, path, f->list_length, &f->list) : status;
+    return status == PD_OK ? pdi_file_finish_resume(ctx, &f->list) : status;
 }
 
 PDI_FN void pdi_output_folder_close(pd_output_folder *f)
@@ -6185,6 +6237,20 @@ static pd_status pdi_apng_write_frame_control(pd_ctx *ctx, pdi_apng *film)
     return pdi_png_write_chunk(ctx, &film->file, "fcTL", control, sizeof control);
 }
 
+/* Write the next frame, and the header before the first one: fcTL, and IDAT or fdAT of the compressed pixels, which a
+ * sequence number precedes in fdAT. Counts the frame when all of it is written. */
+static pd_status pdi_apng_write_frame(pd_ctx *ctx, pdi_apng *film, const pd_image *image, const pdi_bytes *packed)
+{
+    int first = film->frames_written == 0;
+    if (first) PD_TRY(pdi_apng_write_header(ctx, film, image));
+    PD_TRY(pdi_apng_write_frame_control(ctx, film));
+    PD_TRY(pdi_png_write_chunk(ctx, &film->file, first ? "IDAT" : "fdAT", packed->data, packed->size));
+    film->sequence_number += first ? 0u : 1u;
+    film->frames_written++;
+    return PD_OK;
+}
+
+/* The pixels are packed before anything is written: a frame for which memory is short leaves the film as it was. */
 PDI_FN pd_status pdi_apng_add_frame(pd_ctx *ctx, pdi_apng *film, const pd_image *image)
 {
     uint8_t number[4];
@@ -6192,22 +6258,18 @@ PDI_FN pd_status pdi_apng_add_frame(pd_ctx *ctx, pdi_apng *film, const pd_image 
     PD_TRY(pdi_png_check_image(ctx, image));
     if (film->frames_written >= film->frame_count)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "apng", "more than the %d images that were announced", film->frame_count);
-    if (film->frames_written == 0) PD_TRY(pdi_apng_write_header(ctx, film, image));
-    if (image->width != film->width || image->height != film->height || image->channels != film->channels)
+    if (film->frames_written &&
+        (image->width != film->width || image->height != film->height || image->channels != film->channels))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "apng", "an image of %d x %d pixels in a film of %d x %d", image->width,
                        image->height, film->width, film->height);
-    PD_TRY(pdi_apng_write_frame_control(ctx, film));
     pd_status status = PD_OK;
-    if (film->frames_written > 0) {
-        pdi_png_put_u32(number, film->sequence_number++);
+    if (film->frames_written) {
+        pdi_png_put_u32(number, film->sequence_number + 1); /* its fcTL has the number before */
         status = pdi_bytes_add(ctx, &packed, number, sizeof number);
     }
     if (status == PD_OK) status = pdi_png_compress_pixels(ctx, image, &packed);
-    if (status == PD_OK)
-        status =
-            pdi_png_write_chunk(ctx, &film->file, film->frames_written > 0 ? "fdAT" : "IDAT", packed.data, packed.size);
+    if (status == PD_OK) status = pdi_apng_write_frame(ctx, film, image, &packed);
     pdi_bytes_free(ctx, &packed);
-    film->frames_written++;
     return status;
 }
 
@@ -6423,12 +6485,17 @@ PDI_FN void pdi_svg_add_image(pdi_svg *svg, int left, int top, const pd_image *i
     pdi_bytes_free(svg->ctx, &png);
 }
 
+PDI_FN void pdi_svg_end_clip(pdi_svg *svg)
+{
+    if (svg->clip_open) pdi_svg_add_string(svg, "</g>\n");
+    svg->clip_open = 0;
+}
+
 PDI_FN void pdi_svg_set_clip(pdi_svg *svg, int left, int top, int width, int height)
 {
     char text[160];
-    if (svg->clip_open) pdi_svg_add_string(svg, "</g>\n");
-    svg->clip_open = width > 0;
-    if (!svg->clip_open) return;
+    pdi_svg_end_clip(svg);
+    svg->clip_open = 1;
     snprintf(text, sizeof text, "<clipPath id=\"clip%d\">", svg->clip_count);
     pdi_svg_add_string(svg, text);
     pdi_svg_add_rectangle(svg, left, top, width, height, 0);
@@ -6440,7 +6507,7 @@ PDI_FN void pdi_svg_set_clip(pdi_svg *svg, int left, int top, int width, int hei
 PDI_FN pd_status pdi_svg_write(pdi_svg *svg, const char *path)
 {
     pd_file file;
-    pdi_svg_set_clip(svg, 0, 0, 0, 0);
+    pdi_svg_end_clip(svg);
     pdi_svg_add_string(svg, "</svg>\n");
     if (svg->status != PD_OK) return svg->status;
     PD_TRY(pdi_file_create(svg->ctx, path, &file));
@@ -6593,8 +6660,8 @@ PDI_FN void pdi_canvas_set_clip(pdi_canvas *canvas, int left, int top, int right
     canvas->clip_bottom = bottom < canvas->image.height ? bottom : canvas->image.height;
     if (!canvas->svg) return;
     int wide = canvas->clip_right - canvas->clip_left, high = canvas->clip_bottom - canvas->clip_top;
-    int all = wide == canvas->image.width && high == canvas->image.height;
-    pdi_svg_set_clip(canvas->svg, canvas->clip_left, canvas->clip_top, all ? 0 : wide, high);
+    if (wide == canvas->image.width && high == canvas->image.height) pdi_svg_end_clip(canvas->svg);
+    else pdi_svg_set_clip(canvas->svg, canvas->clip_left, canvas->clip_top, wide, high);
 }
 
 PDI_FN void pdi_canvas_reset_clip(pdi_canvas *canvas)
@@ -12337,26 +12404,27 @@ static pd_status pdi_vtu_read_header(pdi_vtu_reader *v, const pdi_vtu_xml_tag *t
 }
 
 /* Locate the appended data, which begin behind an underscore, and the end of the XML before them; without such data the
- * XML ends with the file. The position is at the start of the text afterwards, where there are some, else unchanged.
- * PD_ERR_PARSE: the tag does not end, or no underscore follows it. */
+ * XML ends with the file. The tag counts outside of comments and of values alone. The position is at the start of the
+ * text afterwards. PD_ERR_PARSE: a tag does not end, or no underscore follows this one. */
 static pd_status pdi_vtu_find_appended(pdi_vtu_reader *v)
 {
     pdi_vtu_xml_tag tag;
     pdi_vtu_text text;
     int more;
-    const char *found = strstr(v->tokenizer->text, "<AppendedData");
     v->xml_end = v->tokenizer->end;
-    if (!found) return PD_OK;
-    v->tokenizer->position = found;
-    PD_TRY(pdi_vtu_read_tag(v, &tag, &more));
-    v->appended_raw = pdi_vtu_find_attribute(&tag, "encoding", &text) && pdi_vtu_is_text(text, "raw");
+    v->tokenizer->position = v->tokenizer->text;
+    do {
+        PD_TRY(pdi_vtu_read_tag(v, &tag, &more));
+    } while (more && (tag.is_closing || !pdi_vtu_is_text(tag.name, "AppendedData")));
     const char *at = v->tokenizer->position;
+    v->tokenizer->position = v->tokenizer->text;
+    if (!more) return PD_OK;
+    v->appended_raw = pdi_vtu_find_attribute(&tag, "encoding", &text) && pdi_vtu_is_text(text, "raw");
     while (at < v->tokenizer->end && pdi_vtu_is_blank(*at)) at++;
     if (at >= v->tokenizer->end || *at != '_')
-        return pdi_tokenizer_fail(v->tokenizer, found, "appended data without their mark '_'");
+        return pdi_tokenizer_fail(v->tokenizer, tag.begin, "appended data without their mark '_'");
     v->appended = at + 1;
-    v->xml_end = found;
-    v->tokenizer->position = v->tokenizer->text;
+    v->xml_end = tag.begin;
     return PD_OK;
 }
 
@@ -16491,6 +16559,25 @@ PDI_FN int pdi_reader_is_equal(double a, double b)
     return fabs(a - b) <= PDI_READER_EQUAL_TOL * pd_max(fabs(a), fabs(b));
 }
 
+PDI_FN const char *pdi_reader_get_dissolution_name(const pd_setup *setup)
+{
+    return setup->has_corrode ? "corrode" : "dissolve";
+}
+
+PDI_FN int pdi_reader_find_dissolution(pdi_reader *s, int m, const char *key)
+{
+    const char *name = pdi_reader_get_dissolution_name(s->setup);
+    int own = pdi_text_get_section(s->ctx, s->text, name, s->setup->metal[m].material.name);
+    if (pdi_text_has_key(s->ctx, s->text, own, key)) return own;
+    return pdi_text_get_section(s->ctx, s->text, name, NULL);
+}
+
+PDI_FN const char *pdi_reader_get_rate_key(pdi_reader *s, int section)
+{
+    if (pdi_text_has_key(s->ctx, s->text, section, "current")) return "current";
+    return pdi_text_has_key(s->ctx, s->text, section, "law") ? "law" : "rate";
+}
+
 #undef PDI_READER_EQUAL_TOL
 
 /* ======== >>scene/read_mechanics.c ======== */
@@ -17832,14 +17919,6 @@ static pd_status pdi_read_surface_states_check_carried(pdi_reader *s, int sectio
     return PD_OK;
 }
 
-/* Section that holds the rate law of a metal. */
-static int pdi_read_surface_states_find_rate_section(pdi_reader *s, const pd_setup_metal *metal)
-{
-    const pd_setup *u = s->setup;
-    if (u->has_corrode) return pdi_text_get_section(s->ctx, s->text, "corrode", NULL);
-    return pdi_text_get_section(s->ctx, s->text, "dissolve", u->metals > 1 ? metal->material.name : NULL);
-}
-
 /* Check that state k is carried by all electrodes of metal m, if the rate law of the metal uses it. */
 static pd_status pdi_read_surface_states_check_metal(pdi_reader *s, int m, int k)
 {
@@ -17849,8 +17928,8 @@ static pd_status pdi_read_surface_states_check_metal(pdi_reader *s, int m, int k
     if (!(metal->rate.variables_used >> (PD_SETUP_RATE_PH + 1 + metal->species_count + k) & 1u)) return PD_OK;
     for (int e = 0; e < u->potential.electrodes; e++)
         if (u->potential.electrode[e].metal == m) all |= (uint32_t)1 << e;
-    return pdi_read_surface_states_check_carried(s, pdi_read_surface_states_find_rate_section(s, metal), "rate", k,
-                                                 all);
+    int section = pdi_reader_find_dissolution(s, m, NULL);
+    return pdi_read_surface_states_check_carried(s, section, pdi_reader_get_rate_key(s, section), k, all);
 }
 
 /* Check that each surface state is carried wherever rates of states, electrode factors and rate laws of metals use it.
@@ -18033,20 +18112,6 @@ PDI_FN int pdi_read_dissolution_has_section(pdi_reader *s, const char *name)
     return 0;
 }
 
-/* Name of the section of dissolution: "corrode" or "dissolve". */
-static const char *pdi_read_dissolution_section_name(const pd_setup *u)
-{
-    return u->has_corrode ? "corrode" : "dissolve";
-}
-
-PDI_FN int pdi_read_dissolution_find_section(pdi_reader *s, int m, const char *key)
-{
-    const pd_setup *u = s->setup;
-    int own = pdi_text_get_section(s->ctx, s->text, pdi_read_dissolution_section_name(u), u->metal[m].material.name);
-    if (pdi_text_has_key(s->ctx, s->text, own, key)) return own;
-    return pdi_text_get_section(s->ctx, s->text, pdi_read_dissolution_section_name(u), NULL);
-}
-
 /* Check that the label of each labelled section that has a pair is the name of a metal, and that its keys may differ
  * between metals: rate, law, current, rate_scale, Cs, charge, reaction. PD_ERR_ARGUMENT: they do not. */
 static pd_status pdi_read_dissolution_check_labels(pdi_reader *s)
@@ -18060,7 +18125,7 @@ static pd_status pdi_read_dissolution_check_labels(pdi_reader *s)
         const pd_text_entry *e = &s->text->entry[k];
         const pd_section *section = &s->text->section[e->section];
         int known = 0, single = 0;
-        if (strcmp(section->name, pdi_read_dissolution_section_name(u)) != 0 || !section->label[0]) continue;
+        if (strcmp(section->name, pdi_reader_get_dissolution_name(u)) != 0 || !section->label[0]) continue;
         for (int m = 0; m < u->metals; m++) known |= strcmp(section->label, u->metal[m].material.name) == 0;
         for (size_t n = 0; n < sizeof keys / sizeof keys[0]; n++) single |= strcmp(e->key, keys[n]) == 0;
         if (!known)
@@ -18090,14 +18155,14 @@ static void pdi_read_dissolution_set_constants(pdi_reader *s, const pd_setup_met
 PDI_FN pd_status pdi_read_dissolution_constants(pdi_reader *s)
 {
     pd_setup *u = s->setup;
-    int all = pdi_text_get_section(s->ctx, s->text, pdi_read_dissolution_section_name(u), NULL);
+    int all = pdi_text_get_section(s->ctx, s->text, pdi_reader_get_dissolution_name(u), NULL);
     pdi_read_constants_add_builtin(s->text, &s->constants, "rho_m", "kg/m3", u->metal[0].material.density);
     pdi_read_constants_add_builtin(s->text, &s->constants, "M_m", "kg/mol", u->metal[0].material.molar_mass);
     pdi_read_constants_add_builtin(s->text, &s->constants, "z_m", "", u->metal[0].material.charge);
     if (u->has_dissolve) PD_TRY(pdi_read_dissolution_check_labels(s));
     for (int m = 0; m < u->metals && u->has_dissolve; m++) {
         pd_setup_metal *metal = &u->metal[m];
-        int section = pdi_read_dissolution_find_section(s, m, NULL);
+        int section = pdi_reader_find_dissolution(s, m, NULL);
         if (pdi_text_has_key(s->ctx, s->text, section, "charge"))
             PD_TRY(pdi_key_value_get_number(s->ctx, s->text, section, "charge", &metal->material.charge));
         pdi_read_dissolution_set_constants(s, metal);
@@ -18294,8 +18359,9 @@ static pd_status pdi_read_dissolution_check_several(pdi_reader *s)
         if (pd_setup_has_species_rate(metal) ||
             (!metal->rate.variables_used && !(fabs(pd_setup_compute_rate_at_zero(metal)) > 0.0)))
             continue;
+        int section = pdi_reader_find_dissolution(s, m, NULL);
         return pdi_text_fail_key(
-            s->ctx, s->text, pdi_read_dissolution_find_section(s, m, NULL), "rate",
+            s->ctx, s->text, section, pdi_reader_get_rate_key(s, section),
             "found metal that "
             "dissolves without E beside metal that does by it, among ions that migrate, expected a "
             "law in E, or rate = 0 in [dissolve %s]",
@@ -18313,7 +18379,7 @@ PDI_FN pd_status pdi_read_dissolution_rates(pdi_reader *s)
     pd_setup *u = s->setup;
     pd_status status = PD_OK;
     for (int m = 0; m < u->metals && u->has_dissolve && status == PD_OK; m++) {
-        int section = pdi_read_dissolution_find_section(s, m, NULL);
+        int section = pdi_reader_find_dissolution(s, m, NULL);
         pdi_read_dissolution_set_constants(s, &u->metal[m]);
         status = u->has_corrode ? pdi_read_dissolution_speed_or_current(s, section, &u->metal[m])
                                 : pdi_read_dissolution_dissolve_rate(s, section, &u->metal[m]);
@@ -18371,7 +18437,7 @@ PDI_FN pd_status pdi_read_dissolution_begin(pdi_reader *s)
 PDI_FN pd_status pdi_read_dissolution_horizons(pdi_reader *s, int grid)
 {
     pd_setup *u = s->setup;
-    int metal = pdi_text_get_section(s->ctx, s->text, pdi_read_dissolution_section_name(u), NULL);
+    int metal = pdi_text_get_section(s->ctx, s->text, pdi_reader_get_dissolution_name(u), NULL);
     int given = pdi_text_has_key(s->ctx, s->text, grid, "m");
     int own = u->has_dissolve && pdi_text_has_key(s->ctx, s->text, metal, "m");
     u->fluid_m = u->has_corrode ? PDI_READ_DISSOLUTION_ISOTROPIC_M : 1.0;
@@ -18745,7 +18811,7 @@ static pd_status pdi_read_chemistry_check_electrons(pdi_reader *s, int section, 
             "found e- beside electrodes among ions that "
             "migrate, and a law without E, expected one in E, the potential of the metal less that "
             "of the ions: current = 0.1 A/m2*exp((E + 0.4 V)/(26 mV))");
-    if (!pdi_text_has_key(s->ctx, s->text, pdi_read_dissolution_find_section(s, m, NULL), "current") ||
+    if (!pdi_text_has_key(s->ctx, s->text, pdi_reader_find_dissolution(s, m, NULL), "current") ||
         fabs(electrons - charge) <= PDI_READ_CHEMISTRY_ELECTRON_TOL * charge)
         return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, section, "reaction",
@@ -18812,7 +18878,7 @@ static pd_status pdi_read_chemistry_metal_reactions(pdi_reader *s, int section)
 {
     pd_setup *u = s->setup;
     int several = u->metals > 1 && !(pd_setup_has_ion_electrodes(u) && pd_setup_find_species_rate_metal(u) >= 0);
-    int shared = pdi_text_get_section(s->ctx, s->text, u->has_corrode ? "corrode" : "dissolve", NULL);
+    int shared = pdi_text_get_section(s->ctx, s->text, pdi_reader_get_dissolution_name(u), NULL);
     if (several || u->activation)
         return pdi_text_fail_key(s->ctx, s->text, section, "reaction",
                                  several
@@ -18820,10 +18886,10 @@ static pd_status pdi_read_chemistry_metal_reactions(pdi_reader *s, int section)
                                      : "found with control = activation, where nothing dissolved is followed, expected "
                                        "diffusion");
     for (int m = 0; m < u->metals; m++) {
-        int own = pdi_read_dissolution_find_section(s, m, "reaction"),
+        int own = pdi_reader_find_dissolution(s, m, "reaction"),
             has = pdi_text_has_key(s->ctx, s->text, own, "reaction");
         if (pdi_read_chemistry_is_releasing(u, m) && !has)
-            return pdi_text_fail_key(s->ctx, s->text, pdi_read_dissolution_find_section(s, m, NULL), "reaction",
+            return pdi_text_fail_key(s->ctx, s->text, pdi_reader_find_dissolution(s, m, NULL), "reaction",
                                      "found none of "
                                      "%s, expected one of each metal that dissolves, in [dissolve %s]",
                                      u->metal[m].material.name, u->metal[m].material.name);
@@ -18841,7 +18907,7 @@ PDI_FN pd_status pdi_read_chemistry_surface_reactions(pdi_reader *s)
     const pd_setup *u = s->setup;
     int section = -1;
     for (int m = u->metals; m-- > 0 && u->has_dissolve;) {
-        int own = pdi_read_dissolution_find_section(s, m, "reaction");
+        int own = pdi_reader_find_dissolution(s, m, "reaction");
         if (pdi_text_has_key(s->ctx, s->text, own, "reaction")) section = own;
     }
     if (section >= 0 && !u->has_chemistry)
@@ -19427,10 +19493,16 @@ static const char *const pdi_read_param_file_ignored_keys[][2] = {
 static pd_status pdi_read_param_file_number(pd_ctx *ctx, pd_text *text, const char *key, const char *fallback,
                                             double low, double high, int open, double *value)
 {
+    pd_key row;
+    memset(&row, 0, sizeof row);
+    row.keys = key;
+    row.type = PD_KEY_NUMBER;
+    row.unit = "-";
+    row.low = low;
+    row.high = high;
+    row.low_is_open = open;
     PD_TRY(pdi_text_get_number(ctx, text, 0, key, "", fallback, value));
-    if ((open ? *value > low : *value >= low) && *value <= high) return PD_OK;
-    return pdi_text_fail_key(ctx, text, 0, key, "found %.6g, expected a value %s %g %s %g", *value,
-                             open ? "above" : "from", low, open ? "and at most" : "to", high);
+    return pdi_key_value_check_bounds(ctx, text, 0, &row, *value);
 }
 
 /* Read all numbers of PDI_READ_PARAM_FILE_NUMBERS. */
@@ -19602,7 +19674,7 @@ static void pdi_read_param_file_compute_front_sums(const pdi_read_param_file_val
 /* Harmonic mean [m2/s] of the diffusivities on both sides of the surface; 0 where both are 0. */
 static double pdi_read_param_file_harmonic_mean(double fluid, double metal)
 {
-    return fluid + metal > 0.0 ? 2.0 * fluid * metal / (fluid + metal) : 0.0;
+    return fluid + metal > 0.0 ? 2.0 * fluid * (metal / (fluid + metal)) : 0.0; /* products of small ones underflow */
 }
 
 /* Recession speed [m/s] with k_corr: a node loses k_corr f per second, f the fluid fraction of its neighbours, from
@@ -19621,7 +19693,8 @@ static double pdi_read_param_file_speed_by_rate(const pdi_read_param_file_values
 }
 
 /* Recession speed [m/s] without k_corr: diffusion bonds across the surface lower the content as exp(-rate t), down to
- * C_thresh. Sets the factor of grain boundaries in the setup, and adds notes of both. */
+ * C_thresh. Sets the factor of grain boundaries in the setup, and adds notes of both. D_liquid and D_grain are
+ * positive. */
 static double pdi_read_param_file_speed_by_diffusion(const pdi_read_param_file_values *f, pd_setup *setup)
 {
     double exposure, bonds, grain = pdi_read_param_file_harmonic_mean(f->D_liquid, f->D_grain);
@@ -19654,14 +19727,30 @@ static pd_status pdi_read_param_file_rate_law(pd_ctx *ctx, double speed, pd_setu
     return pd_expr_build(ctx, &desc, &setup->metal[0].rate);
 }
 
+/* Check that the rate in grain boundaries is a multiple of that in grains, which it cannot be where D_grain is 0 or
+ * much too small. PD_ERR_ARGUMENT. */
+static pd_status pdi_read_param_file_check_boundaries(pd_ctx *ctx, const pd_text *text,
+                                                      const pdi_read_param_file_values *f)
+{
+    double grain = pdi_read_param_file_harmonic_mean(f->D_liquid, f->D_grain);
+    if (!f->by_diffusion || !(f->grain_size_mean > 0.0)) return PD_OK;
+    if (pdi_read_param_file_harmonic_mean(f->D_liquid, f->D_gb) <= 1e300 * grain) return PD_OK;
+    return pdi_text_fail_key(ctx, text, 0, "D_grain",
+                             "found %.6g with D_gb = %.6g: boundaries dissolve and grains do not, expected a larger "
+                             "one, or D_gb = 0",
+                             f->D_grain, f->D_gb);
+}
+
 /* Set up dissolution: threshold as a fraction of C_solid_init, saturation (0: none), rate law, notes. Without a solid
  * or a rate has_dissolve is 0 and nothing else is set. PD_ERR_ARGUMENT: C_thresh is not below C_solid_init, or is 0
- * without k_corr. */
+ * without k_corr, or boundaries dissolve and grains do not. */
 static pd_status pdi_read_param_file_dissolve(pd_ctx *ctx, const pd_text *text, const pdi_read_param_file_values *f,
                                               pd_setup *setup)
 {
     double intact = f->rho_m / setup->metal[0].material.molar_mass;
-    setup->has_dissolve = setup->solid >= 0 && (f->by_diffusion ? f->D_grain : f->k_corr) > 0.0;
+    double rate = f->by_diffusion ? pdi_read_param_file_harmonic_mean(f->D_liquid, f->D_grain) : f->k_corr;
+    if (setup->solid >= 0) PD_TRY(pdi_read_param_file_check_boundaries(ctx, text, f));
+    setup->has_dissolve = setup->solid >= 0 && rate > 0.0;
     if (!setup->has_dissolve) return PD_OK;
     if (f->C_thresh >= f->C_solid_init)
         return pdi_text_fail_key(ctx, text, 0, "C_thresh", "found %.6g, expected less than C_solid_init = %.6g",
@@ -24655,14 +24744,14 @@ static pd_status pdi_run_read_checkpoint(pdi_run *r)
     return status;
 }
 
-/* Lock the folder, continue its run from the checkpoint and say so. result->bad_input: 1: any failure but PD_ERR_MEMORY
- * and PD_ERR_LIMIT. */
+/* Lock the folder, continue its run from the checkpoint and say so. result->bad_input: 1: a failure that is not fatal
+ * (memory, limit, cancelled). */
 static pd_status pdi_run_resume(pdi_run *r, pd_run_result *result)
 {
     char line[80];
     pd_status status = pdi_output_folder_lock_existing(r->ctx, r->folder_path, r->setup->name, &r->folder);
     if (status == PD_OK) status = pdi_run_read_checkpoint(r);
-    result->bad_input = status < 0 && status != PD_ERR_MEMORY && status != PD_ERR_LIMIT;
+    result->bad_input = status < 0 && !pd_is_fatal(status);
     if (status < 0) return status;
     r->output.images.updates_latest = r->desc->updates_latest;
     snprintf(line, sizeof line, "goes on from t = %g s", r->model.time_loop.time);
@@ -24954,6 +25043,7 @@ static pd_status pdi_run_execute(pdi_run *r, pd_run_result *result)
 pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd_run_result *result)
 {
     pdi_run *r = NULL;
+    int threads = ctx->threads;
     memset(result, 0, sizeof *result);
     PD_TRY(PD_NEW(ctx, "run", 1, r));
     r->ctx = ctx;
@@ -24961,7 +25051,7 @@ pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd
     r->setup = setup;
     r->start_clock = r->progress_clock = r->checkpoint_clock = r->step_clock = pd_par_clock();
     r->stall_time = desc->stall_note_after > 0.0 ? desc->stall_note_after : PDI_RUN_STALL_TIME;
-    if (setup->threads > 0 && ctx->threads == 0) ctx->threads = setup->threads;
+    if (setup->threads > 0 && threads == 0) ctx->threads = setup->threads;
     r->poll = ctx->cancel;
     r->poll_user = ctx->cancel_user;
     if (r->poll || desc->print) {
@@ -24983,6 +25073,7 @@ pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd
     pd_model_free(ctx, &r->model);
     pdi_output_folder_close(&r->folder);
     PD_DELETE(ctx, 1, r);
+    ctx->threads = threads;
     return status;
 }
 
@@ -25744,7 +25835,6 @@ pd_status pd_tolerance_presets_apply(pd_ctx *ctx, double accuracy, pd_setup *set
 /* fit: see fit.h */
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #define PDI_FIT_OVERRIDES 128 /* most overrides of a fit, its own included */
@@ -25774,18 +25864,14 @@ static pd_status pdi_fit_reject_range(pd_ctx *ctx, const char *range, const char
                    "\"transport.D=1e-10..1e-8 m2/s\"", range, expected);
 }
 
-/* Length of the number at text and *value; strtod reads no further than the first ".." and 63 bytes. 0: there is
- * none. */
-static size_t pdi_fit_parse_number(const char *text, double *value)
+/* Length of the decimal number at text, which ends before `end`, and of blanks before it; *value: that number. 0: there
+ * is none. */
+static size_t pdi_fit_parse_number(const char *text, const char *end, double *value)
 {
-    char copy[64], *end;
-    const char *dots = strstr(text, "..");
-    size_t size = dots ? (size_t)(dots - text) : strlen(text);
-    if (size >= sizeof copy) size = sizeof copy - 1;
-    memcpy(copy, text, size);
-    copy[size] = '\0';
-    *value = strtod(copy, &end);
-    return (size_t)(end - copy);
+    size_t blanks = 0, size = (size_t)(end - text);
+    while (blanks < size && pd_units_is_blank(text[blanks])) blanks++;
+    size_t length = pdi_file_find_number_length(text + blanks, size - blanks);
+    return pdi_file_parse_number(text + blanks, length, value) ? blanks + length : 0;
 }
 
 /* Copy the unit at text up to `end`, without blanks around it, into unit[PD_UNITS_TEXT]. 1: done; 0: it is too long. */
@@ -25819,7 +25905,7 @@ static pd_status pdi_fit_convert_low_bound(pd_ctx *ctx, const char *range, const
  * that are not finite. */
 static pd_status pdi_fit_parse_range(pd_ctx *ctx, const char *range, pd_fit_parameter *p)
 {
-    const char *equal = strchr(range, '='), *dots = strstr(range, "..");
+    const char *equal = strchr(range, '='), *dots = strstr(range, ".."), *end = range + strlen(range);
     char unit[PD_UNITS_TEXT];
     size_t low, high, key = equal ? (size_t)(equal - range) : 0;
     memset(p, 0, sizeof *p);
@@ -25827,10 +25913,10 @@ static pd_status pdi_fit_parse_range(pd_ctx *ctx, const char *range, pd_fit_para
         return pdi_fit_reject_range(ctx, range, "KEY=LOW..HIGH");
     while (key > 0 && pd_units_is_blank(range[key - 1])) key--;
     memcpy(p->key, range, key);
-    low = pdi_fit_parse_number(equal + 1, &p->low);
-    high = pdi_fit_parse_number(dots + 2, &p->high);
+    low = pdi_fit_parse_number(equal + 1, dots, &p->low);
+    high = pdi_fit_parse_number(dots + 2, end, &p->high);
     if (!low || !high || !pdi_fit_parse_unit(equal + 1 + low, dots, unit) ||
-        !pdi_fit_parse_unit(dots + 2 + high, dots + strlen(dots), p->unit))
+        !pdi_fit_parse_unit(dots + 2 + high, end, p->unit))
         return pdi_fit_reject_range(ctx, range, "a number on either side of '..'");
     PD_TRY(pdi_fit_convert_low_bound(ctx, range, unit, p));
     if (p->low < p->high && p->high - p->low < HUGE_VAL) return PD_OK;
@@ -25858,9 +25944,11 @@ static pd_status pdi_fit_parse_ranges(pd_ctx *ctx, const pd_fit_desc *desc, pd_f
  */
 static void pdi_fit_format_overrides(pd_fit *fit, const double *value)
 {
+    char number[PDI_FILE_NUMBER_SIZE];
     for (int k = 0; k < fit->parameters; k++) {
         fit->override[k][0] = '\0';
-        pd_append(fit->override[k], sizeof fit->override[k], "%s=%.17g%s%s", fit->parameter[k].key, value[k],
+        pdi_file_format_number(value[k], number);
+        pd_append(fit->override[k], sizeof fit->override[k], "%s=%s%s%s", fit->parameter[k].key, number,
                   fit->parameter[k].unit[0] ? " " : "", fit->parameter[k].unit);
     }
 }
@@ -26208,32 +26296,6 @@ static size_t pdi_parameter_sweep_find_value_length(const char *text, const char
     return length;
 }
 
-/* Number of digits at the start of text[length]. */
-static size_t pdi_parameter_sweep_count_digits(const char *text, size_t length)
-{
-    size_t at = 0;
-    while (at < length && text[at] >= '0' && text[at] <= '9') at++;
-    return at;
-}
-
-/* Length of the number that text[0..length) begins with, whatever the locale; 0: there is none. */
-static size_t pdi_parameter_sweep_find_number_length(const char *text, size_t length)
-{
-    size_t at = length > 0 && (*text == '-' || *text == '+'),
-           digits = pdi_parameter_sweep_count_digits(text + at, length - at), more;
-    at += digits;
-    if (at < length && text[at] == '.') {
-        more = pdi_parameter_sweep_count_digits(text + at + 1, length - at - 1);
-        digits += more;
-        at += 1 + more;
-    }
-    if (digits == 0) return 0;
-    if (at + 1 >= length || (text[at] != 'e' && text[at] != 'E')) return at;
-    size_t sign = text[at + 1] == '-' || text[at + 1] == '+';
-    more = pdi_parameter_sweep_count_digits(text + at + 1 + sign, length - at - 1 - sign);
-    return more > 0 ? at + 1 + sign + more : at;
-}
-
 /* Error message for an axis that cannot be read. Returns PD_ERR_ARGUMENT. */
 static pd_status pdi_parameter_sweep_reject_axis(pd_ctx *ctx, const char *axis, const char *why)
 {
@@ -26251,7 +26313,7 @@ static int pdi_parameter_sweep_count_values(const char *values, char *unit)
     for (const char *at = values, *next; more; at = next, count++) {
         at += pdi_parameter_sweep_count_blanks(at);
         size_t length = pdi_parameter_sweep_find_value_length(at, &next),
-               number = pdi_parameter_sweep_find_number_length(at, length);
+               number = pdi_file_find_number_length(at, length);
         more = next > at && next[-1] == ',';
         plain = plain && number > 0 && (number == length || !more);
         while (number < length && pdi_parameter_sweep_count_blanks(at + number) > 0) number++;
@@ -26299,7 +26361,7 @@ static pd_status pdi_parameter_sweep_parse_axis(pd_ctx *ctx, const char *text, p
     for (int k = 0; k < axis->count; k++, at = next) {
         at += pdi_parameter_sweep_count_blanks(at);
         size_t length = pdi_parameter_sweep_find_value_length(at, &next),
-               number = pdi_parameter_sweep_find_number_length(at, length);
+               number = pdi_file_find_number_length(at, length);
         char *value = axis->text + (size_t)k * PD_PARAMETER_SWEEP_VALUE_BYTES;
         if (length == 0) return pdi_parameter_sweep_reject_axis(ctx, text, "a value before and behind each comma");
         if (key + length + strlen(unit) + 3 > PD_PARAMETER_SWEEP_VALUE_BYTES)
@@ -26909,6 +26971,15 @@ static pd_status pdi_speciation_report_reject_titration(pd_ctx *ctx, const char 
                    text, PDI_SPECIATION_REPORT_MAX_ROWS);
 }
 
+/* Read the decimal number at text, behind blanks; *end: what follows it. 1: done; 0: there is none. */
+static int pdi_speciation_report_parse_amount(char *text, double *value, char **end)
+{
+    text += strspn(text, " \t");
+    size_t length = pdi_file_find_number_length(text, strlen(text));
+    *end = text + length;
+    return pdi_file_parse_number(text, length, value);
+}
+
 /* Parse "REAGENT FROM..TO UNIT ROWS" into t, amounts in mol/m3. PD_ERR_PARSE: a part is missing, the unit is no
  * concentration, rows are not 2 to 100000, an amount is not finite, or the text has 512 bytes or more. FROM may be
  * above TO, and negative. Errors of pd_electrolyte_reagent. */
@@ -26925,15 +26996,17 @@ static pd_status pdi_speciation_report_parse_titration(pd_ctx *ctx, const pd_ele
     for (from = dots; from > copy && pd_units_is_blank(from[-1]);) *--from = '\0';
     *dots = '\0';
     while (from > copy && !pd_units_is_blank(from[-1])) from--;
-    t->from = strtod(from, &end);
-    if (end == from || *end || from == copy) return pdi_speciation_report_reject_titration(ctx, text);
-    from[-1] = '\0';
-    t->to = strtod(dots + 2, &end);
-    char *rows = strrchr(end, ' '), *unit = end;
-    if (end == dots + 2 || !rows) return pdi_speciation_report_reject_titration(ctx, text);
-    t->rows = (int)strtol(rows, &end, 10);
-    if (end == rows || *end || t->rows < 2 || t->rows > PDI_SPECIATION_REPORT_MAX_ROWS)
+    if (!pdi_speciation_report_parse_amount(from, &t->from, &end) || *end || from == copy)
         return pdi_speciation_report_reject_titration(ctx, text);
+    from[-1] = '\0';
+    if (!pdi_speciation_report_parse_amount(dots + 2, &t->to, &end))
+        return pdi_speciation_report_reject_titration(ctx, text);
+    char *rows = strrchr(end, ' '), *unit = end;
+    if (!rows) return pdi_speciation_report_reject_titration(ctx, text);
+    long count = strtol(rows, &end, 10);
+    if (end == rows || *end || count < 2 || count > PDI_SPECIATION_REPORT_MAX_ROWS)
+        return pdi_speciation_report_reject_titration(ctx, text);
+    t->rows = (int)count;
     *rows = '\0';
     unit += strspn(unit, " ");
     pd_units_parse(ctx, "mol/m3", NULL, &wanted);

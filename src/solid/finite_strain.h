@@ -71,8 +71,8 @@ typedef struct pd_finite_strain {
  * message names it). */
 PD_API pd_status pd_finite_strain_build(pd_ctx *ctx, pd_body *body, const pd_finite_strain_desc *desc,
                                         pd_finite_strain *finite);
-/* The table for solvers. Loads by surface_vector are dead: t = P n per area and normal of the reference. Where a bond is
- * turned inside out the energy is infinite and the stress NaN. A failed update leaves the material without use. It
+/* The table for solvers. Loads by surface_vector are dead: t = P n per area and normal of the reference. Where a bond
+ * is turned inside out the energy is infinite and the stress NaN. A failed update leaves the material without use. It
  * stores which bonds of the body are broken. */
 PD_API pd_material_interface pd_finite_strain_material(pd_finite_strain *finite);
 /* strain [count] [-]: equivalent plastic strain as last committed, weighted mean over the unbroken bonds of a family,

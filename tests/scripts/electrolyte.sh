@@ -80,8 +80,8 @@ their equilibrium" hbss.electrolyte
 refuses "titrate: found 'Na+ + OH- 1 mM', expected a reagent, a range with its unit and a number of rows from 2 to \
 100000, such as Na+ + OH- 0..1 mM 21" saline.electrolyte --titrate "Na+ + OH- 1 mM"
 for range in "0x0..1 mM" "0..0x1 mM" "nan..1 mM" "0..inf mM" "0,5..1 mM"; do
-    refuses "titrate: found 'Na+ + OH- $range 3', expected a reagent, a range with its unit and a number of rows from 2 to \
-100000, such as Na+ + OH- 0..1 mM 21" saline.electrolyte --titrate "Na+ + OH- $range 3"
+    refuses "titrate: found 'Na+ + OH- $range 3', expected a reagent, a range with its unit and a number of rows \
+from 2 to 100000, such as Na+ + OH- 0..1 mM 21" saline.electrolyte --titrate "Na+ + OH- $range 3"
 done
 refuses "titrate: found 'Na+ + OH- 0..1 mM 4294967298', expected a reagent, a range with its unit and a number of rows \
 from 2 to 100000, such as Na+ + OH- 0..1 mM 21" saline.electrolyte --titrate "Na+ + OH- 0..1 mM 4294967298"

@@ -69,9 +69,9 @@ static void ends_once(void)
 {
     pd_sequentially_linear way = c.way;
     int64_t intact = 0, left = 0;
-    for (int32_t i = 0; i < c.body.count; i++) intact += pdi_body_count_intact(&c.body, i);
+    for (int32_t i = 0; i < c.body.count; i++) intact += pdi_body_bonds_count_intact(&c.body, i);
     CHECK_OK(&c.ctx, pd_sequentially_linear_next_event(&c.ctx, &c.way));
-    for (int32_t i = 0; i < c.body.count; i++) left += pdi_body_count_intact(&c.body, i);
+    for (int32_t i = 0; i < c.body.count; i++) left += pdi_body_bonds_count_intact(&c.body, i);
     CHECK(memcmp(&way, &c.way, sizeof way) == 0);
     CHECK_INT(left, intact);
 }
