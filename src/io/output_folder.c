@@ -61,23 +61,21 @@ static void pdi_output_folder_release_lock(const char *path, int lock)
     _close(lock);
 }
 #else
-/* Lock an open lock file without waiting. Returns 1 when another run holds it; 0: locked, or the file system has no
- * locks. */
-static int pdi_output_folder_is_busy(int lock)
+/* Lock an open lock file without waiting. Returns 1 when this run holds the lock, 0 when another run does, and -1 where
+ * files cannot be locked: the system or the file system has no locks. Always 1 under WASI. */
+static int pdi_output_folder_lock_file(int lock)
 {
-    errno = 0;
-#if defined(__wasi__) /* which has no locks */
+#if defined(__wasi__)
     (void)lock;
-    return 0;
+    return 1;
 #elif defined(LOCK_EX)
     /* the lock belongs to the descriptor, so two runs of one process exclude each other */
-    return flock(lock, LOCK_EX | LOCK_NB) != 0 && (errno == EWOULDBLOCK || errno == EAGAIN);
+    errno = 0;
+    if (flock(lock, LOCK_EX | LOCK_NB) == 0) return 1;
+    return errno == EWOULDBLOCK || errno == EAGAIN ? 0 : -1;
 #else
-    struct flock whole;
-    memset(&whole, 0, sizeof whole);
-    whole.l_type = F_WRLCK;
-    whole.l_whence = SEEK_SET;
-    return fcntl(lock, F_SETLK, &whole) != 0 && (errno == EAGAIN || errno == EACCES);
+    (void)lock; /* locks of fcntl belong to the process, and go when it closes the file anywhere */
+    return -1;
 #endif
 }
 
@@ -96,29 +94,29 @@ static int pdi_output_folder_is_lock(const char *path, int lock, const struct st
 
 /* Try once to lock the lock file at `path`. create 1: create it when it is missing; 0: one that cannot be opened counts
  * as missing. Also missing: it was deleted or replaced meanwhile. Foreign: a link, or a file with anything but a
- * process id. *lock: its descriptor, open only when the lock is ours. */
+ * process id. Where files cannot be locked, one that was there is busy. *lock: its descriptor, open only when the lock
+ * is ours. */
 static pdi_output_folder_lock_state pdi_output_folder_try_lock(const char *path, int create, int *lock)
 {
     struct stat ours, there;
+    pdi_output_folder_lock_state state = PDI_OUTPUT_FOLDER_LOCK_MISSING;
     errno = 0;
     if (pdi_file_is_link(path)) return PDI_OUTPUT_FOLDER_LOCK_FOREIGN;
     *lock = open(path, O_RDWR | O_NONBLOCK);
+    int created = *lock < 0;
     if (*lock < 0 && errno != ENOENT) return create ? PDI_OUTPUT_FOLDER_LOCK_ERROR : PDI_OUTPUT_FOLDER_LOCK_MISSING;
     if (*lock < 0 && !create) return PDI_OUTPUT_FOLDER_LOCK_MISSING;
     if (*lock < 0) *lock = open(path, O_RDWR | O_CREAT | O_EXCL, 0666); /* which follows no link */
     if (*lock < 0) return errno == EEXIST ? PDI_OUTPUT_FOLDER_LOCK_MISSING : PDI_OUTPUT_FOLDER_LOCK_ERROR;
-    if (pdi_output_folder_is_busy(*lock)) {
-        close(*lock);
-        return PDI_OUTPUT_FOLDER_LOCK_BUSY;
+    int locked = pdi_output_folder_lock_file(*lock);
+    if (locked == 0) state = PDI_OUTPUT_FOLDER_LOCK_BUSY;
+    else if (fstat(*lock, &ours) == 0 && stat(path, &there) == 0 && ours.st_ino == there.st_ino &&
+             ours.st_dev == there.st_dev) {
+        if (!pdi_output_folder_is_lock(path, *lock, &ours)) state = PDI_OUTPUT_FOLDER_LOCK_FOREIGN;
+        else state = locked > 0 || created ? PDI_OUTPUT_FOLDER_LOCK_OURS : PDI_OUTPUT_FOLDER_LOCK_BUSY;
     }
-    if (fstat(*lock, &ours) == 0 && stat(path, &there) == 0 && ours.st_ino == there.st_ino &&
-        ours.st_dev == there.st_dev) {
-        if (pdi_output_folder_is_lock(path, *lock, &ours)) return PDI_OUTPUT_FOLDER_LOCK_OURS;
-        close(*lock);
-        return PDI_OUTPUT_FOLDER_LOCK_FOREIGN;
-    }
-    close(*lock);
-    return PDI_OUTPUT_FOLDER_LOCK_MISSING;
+    if (state != PDI_OUTPUT_FOLDER_LOCK_OURS) close(*lock);
+    return state;
 }
 
 #if defined(__wasi__)

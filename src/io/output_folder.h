@@ -5,7 +5,8 @@
  * folder with the list of another run is refused.
  *
  * The lock file PD_OUTPUT_FOLDER_LOCK is locked by the operating system, which releases it when the process ends. Where
- * files cannot be locked, an existing lock file counts as locked, and the message says which file to remove.
+ * files cannot be locked, an existing lock file counts as locked, and the message says which file to remove. WASI alone
+ * has no locks: two runs do not see each other there.
  */
 #ifndef PD_OUTPUT_FOLDER_H
 #define PD_OUTPUT_FOLDER_H
