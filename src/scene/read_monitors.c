@@ -1,5 +1,6 @@
 /* read_monitors: see read_monitors.h */
 #include "scene/read_monitors.h"
+#include "io/file.h"
 #include "scene/key_value.h"
 #include "setup/fields.h"
 #include "scene/input_files.h"
@@ -252,7 +253,8 @@ static pd_status pdi_read_monitors_transfer(pdi_read_monitors_state *w, pd_setup
     PD_TRY(pdi_key_value_get_number(w->ctx, w->text, w->section, "reference_length", &m->length));
     PD_TRY(pdi_key_value_get_number(w->ctx, w->text, w->section, "surface", &m->surface_c));
     PD_TRY(pdi_read_monitors_reference_fluid(w, m));
-    snprintf(diffusivity, sizeof diffusivity, "%.17g m2/s", w->setup->diffusivity);
+    pdi_file_format_number(w->setup->diffusivity, diffusivity);
+    strcat(diffusivity, " m2/s");
     return pdi_key_value_get_number_or(w->ctx, w->text, w->section, "D", diffusivity, &m->diffusivity);
 }
 

@@ -1,5 +1,6 @@
 /* read_param_file: see read_param_file.h */
 #include "scene/read_param_file.h"
+#include "io/file.h"
 #include "scene/input_files.h"
 #include "scene/key_value.h"
 #include "setup/fields.h"
@@ -222,7 +223,7 @@ static void pdi_read_param_file_flow(const pdi_read_param_file_values *f, pd_set
  * over the molar mass. */
 static pd_status pdi_read_param_file_transport(pd_ctx *ctx, const pdi_read_param_file_values *f, pd_setup *setup)
 {
-    char text[64];
+    char text[PDI_FILE_NUMBER_SIZE];
     pd_expr_desc desc;
     double intact = f->rho_m / setup->metal[0].material.molar_mass;
     setup->has_transport = 1;
@@ -230,7 +231,7 @@ static pd_status pdi_read_param_file_transport(pd_ctx *ctx, const pdi_read_param
     setup->metal[0].material.density = f->rho_m;
     setup->metal[0].solid_c = f->C_solid_init * intact;
     setup->inlet_c = f->C_liquid_init * intact;
-    snprintf(text, sizeof text, "%.17g", setup->inlet_c);
+    pdi_file_format_number(setup->inlet_c, text);
     memset(&desc, 0, sizeof desc);
     desc.text = text;
     desc.unit = "mol/m3";
@@ -304,12 +305,13 @@ static double pdi_read_param_file_speed_by_diffusion(const pdi_read_param_file_v
 static pd_status pdi_read_param_file_rate_law(pd_ctx *ctx, double speed, pd_setup *setup)
 {
     static const pd_expr_symbol concentration[] = {{"C", "mol/m3", 0.0}};
-    char rate[128];
+    char rate[128], at_zero[PDI_FILE_NUMBER_SIZE], most[PDI_FILE_NUMBER_SIZE];
     pd_expr_desc desc;
     memset(&desc, 0, sizeof desc);
-    snprintf(rate, sizeof rate, "%.17g m/s", speed);
-    if (setup->saturation > 0.0)
-        snprintf(rate, sizeof rate, "%.17g m/s * (1 - C/(%.17g mol/m3))", speed, setup->saturation);
+    pdi_file_format_number(speed, at_zero);
+    pdi_file_format_number(setup->saturation, most);
+    snprintf(rate, sizeof rate, "%s m/s", at_zero);
+    if (setup->saturation > 0.0) snprintf(rate, sizeof rate, "%s m/s * (1 - C/(%s mol/m3))", at_zero, most);
     desc.text = rate;
     desc.unit = "m/s";
     desc.vars = concentration;

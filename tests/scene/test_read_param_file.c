@@ -4,6 +4,7 @@
 #include "physics/model.h"
 #include "scene/scene.h"
 #include "test.h"
+#include <locale.h>
 #include <stdlib.h>
 #include <unistd.h>
 
@@ -290,6 +291,26 @@ TEST(no_diffusion)
     leave(&ctx, &u);
 }
 
+/* Numbers that become expressions are read again, whatever the locale of the program. */
+TEST(numbers_in_a_locale)
+{
+    pd_ctx ctx, other;
+    pd_setup plain, u;
+    char probe[16];
+    double c = 0.25 * 1738.0 / 0.024305;
+    if (!CHECK_OK(&ctx, load(&ctx, later, NULL, 0, &plain))) return;
+    int found = setlocale(LC_ALL, "de_DE.UTF-8") || setlocale(LC_ALL, "fr_FR.UTF-8");
+    snprintf(probe, sizeof probe, "%.1f", 0.5);
+    pd_status status = load(&other, later, NULL, 0, &u);
+    setlocale(LC_ALL, "C");
+    if (CHECK_OK(&other, status)) {
+        CHECK_NEAR(pd_expr_eval(&u.metal[0].rate, &c), pd_expr_eval(&plain.metal[0].rate, &c), 0.0);
+        leave(&other, &u);
+    }
+    leave(&ctx, &plain);
+    if (!found || strcmp(probe, "0,5") != 0) SKIP("no locale with a decimal comma is installed");
+}
+
 TEST(around_the_axis)
 {
     static const char *const text = "axisymmetric = 1\ndx = 1e-5\nL_upstream = 4e-5\nL_downstream = 4e-5\n";
@@ -338,5 +359,5 @@ TEST(refusals)
 }
 
 TEST_MAIN(ENTRY(file_of_the_project) ENTRY(defaults_without_the_file) ENTRY(refining_keeps_the_speed) ENTRY(without_pin)
-              ENTRY(geometry) ENTRY(rule_of_the_log) ENTRY(later_files) ENTRY(no_diffusion) ENTRY(around_the_axis)
-                  ENTRY(refusals))
+              ENTRY(geometry) ENTRY(rule_of_the_log) ENTRY(later_files) ENTRY(no_diffusion) ENTRY(numbers_in_a_locale)
+                  ENTRY(around_the_axis) ENTRY(refusals))
