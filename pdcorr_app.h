@@ -194,7 +194,8 @@ PD_API pd_status pd_archive_file_close(pd_ctx *ctx, pd_archive_file *store);
  * folder with the list of another run is refused.
  *
  * The lock file PD_OUTPUT_FOLDER_LOCK is locked by the operating system, which releases it when the process ends. Where
- * files cannot be locked, an existing lock file counts as locked, and the message says which file to remove.
+ * files cannot be locked, an existing lock file counts as locked, and the message says which file to remove. WASI alone
+ * has no locks: two runs do not see each other there.
  */
 #ifndef PD_OUTPUT_FOLDER_H
 #define PD_OUTPUT_FOLDER_H
@@ -5385,23 +5386,21 @@ static void pdi_output_folder_release_lock(const char *path, int lock)
     _close(lock);
 }
 #else
-/* Lock an open lock file without waiting. Returns 1 when another run holds it; 0: locked, or the file system has no
- * locks. */
-static int pdi_output_folder_is_busy(int lock)
+/* Lock an open lock file without waiting. Returns 1 when this run holds the lock, 0 when another run does, and -1 where
+ * files cannot be locked: the system or the file system has no locks. Always 1 under WASI. */
+static int pdi_output_folder_lock_file(int lock)
 {
-    errno = 0;
-#if defined(__wasi__) /* which has no locks */
+#if defined(__wasi__)
     (void)lock;
-    return 0;
+    return 1;
 #elif defined(LOCK_EX)
     /* the lock belongs to the descriptor, so two runs of one process exclude each other */
-    return flock(lock, LOCK_EX | LOCK_NB) != 0 && (errno == EWOULDBLOCK || errno == EAGAIN);
+    errno = 0;
+    if (flock(lock, LOCK_EX | LOCK_NB) == 0) return 1;
+    return errno == EWOULDBLOCK || errno == EAGAIN ? 0 : -1;
 #else
-    struct flock whole;
-    memset(&whole, 0, sizeof whole);
-    whole.l_type = F_WRLCK;
-    whole.l_whence = SEEK_SET;
-    return fcntl(lock, F_SETLK, &whole) != 0 && (errno == EAGAIN || errno == EACCES);
+    (void)lock; /* locks of fcntl belong to the process, and go when it closes the file anywhere */
+    return -1;
 #endif
 }
 
@@ -5420,29 +5419,29 @@ static int pdi_output_folder_is_lock(const char *path, int lock, const struct st
 
 /* Try once to lock the lock file at `path`. create 1: create it when it is missing; 0: one that cannot be opened counts
  * as missing. Also missing: it was deleted or replaced meanwhile. Foreign: a link, or a file with anything but a
- * process id. *lock: its descriptor, open only when the lock is ours. */
+ * process id. Where files cannot be locked, one that was there is busy. *lock: its descriptor, open only when the lock
+ * is ours. */
 static pdi_output_folder_lock_state pdi_output_folder_try_lock(const char *path, int create, int *lock)
 {
     struct stat ours, there;
+    pdi_output_folder_lock_state state = PDI_OUTPUT_FOLDER_LOCK_MISSING;
     errno = 0;
     if (pdi_file_is_link(path)) return PDI_OUTPUT_FOLDER_LOCK_FOREIGN;
     *lock = open(path, O_RDWR | O_NONBLOCK);
+    int created = *lock < 0;
     if (*lock < 0 && errno != ENOENT) return create ? PDI_OUTPUT_FOLDER_LOCK_ERROR : PDI_OUTPUT_FOLDER_LOCK_MISSING;
     if (*lock < 0 && !create) return PDI_OUTPUT_FOLDER_LOCK_MISSING;
     if (*lock < 0) *lock = open(path, O_RDWR | O_CREAT | O_EXCL, 0666); /* which follows no link */
     if (*lock < 0) return errno == EEXIST ? PDI_OUTPUT_FOLDER_LOCK_MISSING : PDI_OUTPUT_FOLDER_LOCK_ERROR;
-    if (pdi_output_folder_is_busy(*lock)) {
-        close(*lock);
-        return PDI_OUTPUT_FOLDER_LOCK_BUSY;
+    int locked = pdi_output_folder_lock_file(*lock);
+    if (locked == 0) state = PDI_OUTPUT_FOLDER_LOCK_BUSY;
+    else if (fstat(*lock, &ours) == 0 && stat(path, &there) == 0 && ours.st_ino == there.st_ino &&
+             ours.st_dev == there.st_dev) {
+        if (!pdi_output_folder_is_lock(path, *lock, &ours)) state = PDI_OUTPUT_FOLDER_LOCK_FOREIGN;
+        else state = locked > 0 || created ? PDI_OUTPUT_FOLDER_LOCK_OURS : PDI_OUTPUT_FOLDER_LOCK_BUSY;
     }
-    if (fstat(*lock, &ours) == 0 && stat(path, &there) == 0 && ours.st_ino == there.st_ino &&
-        ours.st_dev == there.st_dev) {
-        if (pdi_output_folder_is_lock(path, *lock, &ours)) return PDI_OUTPUT_FOLDER_LOCK_OURS;
-        close(*lock);
-        return PDI_OUTPUT_FOLDER_LOCK_FOREIGN;
-    }
-    close(*lock);
-    return PDI_OUTPUT_FOLDER_LOCK_MISSING;
+    if (state != PDI_OUTPUT_FOLDER_LOCK_OURS) close(*lock);
+    return state;
 }
 
 #if defined(__wasi__)
@@ -19632,7 +19631,7 @@ static void pdi_read_param_file_flow(const pdi_read_param_file_values *f, pd_set
  * over the molar mass. */
 static pd_status pdi_read_param_file_transport(pd_ctx *ctx, const pdi_read_param_file_values *f, pd_setup *setup)
 {
-    char text[64];
+    char text[PDI_FILE_NUMBER_SIZE];
     pd_expr_desc desc;
     double intact = f->rho_m / setup->metal[0].material.molar_mass;
     setup->has_transport = 1;
@@ -19640,7 +19639,7 @@ static pd_status pdi_read_param_file_transport(pd_ctx *ctx, const pdi_read_param
     setup->metal[0].material.density = f->rho_m;
     setup->metal[0].solid_c = f->C_solid_init * intact;
     setup->inlet_c = f->C_liquid_init * intact;
-    snprintf(text, sizeof text, "%.17g", setup->inlet_c);
+    pdi_file_format_number(setup->inlet_c, text);
     memset(&desc, 0, sizeof desc);
     desc.text = text;
     desc.unit = "mol/m3";
@@ -19714,12 +19713,13 @@ static double pdi_read_param_file_speed_by_diffusion(const pdi_read_param_file_v
 static pd_status pdi_read_param_file_rate_law(pd_ctx *ctx, double speed, pd_setup *setup)
 {
     static const pd_expr_symbol concentration[] = {{"C", "mol/m3", 0.0}};
-    char rate[128];
+    char rate[128], at_zero[PDI_FILE_NUMBER_SIZE], most[PDI_FILE_NUMBER_SIZE];
     pd_expr_desc desc;
     memset(&desc, 0, sizeof desc);
-    snprintf(rate, sizeof rate, "%.17g m/s", speed);
-    if (setup->saturation > 0.0)
-        snprintf(rate, sizeof rate, "%.17g m/s * (1 - C/(%.17g mol/m3))", speed, setup->saturation);
+    pdi_file_format_number(speed, at_zero);
+    pdi_file_format_number(setup->saturation, most);
+    snprintf(rate, sizeof rate, "%s m/s", at_zero);
+    if (setup->saturation > 0.0) snprintf(rate, sizeof rate, "%s m/s * (1 - C/(%s mol/m3))", at_zero, most);
     desc.text = rate;
     desc.unit = "m/s";
     desc.vars = concentration;
@@ -20080,7 +20080,8 @@ static pd_status pdi_read_monitors_transfer(pdi_read_monitors_state *w, pd_setup
     PD_TRY(pdi_key_value_get_number(w->ctx, w->text, w->section, "reference_length", &m->length));
     PD_TRY(pdi_key_value_get_number(w->ctx, w->text, w->section, "surface", &m->surface_c));
     PD_TRY(pdi_read_monitors_reference_fluid(w, m));
-    snprintf(diffusivity, sizeof diffusivity, "%.17g m2/s", w->setup->diffusivity);
+    pdi_file_format_number(w->setup->diffusivity, diffusivity);
+    strcat(diffusivity, " m2/s");
     return pdi_key_value_get_number_or(w->ctx, w->text, w->section, "D", diffusivity, &m->diffusivity);
 }
 
