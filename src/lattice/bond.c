@@ -762,30 +762,56 @@ pd_status pd_bonds_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd
 }
 
 PDI_COLD_BEGIN
+/* 1: the row of a node is in its place, and the node lies in the list of ranges that it belongs to and in no other; at
+ * [2]: the ranges of both lists that end behind the node before it, which move on. */
+static int pdi_bond_is_node_in_order(const pd_bonds *b, int32_t node, int32_t *at)
+{
+    int32_t row = b->row_of_node[node], first = b->rows_without_inlet;
+    int fluid = b->grid->kind[node] == PD_FLUID, plain = row < first;
+    if (row < -1 || row >= b->rows || (row > 0 && row != first && b->node[row - 1] >= node)) return 0;
+    if (row >= 0 && (!fluid || b->node[row] != node || b->has_inlet[row] == plain)) return 0;
+    for (int cut = 0; cut < 2; cut++) {
+        const pd_node_ranges *list = cut ? &b->truncated_ranges : &b->full_ranges;
+        while (at[cut] < list->count && list->first[at[cut]] + list->length[at[cut]] <= node) at[cut]++;
+        int inside = at[cut] < list->count && list->first[at[cut]] <= node;
+        if (inside != (fluid && plain && (row >= 0) == cut)) return 0;
+    }
+    return 1;
+}
+
+/* Checks the open bonds of row r: from fluid nodes at their far ends they are open, too, by the cells of the grid and
+ * by the rows of these nodes. PD_ERR_INTERNAL: one is not. */
+static pd_status pdi_bond_validate_row(pd_ctx *ctx, const pd_bonds *b, int32_t r)
+{
+    for (int k = 0; k < b->stencil->count; k++) {
+        if (!pdi_bond_is_open(b, r, k)) continue;
+        int32_t other = b->node[r] + b->paths.shift[k], back = b->stencil->count - 1 - k;
+        if (b->grid->kind[other] != PD_FLUID) continue;
+        int32_t row = b->row_of_node[other];
+        if (pdi_bond_path_find_closed_group(&b->paths, other, back) >= 0 ||
+            (row >= 0 && !pdi_bond_is_open(b, row, back)))
+            return pd_fail(ctx, PD_ERR_INTERNAL, "bond", "the bond from node %d to node %d is open one way only",
+                           (int)b->node[r], (int)other);
+    }
+    return PD_OK;
+}
+
 pd_status pd_bonds_validate(pd_ctx *ctx, const pd_bonds *b)
 {
-    const pd_stencil *s = b->stencil;
     int64_t covered = b->rows - b->rows_without_inlet;
+    int32_t rows = 0, at[2] = {0, 0};
     for (int32_t k = 0; k < b->full_ranges.count; k++) covered += b->full_ranges.length[k];
     for (int32_t k = 0; k < b->truncated_ranges.count; k++) covered += b->truncated_ranges.length[k];
-    if (covered != pdi_grid_count_kind(b->grid, PD_FLUID))
-        return pd_fail(ctx, PD_ERR_INTERNAL, "bond", "rows and runs cover %.0f of %.0f fluid nodes", (double)covered,
-                       (double)pdi_grid_count_kind(b->grid, PD_FLUID));
-    for (int32_t r = 0; r < b->rows; r++) {
-        int plain = r < b->rows_without_inlet,
-            ordered = r == 0 || r == b->rows_without_inlet || b->node[r - 1] < b->node[r];
-        if (b->row_of_node[b->node[r]] != r || b->has_inlet[r] == plain || !ordered)
-            return pd_fail(ctx, PD_ERR_INTERNAL, "bond", "row %d of node %d stands out of order", (int)r,
-                           (int)b->node[r]);
-        for (int k = 0; k < s->count; k++) {
-            if (!pdi_bond_is_open(b, r, k)) continue;
-            int32_t other = b->node[r] + b->paths.shift[k];
-            if (b->grid->kind[other] != PD_FLUID) continue;
-            if (pdi_bond_path_find_closed_group(&b->paths, other, s->count - 1 - k) >= 0)
-                return pd_fail(ctx, PD_ERR_INTERNAL, "bond", "the bond from node %d to node %d is open one way only",
-                               (int)b->node[r], (int)other);
-        }
+    for (int32_t node = 0; node < b->grid->total; node++) {
+        rows += b->row_of_node[node] >= 0;
+        if (!pdi_bond_is_node_in_order(b, node, at))
+            return pd_fail(ctx, PD_ERR_INTERNAL, "bond", "the row or range of node %d is out of order", (int)node);
     }
+    if (rows != b->rows || covered != pdi_grid_count_kind(b->grid, PD_FLUID))
+        return pd_fail(ctx, PD_ERR_INTERNAL, "bond",
+                       "%d nodes for %d rows, rows and ranges for %.0f fluid nodes of %.0f", (int)rows, (int)b->rows,
+                       (double)covered, (double)pdi_grid_count_kind(b->grid, PD_FLUID));
+    for (int32_t r = 0; r < b->rows; r++) PD_TRY(pdi_bond_validate_row(ctx, b, r));
     return PD_OK;
 }
 

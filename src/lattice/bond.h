@@ -85,8 +85,9 @@ PD_API pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd
  * PD_ERR_LIMIT: rows are partly updated. */
 PD_API pd_status pd_bonds_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_bonds *bonds);
 /* Checks in O(N) that open bonds of rows to fluid nodes are open from both ends, that rows are in order (by node; those
- * with inlets last) and agree with row_of_node, and that rows at inlets plus the lengths of all ranges make up the
- * number of fluid nodes. PD_ERR_INTERNAL: they do not. Changes nothing. */
+ * with inlets last) and agree with row_of_node, that ranges are in order and hold nodes of their kind, and that rows at
+ * inlets plus the lengths of all ranges make up the number of fluid nodes. PD_ERR_INTERNAL: they do not. Changes
+ * nothing. */
 PD_API pd_status pd_bonds_validate(pd_ctx *ctx, const pd_bonds *bonds);
 PD_API void pd_bonds_free(pd_ctx *ctx, pd_bonds *bonds);
 

@@ -360,6 +360,55 @@ TEST(validate_notices)
     scene_free(s);
 }
 
+/* What validate says of the bonds with an entry of `array` set to `value` for the while. */
+static pd_status validate_with(scene *s, int32_t *array, int32_t value)
+{
+    int32_t kept = *array;
+    *array = value;
+    pd_status status = pd_bonds_validate(&s->ctx, &s->bonds);
+    *array = kept;
+    CHECK_OK(&s->ctx, pd_bonds_validate(&s->ctx, &s->bonds));
+    return status;
+}
+
+/* One wrong entry of rows, masks and ranges is enough: a bond that is closed at one end alone, a number out of range, a
+ * node with the row of another, a row too many, a range that holds other nodes or begins too early. */
+TEST(validate_notices_one_entry)
+{
+    scene *s = &test_scene;
+    pd_bonds *b = &s->bonds;
+    int closed = 0;
+    pd_ctx_init(&s->ctx);
+    if (!scene_init(s, 2.0, 1.0, 10, 9, 8)) return;
+    s->desc.side[0] = PD_SIDE_INLET;
+    if (!scene_build(s)) return;
+    int32_t row = b->rows_without_inlet / 2, node = b->node[row], full = b->full_ranges.first[0];
+    for (int k = 0; k < s->stencil.count; k++) { /* those that end on another row */
+        int32_t other = node + b->paths.shift[k];
+        if (!pdi_bond_is_open(b, row, k) || s->grid.kind[other] != PD_FLUID || b->row_of_node[other] < 0) continue;
+        uint32_t *word = b->open_mask + (int64_t)(k >> 5) * b->capacity + row;
+        *word ^= 1u << (k & 31);
+        CHECK_INT(pd_bonds_validate(&s->ctx, b), PD_ERR_INTERNAL);
+        *word ^= 1u << (k & 31);
+        closed++;
+    }
+    CHECK(closed > 0);
+    CHECK(b->rows_without_inlet > 1 && b->rows > b->rows_without_inlet);
+    CHECK_INT(validate_with(s, &b->node[row], -1), PD_ERR_INTERNAL);
+    CHECK_INT(validate_with(s, &b->node[row], s->grid.total), PD_ERR_INTERNAL);
+    CHECK_INT(validate_with(s, &b->node[row], b->node[row - 1]), PD_ERR_INTERNAL);
+    CHECK_INT(validate_with(s, &b->row_of_node[node], -2), PD_ERR_INTERNAL);
+    CHECK_INT(validate_with(s, &b->row_of_node[node], -1), PD_ERR_INTERNAL);
+    CHECK_INT(validate_with(s, &b->row_of_node[node], b->rows), PD_ERR_INTERNAL);
+    CHECK_INT(validate_with(s, &b->row_of_node[full], row), PD_ERR_INTERNAL);
+    CHECK_INT(validate_with(s, &b->row_of_node[0], row), PD_ERR_INTERNAL); /* a ghost */
+    CHECK_INT(validate_with(s, &b->rows_without_inlet, b->rows_without_inlet - 1), PD_ERR_INTERNAL);
+    CHECK_INT(validate_with(s, &b->full_ranges.first[0], full - 1), PD_ERR_INTERNAL);
+    CHECK_INT(validate_with(s, &b->truncated_ranges.first[0], b->truncated_ranges.first[0] + 1), PD_ERR_INTERNAL);
+    CHECK_INT(validate_with(s, &b->truncated_ranges.length[0], b->truncated_ranges.length[0] - 1), PD_ERR_INTERNAL);
+    scene_free(s);
+}
+
 /* ---- wall coefficients ---- */
 
 /* Sums over the bonds of a node `layer` cells above a wall that lies on a face: a bond n steps down meets it at
@@ -768,6 +817,6 @@ TEST(memory_faults)
 #endif
 
 TEST_MAIN(ENTRY(random_masks) OF_DIM SLOW_ENTRY_IF(PD_DIM == 3, update_equals_fresh) ENTRY(validate_notices)
-          ENTRY(flat_wall_coefficients)
-              ENTRY(cut_points_on_round_surfaces) ENTRY(thin_plate_off_the_lattice) OF_MIRRORS
-                  ENTRY(cut_boxes) SLOW_ENTRY_IF(PD_DIM == 3, memory_faults))
+              ENTRY(validate_notices_one_entry) ENTRY(flat_wall_coefficients) ENTRY(cut_points_on_round_surfaces)
+                  ENTRY(thin_plate_off_the_lattice) OF_MIRRORS ENTRY(cut_boxes)
+                      SLOW_ENTRY_IF(PD_DIM == 3, memory_faults))
