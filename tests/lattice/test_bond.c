@@ -567,6 +567,41 @@ TEST(cut_points_on_round_surfaces)
     }
 }
 
+/* Which shape the surface at a node is that of: a ball of metal across a mirror side and a ball of wall each have
+ * theirs, ghosts that of their source, and what lies behind a wall side that of the wall. Fluid nodes, and the cells of
+ * a mask, have none. */
+TEST(shapes_of_surfaces)
+{
+    scene *s = &test_scene;
+    int i[PD_DIM];
+    pd_ctx_init(&s->ctx);
+    if (!scene_init(s, 2.0, 1.0, 13, 9, 9)) return;
+    s->shapes[0].type = s->shapes[1].type = PD_SHAPE_BALL;
+    s->shapes[0].radius = s->shapes[1].radius = 2.2;
+    for (int d = 0; d < PD_DIM; d++) s->shapes[0].a[d] = s->shapes[1].a[d] = d ? 4.5 : 0.0;
+    s->shapes[1].a[0] = 9.5;
+    s->desc.solid = &s->shapes[0];
+    s->desc.wall = &s->shapes[1];
+    s->desc.side[0] = PD_SIDE_MIRROR;
+    if (!scene_build(s)) return;
+    CHECK(s->grid.solid != s->grid.wall);
+    for (int d = 0; d < PD_DIM; d++) i[d] = 4;
+    for (i[0] = -2; i[0] < 15; i[0]++) {
+        int32_t node = pd_grid_node(&s->grid, i);
+        int metal = i[0] < 2, wall = (i[0] > 6 && i[0] < 12) || i[0] == 14; /* the last one is the image of 11 */
+        CHECK_INT(pdi_bond_find_surface_shape(&s->grid, node, 0), metal ? s->grid.solid : wall ? s->grid.wall : -1);
+        CHECK_INT(pdi_bond_find_surface_shape(&s->grid, node, 1), s->grid.wall);
+    }
+    scene_free(s);
+    if (!scene_init(s, 2.0, 1.0, 13, 9, 9)) return;
+    scene_voxels(s);
+    memset(s->mask, 1, (size_t)s->cells / 2);
+    if (!scene_build(s)) return;
+    for (int32_t node = 0; node < s->grid.total; node++)
+        for (int walled = 0; walled < 2; walled++) CHECK_INT(pdi_bond_find_surface_shape(&s->grid, node, walled), -1);
+    scene_free(s);
+}
+
 /* ---- memory faults ---- */
 
 /* Stencil, grid, bonds and an update, until the first failure. */
@@ -818,5 +853,5 @@ TEST(memory_faults)
 
 TEST_MAIN(ENTRY(random_masks) OF_DIM SLOW_ENTRY_IF(PD_DIM == 3, update_equals_fresh) ENTRY(validate_notices)
               ENTRY(validate_notices_one_entry) ENTRY(flat_wall_coefficients) ENTRY(cut_points_on_round_surfaces)
-                  ENTRY(thin_plate_off_the_lattice) OF_MIRRORS ENTRY(cut_boxes)
+                  ENTRY(shapes_of_surfaces) ENTRY(thin_plate_off_the_lattice) OF_MIRRORS ENTRY(cut_boxes)
                       SLOW_ENTRY_IF(PD_DIM == 3, memory_faults))
