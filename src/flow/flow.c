@@ -755,19 +755,30 @@ PDI_FN void pdi_flow_list(pdi_array_visitor *owner, void *object)
     if (flow->clock) PDI_SCALAR_STATE(owner, flow, time, "s");
 }
 
+/* PD_ERR_ARGUMENT: a value of desc is out of its range or not finite, or the order is unknown. */
+static pd_status pdi_flow_check_desc(pd_ctx *ctx, const pd_flow_desc *desc)
+{
+    double nu = desc->mu / desc->rho, p = desc->p_out / desc->rho, speed = desc->report_speed, l = desc->report_length;
+    if (!(desc->rho > 0.0) || !(nu > 0.0) || !(nu < 1e100) || !(fabs(p) < 1e100) || !(speed >= 0.0) ||
+        !(speed < 1e100) || !(l >= 0.0) || !(l < 1e100))
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "flow",
+                       "rho = %g kg/m3, mu = %g Pa s, p_out = %g Pa, speed = %g m/s, length = %g m: expected finite "
+                       "values, of which the first two are positive and the last two not negative",
+                       desc->rho, desc->mu, desc->p_out, speed, l);
+    for (int d = 0; d < PD_DIM; d++)
+        if (!(fabs(desc->force[d]) < 1e100))
+            return pd_fail(ctx, PD_ERR_ARGUMENT, "flow", "force = %g m/s2, expected a finite one", desc->force[d]);
+    if (desc->order == 0 || desc->order == 2 || desc->order == 4 || desc->order == PD_FLOW_ORDER_AUTO) return PD_OK;
+    return pd_fail(ctx, PD_ERR_ARGUMENT, "flow", "order = %d, expected 2 or 4", desc->order);
+}
+
 /* Inner part of the build: checks desc, fills the fields, allocates, sets p = p_out at fluid nodes, boundary data of
  * time 0, scales and tau. Isotropic friction weights unless order 4. The caller frees after an error. */
 static pd_status pdi_flow_try_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow_desc *desc,
                                     pd_flow *flow)
 {
     memset(flow, 0, sizeof *flow);
-    if (!(desc->rho > 0.0) || !(desc->mu > 0.0) || !(desc->report_speed >= 0.0) || !(desc->report_length >= 0.0))
-        return pd_fail(ctx, PD_ERR_ARGUMENT, "flow",
-                       "rho = %g kg/m3, mu = %g Pa s, speed = %g m/s, length = %g m: expected positive ones, or 0 for "
-                       "the last two",
-                       desc->rho, desc->mu, desc->report_speed, desc->report_length);
-    if (desc->order != 0 && desc->order != 2 && desc->order != 4 && desc->order != PD_FLOW_ORDER_AUTO)
-        return pd_fail(ctx, PD_ERR_ARGUMENT, "flow", "order = %d, expected 2 or 4", desc->order);
+    PD_TRY(pdi_flow_check_desc(ctx, desc));
     if (bonds->options & PD_BONDS_NO_FLOW)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "flow", "the bonds are those of fluid at rest (PD_BONDS_NO_FLOW)");
     flow->grid = grid;

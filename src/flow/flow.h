@@ -104,8 +104,8 @@ typedef struct pd_flow {
 #define pd_flow_free PD_NAME(pd_flow_free)
 
 /* Allocates the fields (fluid at rest, p = p_out), evaluates boundary data at time 0 and estimates the scales. Grid and
- * bonds are borrowed. PD_ERR_ARGUMENT, flow is freed: rho or mu not positive, speed or length negative, an unknown
- * order, bonds without flow, a boundary value not finite. */
+ * bonds are borrowed. PD_ERR_ARGUMENT, flow is freed: rho or mu not positive, speed or length negative, a value not
+ * finite (mu/rho and p_out/rho, too), an unknown order, bonds without flow. */
 PD_API pd_status pd_flow_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow_desc *desc,
                                pd_flow *flow);
 /* After pd_bonds_update: `changed` nodes have turned fluid. They get velocity 0 and the mean pressure of the fluid

@@ -571,7 +571,8 @@ pd_status pd_gas_step(pd_ctx *ctx, pd_gas *gas, double dt)
     static const double weight[3] = {1.0 / 6.0, 1.0 / 6.0, 2.0 / 3.0}; /* of the rates of the stages in the step */
     double passes[3][4];
     int64_t size = (int64_t)PD_GAS_FIELDS * gas->grid->total;
-    if (!(dt > 0.0)) return pd_fail(ctx, PD_ERR_ARGUMENT, "gas", "the step is %g s, expected a positive one", dt);
+    if (!(dt > 0.0) || !(dt < 1e100))
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "gas", "the step is %g s, expected a positive one", dt);
     int32_t bad = pdi_gas_update_primitives(ctx, gas);
     if (bad >= 0) return pdi_gas_fail_inadmissible(ctx, gas, bad);
     pdi_par_copy(ctx, size, gas->state, gas->start_state);

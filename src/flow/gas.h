@@ -76,7 +76,7 @@ PD_API pd_status pd_gas_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *
 PD_API pd_status pd_gas_limit(pd_ctx *ctx, pd_gas *gas, double *limit);
 /* One step of dt [s]; adds to time, steps, inflow and outflow, and updates `primitive`. PD_RETRY, state unchanged: a
  * density or pressure would turn non-positive or infinite, at first order too; first_order_count has grown all the
- * same. PD_ERR_ARGUMENT: dt is not positive. PD_ERR_STATE: the state before the step is not admissible. */
+ * same. PD_ERR_ARGUMENT: dt is not positive and finite. PD_ERR_STATE: the state before the step is not admissible. */
 PD_API pd_status pd_gas_step(pd_ctx *ctx, pd_gas *gas, double dt);
 /* The gas as a process, with ledgers of mass and energy. Steps of cfl times the limit; rejected steps are halved.
  * PD_ERR_STATE: 20 halvings did not help. */

@@ -48,12 +48,13 @@ static pd_status pdi_weakly_compressible_try_build(pd_ctx *ctx, pd_flow *flow, c
     if (!(un->desc.gamma > 0.0)) un->desc.gamma = 7.0;
     if (!(un->desc.density_diffusion > 0.0)) un->desc.density_diffusion = 0.1;
     if (!(un->desc.cfl > 0.0)) un->desc.cfl = 0.8;
-    if (!(desc->sound_speed > 0.0) || !(desc->sound_speed < 1e100) || un->desc.gamma < 1.0 || !(desc->gamma >= 0.0) ||
-        !(desc->density_diffusion >= 0.0) || !(desc->cfl >= 0.0))
-        return pd_fail(
-            ctx, PD_ERR_ARGUMENT, "weakly_compressible",
-            "sound = %g m/s must be positive, gamma = %g at least 1, diffusion = %g and cfl = %g not negative",
-            desc->sound_speed, desc->gamma, desc->density_diffusion, desc->cfl);
+    if (!(desc->sound_speed > 0.0) || un->desc.gamma < 1.0 || !(desc->gamma >= 0.0) ||
+        !(desc->density_diffusion >= 0.0) || !(desc->cfl >= 0.0) ||
+        !(desc->sound_speed + desc->gamma + desc->density_diffusion + desc->cfl < 1e100))
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "weakly_compressible",
+                       "sound = %g m/s must be positive, gamma = %g at least 1, diffusion = %g and cfl = %g not "
+                       "negative, all finite",
+                       desc->sound_speed, desc->gamma, desc->density_diffusion, desc->cfl);
     if (flow->order == 4)
         return pd_fail(ctx, PD_ERR_ARGUMENT, "weakly_compressible",
                        "order 4 is one of steady and implicit flow, expected 2");
@@ -178,7 +179,7 @@ pd_status pd_weakly_compressible_step(pd_ctx *ctx, pd_weakly_compressible *un, d
     static const double old_share[3] = {0.0, 0.75, 1.0 / 3.0}, instant[3] = {0.0, 1.0, 0.5};
     pd_flow *flow = un->flow;
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
-    if (!(dt > 0.0))
+    if (!(dt > 0.0) || !(dt < 1e100))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "weakly_compressible", "the step is %g s, expected a positive one", dt);
     pdi_par_copy(ctx, split, flow->u, un->start_state);
     pdi_par_copy(ctx, total, un->density, un->start_state + split);

@@ -43,9 +43,9 @@ typedef struct pd_weakly_compressible {
 #define pd_weakly_compressible_free PD_NAME(pd_weakly_compressible_free)
 
 /* Starts from the velocity and pressure in flow (borrowed), whose tau becomes that of the density diffusion, and whose
- * friction loses its isotropic weights. PD_ERR_ARGUMENT: sound not positive and finite, gamma below 1, negative
- * diffusion or cfl, flow of order 4, a pressure of a fluid node without density. After an error unsteady is freed; the
- * changes of tau and friction may be done, and stay. */
+ * friction loses its isotropic weights. PD_ERR_ARGUMENT: sound not positive, gamma below 1, negative
+ * diffusion or cfl, one of these not finite, flow of order 4, a pressure of a fluid node without density. After an
+ * error unsteady is freed; the changes of tau and friction may be done, and stay. */
 PD_API pd_status pd_weakly_compressible_build(pd_ctx *ctx, pd_flow *flow, const pd_weakly_compressible_desc *desc,
                                               pd_weakly_compressible *unsteady);
 /* Stability limit [s] of the present state (cfl not applied): sound, stream, viscosity and density diffusion of one
@@ -53,8 +53,8 @@ PD_API pd_status pd_weakly_compressible_build(pd_ctx *ctx, pd_flow *flow, const 
  * up to 1/128, and is computed anew only when one of these changes. */
 PD_API double pd_weakly_compressible_limit(pd_ctx *ctx, pd_weakly_compressible *unsteady);
 /* One step of dt [s]. PD_RETRY, velocity, pressure and density unchanged: a density became non-positive or a value not
- * finite; flow->time and boundary data are those of the stage. PD_ERR_ARGUMENT: dt is not positive; or a boundary value
- * is not finite, then the flow holds the state of a stage. */
+ * finite; flow->time and boundary data are those of the stage. PD_ERR_ARGUMENT: dt is not positive and finite; or a
+ * boundary value is not finite, then the flow holds the state of a stage. */
 PD_API pd_status pd_weakly_compressible_step(pd_ctx *ctx, pd_weakly_compressible *unsteady, double dt);
 /* The flow as a process; it prepares the flow. Steps of cfl times the limit; rejected steps are halved. PD_ERR_STATE:
  * 20 halvings did not help. */

@@ -429,17 +429,24 @@ TEST(bad_input)
     scene *s = &test_scene;
     channel c;
     if (!build_ball(s, 2.0, &c)) return;
-    for (int k = 0; k < 10; k++) {
-        static const double wrong[2] = {-1.0, (double)NAN};
+    for (int k = 0; k < 22; k++) {
+        static const double wrong[3] = {(double)NAN, (double)INFINITY, -1.0};
         pd_flow_desc desc = s->flow_desc;
         pd_flow flow;
-        double *value[4];
+        double *value[6];
         value[0] = &desc.rho;
         value[1] = &desc.mu;
         value[2] = &desc.report_speed;
         value[3] = &desc.report_length;
-        if (k < 8) *value[k / 2] = wrong[k % 2];
-        else if (k == 8) desc.mu = -MU;
+        value[4] = &desc.p_out;
+        value[5] = &desc.force[PD_DIM - 1];
+        if (k < 12) *value[k / 3] = wrong[k % 3];
+        else if (k < 16) *value[4 + (k - 12) / 2] = wrong[k % 2];
+        else if (k == 16) desc.mu = -MU;
+        else if (k == 17) desc.rho = desc.mu = (double)INFINITY;
+        else if (k == 18) desc.rho = 1e-200;                                     /* mu/rho is no number of the solver */
+        else if (k == 19) desc.rho = 1e-20, desc.mu = 1e-20, desc.p_out = 1e300; /* nor is p_out/rho */
+        else if (k == 20) desc.order = 3;
         else desc.inlet = not_finite;
         CHECK_INT(pd_flow_build(&s->ctx, &s->grid, &s->bonds, &desc, &flow), PD_ERR_ARGUMENT);
         CHECK(strncmp(s->ctx.message, "flow: ", 6) == 0);

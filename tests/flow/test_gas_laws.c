@@ -588,6 +588,7 @@ TEST(refusals)
     CHECK_INT((int)pd_gas_limit(&s.ctx, &s.gas, &limit), (int)PD_ERR_STATE);
     CHECK_INT((int)pd_gas_step(&s.ctx, &s.gas, 1e-3), (int)PD_ERR_STATE);
     CHECK_INT((int)pd_gas_step(&s.ctx, &s.gas, 0.0), (int)PD_ERR_ARGUMENT);
+    CHECK_INT((int)pd_gas_step(&s.ctx, &s.gas, HUGE_VAL), (int)PD_ERR_ARGUMENT);
     CHECK_INT((int)pd_physics_run(&s.ctx, pd_gas_process(&s.gas), -1.0), (int)PD_ERR_ARGUMENT);
     scene_free(&s);
 }

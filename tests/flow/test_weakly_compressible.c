@@ -235,6 +235,30 @@ TEST(threads_and_errors)
     run_free(&one);
 }
 
+TEST(values_that_are_not_finite)
+{
+    static const double wrong[2] = {(double)NAN, (double)INFINITY};
+    run r;
+    if (!CHECK_OK(&r.s.ctx, run_build(&r, 1.0, 0.2, 0, 1e-2, 0.0, 1.0, PD_EOS_TAIT))) return;
+    for (int k = 0; k < 8; k++) {
+        pd_weakly_compressible none;
+        pd_weakly_compressible_desc desc;
+        double *value[4];
+        memset(&desc, 0, sizeof desc);
+        desc.sound_speed = 1.0;
+        value[0] = &desc.sound_speed;
+        value[1] = &desc.gamma;
+        value[2] = &desc.density_diffusion;
+        value[3] = &desc.cfl;
+        *value[k / 2] = wrong[k % 2];
+        CHECK_INT((int)pd_weakly_compressible_build(&r.s.ctx, &r.s.flow, &desc, &none), (int)PD_ERR_ARGUMENT);
+        CHECK(strstr(r.s.ctx.message, "all finite") != NULL);
+    }
+    for (int k = 0; k < 2; k++)
+        CHECK_INT((int)pd_weakly_compressible_step(&r.s.ctx, &r.unsteady, wrong[k]), (int)PD_ERR_ARGUMENT);
+    run_free(&r);
+}
+
 /* Each node of fluid starts with the density of its pressure, the others with 1. A pressure without one is refused. */
 TEST(densities_of_pressures)
 {
@@ -272,8 +296,8 @@ TEST(densities_of_pressures)
 
 #if PD_DIM == 2
 TEST_MAIN(ENTRY(poiseuille_startup) ENTRY(stability_limit) ENTRY(limit_within_ten_per_cent) ENTRY(threads_and_errors)
-          ENTRY(densities_of_pressures))
+              ENTRY(values_that_are_not_finite) ENTRY(densities_of_pressures))
 #else
 TEST_MAIN(ENTRY(standing_wave) ENTRY(stability_limit) ENTRY(limit_within_ten_per_cent) ENTRY(threads_and_errors)
-          ENTRY(densities_of_pressures))
+          ENTRY(values_that_are_not_finite) ENTRY(densities_of_pressures))
 #endif
