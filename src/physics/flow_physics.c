@@ -40,7 +40,7 @@ static pd_status pdi_flow_physics_build_unsteady(pd_ctx *ctx, pd_model *m)
 
 /* Builds the flow, its steady solver (steady and implicit flow), the developed profiles of inlets, and what a flow in
  * time needs. Order auto stands for steady flow without a given order. Speed and length for reports are those of the
- * setup, else of the first inlet. error_line becomes that of the inlet measured last. */
+ * setup, else of the first inlet. error_line becomes that of the inlet whose profile fails. */
 static pd_status pdi_flow_physics_build(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
@@ -74,8 +74,9 @@ static pd_status pdi_flow_physics_build(pd_ctx *ctx, pd_model *m)
     PD_TRY(pd_flow_build(ctx, &m->grid, &m->bonds, &flow, &m->flow));
     if (u->flow_time == PD_FLOW_STEADY || u->flow_time == PD_FLOW_IMPLICIT)
         PD_TRY(pd_steady_build(ctx, &m->flow, &steady, &m->steady));
-    m->error_line = u->side[m->inlet.error_side].line;
-    PD_TRY(pdi_developed_flow_compute_profiles(ctx, &m->inlet, &m->flow));
+    pd_status status = pdi_developed_flow_compute_profiles(ctx, &m->inlet, &m->flow);
+    if (status < 0) m->error_line = u->side[m->inlet.error_side].line;
+    PD_TRY(status);
     if (u->flow_time != PD_FLOW_STEADY) PD_TRY(pdi_flow_physics_build_unsteady(ctx, m));
     if (u->flow_time != PD_FLOW_PRESCRIBED) m->unknowns[PD_PART_FLOW] = (PD_DIM + 1) * m->grid.fluid_count;
     return PD_OK;

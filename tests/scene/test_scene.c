@@ -722,6 +722,26 @@ TEST(parabola_of_a_square)
     leave(&ctx, &u);
 }
 
+/* The line is that of the inlet without a profile, not of the one that was measured last. */
+TEST(line_of_an_inlet_without_profile)
+{
+    pd_ctx ctx;
+    pd_setup u;
+    pd_model m;
+    if (!CHECK_OK(&ctx, load(&ctx,
+                             "[grid] h = 10 um  box = 0 .. 80 um, -40 um .. 40 um, -40 um .. 40 um\n"
+                             "[flow] rho = 1 g/cm3  mu = 1 mPa s\n[side y-] flow = mirror\n[side y+] flow = mirror\n"
+                             "[side x-] flow = inlet  profile = parabola  mean = 1 m/s\n"
+                             "[side x+] flow = inlet  profile = uniform  mean = 1 m/s\n"
+                             "[side z-] flow = outlet\n[side z+] flow = mirror\n",
+                             NULL, 0, &u)))
+        return;
+    CHECK_INT(pd_model_build(&ctx, &u, &m), PD_ERR_GEOMETRY);
+    CHECK(strstr(ctx.message, "side x-: found no wall beside the opening") != NULL);
+    CHECK_INT(m.error_line, 5);
+    leave(&ctx, &u);
+}
+
 TEST(slices)
 {
     static const char *const scene = TUBE "[side x-] flow = inlet  profile = uniform  mean = 1 mm/s\n"
@@ -766,7 +786,8 @@ TEST(surfaces_and_streamlines)
 #undef BLOCK
 #undef METAL
 
-TEST_MAIN(ENTRY(parabola_of_a_tube) ENTRY(parabola_of_a_square) ENTRY(slices) ENTRY(surfaces_and_streamlines))
+TEST_MAIN(ENTRY(parabola_of_a_tube) ENTRY(parabola_of_a_square) ENTRY(line_of_an_inlet_without_profile) ENTRY(slices)
+          ENTRY(surfaces_and_streamlines))
 #else
 /* A closed rod held at 2 mol/m3 on one end fills up to that; its picture is a curve. */
 TEST(diffusion_in_one_dimension)
