@@ -158,7 +158,7 @@ static pd_status pdi_fit_prefix_message(pdi_fit *f, pd_status status)
 }
 
 /* Run the setup without files, on the coarser lattice where factor > 1, into f->computed [SI], NaN where it does not
- * come. PD_ERR_STATE: stopped. Errors of pdi_coarsen_setup_build and pd_run. */
+ * come. PD_CANCELLED: stopped. Errors of pdi_coarsen_setup_build and pd_run. */
 static pd_status pdi_fit_run_model(pdi_fit *f, const pd_setup *setup)
 {
     pd_run_desc dry;
@@ -174,12 +174,13 @@ static pd_status pdi_fit_run_model(pdi_fit *f, const pd_setup *setup)
         setup = &f->coarser->setup;
     }
     PD_TRY(pd_run(f->ctx, setup, &dry, &result));
-    return result.stopped ? pd_fail(f->ctx, PD_ERR_STATE, "fit", "interrupted") : PD_OK;
+    return result.stopped ? pd_fail(f->ctx, PD_CANCELLED, "fit", "interrupted") : PD_OK;
 }
 
 /* Residuals [points] [-] for parameter values: (computed - measured) times weight. Reads the scene anew, makes a run,
  * counts it, and keeps the residuals of the lowest sum of squares; a sum that is NaN is never the lowest. A run that
- * fails, or is stopped, ends with its status and the values in the message. The function of pd_least_squares_solve. */
+ * fails ends with its status and the values in the message, one that is stopped with PD_CANCELLED. The function of
+ * pd_least_squares_solve. */
 static pd_status pdi_fit_compute_residuals(pd_ctx *ctx, void *user, const double *value, double *residual)
 {
     pdi_fit *f = (pdi_fit *)user;
@@ -190,11 +191,8 @@ static pd_status pdi_fit_compute_residuals(pd_ctx *ctx, void *user, const double
     PD_TRY(PD_NEW(ctx, "fit", 1, setup));
     pd_status status = pd_fit_read_setup(ctx, f->desc, more, f->fit->parameters, setup);
     if (status >= 0) status = pdi_fit_run_model(f, setup);
-    if (status >= 0) pd_setup_free(ctx, setup);
-    else {
-        pdi_fit_prefix_message(f, status);
-        pd_setup_free(ctx, setup);
-    }
+    if (status < 0 && status != PD_CANCELLED) pdi_fit_prefix_message(f, status);
+    pd_setup_free(ctx, setup);
     PD_DELETE(ctx, 1, setup);
     PD_TRY(status);
     f->fit->evaluations++;
@@ -330,7 +328,7 @@ static pd_status pdi_fit_solve_on_grid(pdi_fit *f, const double *start)
 static int pdi_fit_is_stopped(const pdi_fit *f) { return f->desc->stop && f->desc->stop(f->desc->stop_user); }
 
 /* Solve on the lattices at 4 h, 2 h and h (or h alone), each from the result before. A coarser lattice that fails is
- * left out, with a note; out of memory, a cancelled run and a wish to stop end the fit. The first start is sqrt(low
+ * left out, with a note; out of memory, a stopped run and a wish to stop end the fit. The first start is sqrt(low
  * high) of a range with low > 0 and high >= 10 low, else the midpoint. Returns the status of the last solve. */
 static pd_status pdi_fit_solve_coarse_to_fine(pdi_fit *f)
 {
@@ -344,7 +342,8 @@ static pd_status pdi_fit_solve_coarse_to_fine(pdi_fit *f)
     for (f->factor = f->desc->skips_coarser ? 1 : 4; f->factor > 0; f->factor /= 2) {
         status = pdi_fit_solve_on_grid(f, start);
         if (status >= 0) memcpy(start, f->fit->result.value, sizeof start);
-        if (f->factor == 1 || pd_is_fatal(status) || pdi_fit_is_stopped(f)) return status;
+        if (f->factor == 1 || pd_is_fatal(status)) return status;
+        if (pdi_fit_is_stopped(f)) return pd_fail(f->ctx, PD_CANCELLED, "fit", "interrupted");
         snprintf(line, sizeof line, "no fit at %d h: %.500s", f->factor, f->ctx->message);
         if (status < 0) pdi_fit_print(f, PD_PRINT_NOTE, line);
     }

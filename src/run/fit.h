@@ -59,7 +59,7 @@ typedef struct pd_fit {
 /* Fit the parameters; *fit is zeroed first. PD_ERR_ARGUMENT, PD_ERR_PARSE: a range, a key that the scene does not have,
  * points without spread beside others, fewer points than parameters, a parameter without effect; fit->bad_input is 1
  * then. A run that fails at a trial value ends the fit with its status and the value; one at 4 h or 2 h is only noted.
- * PD_ERR_STATE: stopped. PD_NOT_CONVERGED as for pd_least_squares_solve; the result is filled. */
+ * PD_CANCELLED: stopped, whatever the lattice. PD_NOT_CONVERGED as for pd_least_squares_solve; the result is filled. */
 PD_API pd_status pd_fit_run(pd_ctx *ctx, const pd_fit_desc *desc, pd_fit *fit);
 /* Write "result case=... fit=volume_loss points=9 rms=... KEY=1.07 KEY.error=0.02 ..." into text[size], cut off there;
  * size 0: nothing. fit=several with several sets. Values that are NaN or infinite are left out. */

@@ -240,17 +240,18 @@ pd_status pd_parameter_sweep_run(pd_ctx *ctx, const pd_parameter_sweep *s, int i
     one.folder = folder;
     pd_status status = pd_run(ctx, &setup, &one, &result);
     pd_setup_free(ctx, &setup);
-    if (status < 0) {
+    int stopped = status == PD_CANCELLED || (status >= 0 && result.stopped); /* before the first step, or after it */
+    if (status < 0 && !stopped) {
         pd_ctx copy = *ctx; /* the message is that of the run */
         snprintf(text, sizeof text, "%s", ctx->message);
         pdi_parameter_sweep_write_status(&copy, path, "failed", text);
         return status;
     }
     pd_run_format_result(&result, text, sizeof text);
-    if (result.stopped) snprintf(text, sizeof text, "stopped at t = %g s", result.time);
-    PD_TRY(pdi_parameter_sweep_write_status(ctx, path, result.stopped ? "stopped" : "done", text));
-    if (desc->print && !result.stopped) desc->print(desc->print_user, PD_PRINT_RESULT, text);
-    return result.stopped ? PD_RETRY : status;
+    if (stopped) snprintf(text, sizeof text, "stopped at t = %g s", result.time);
+    PD_TRY(pdi_parameter_sweep_write_status(ctx, path, stopped ? "stopped" : "done", text));
+    if (desc->print && !stopped) desc->print(desc->print_user, PD_PRINT_RESULT, text);
+    return stopped ? PD_RETRY : status;
 }
 
 /* ---- table ---- */

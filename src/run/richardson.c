@@ -39,7 +39,7 @@ static void pdi_richardson_prefix_message(pd_ctx *ctx, int level)
     pd_fail(ctx, ctx->status, "coarser", "the run at %d h failed: %.560s", level ? 4 : 2, message);
 }
 
-/* Run the coarsened setup without files and record its outputs as e->list[].coarser[level]. PD_ERR_STATE: stopped. */
+/* Run the coarsened setup without files and record its outputs as e->list[].coarser[level]. PD_CANCELLED: stopped. */
 static pd_status pdi_richardson_run_setup(pd_ctx *ctx, const pd_run_desc *desc, pd_coarsened_setup *coarser,
                                           pd_richardson *e, int level)
 {
@@ -54,8 +54,9 @@ static pd_status pdi_richardson_run_setup(pd_ctx *ctx, const pd_run_desc *desc, 
     dry.stop = desc->stop;
     dry.stop_user = desc->stop_user;
     pd_status status = pd_run(ctx, &coarser->setup, &dry, &result);
-    if (status < 0) pdi_richardson_prefix_message(ctx, level);
-    else if (result.stopped) status = pd_fail(ctx, PD_ERR_STATE, "estimate", "interrupted");
+    if (status == PD_CANCELLED || (status >= 0 && result.stopped))
+        status = pd_fail(ctx, PD_CANCELLED, "estimate", "interrupted");
+    else if (status < 0) pdi_richardson_prefix_message(ctx, level);
     for (int k = 0; k < e->count && status >= 0; k++)
         e->list[k].coarser[level] = pdi_richardson_find_coarser_value(coarser, &figures, &e->list[k].figure);
     pd_scalar_outputs_free(ctx, &figures);
@@ -63,7 +64,7 @@ static pd_status pdi_richardson_run_setup(pd_ctx *ctx, const pd_run_desc *desc, 
 }
 
 /* Coarsen the setup (level 0: 2 h, 1: 4 h) and run it with the flow order of the run. PD_OK also for a run that missed
- * a tolerance. Errors of pdi_coarsen_setup_build and pd_run; PD_ERR_STATE: stopped. */
+ * a tolerance. Errors of pdi_coarsen_setup_build and pd_run; PD_CANCELLED: stopped. */
 static pd_status pdi_richardson_run_coarser_grid(pd_ctx *ctx, const pd_run_desc *desc, pd_richardson *e, int level)
 {
     pd_coarsened_setup *coarser = NULL;
@@ -125,7 +126,7 @@ static void pdi_richardson_mark_minor(pd_richardson *e)
 }
 
 /* Run both coarser lattices and compute all errors. An error at 2 h ends it. If the one at 4 h fails, but not fatally,
- * e->missing_reason says why, and formal orders are taken. PD_ERR_STATE: stopped. */
+ * e->missing_reason says why, and formal orders are taken. PD_CANCELLED: stopped. */
 static pd_status pdi_richardson_run_coarser_grids(pd_ctx *ctx, const pd_run_desc *desc, pd_richardson *e)
 {
     PD_TRY(pdi_richardson_run_coarser_grid(ctx, desc, e, 0));
@@ -134,7 +135,7 @@ static pd_status pdi_richardson_run_coarser_grids(pd_ctx *ctx, const pd_run_desc
     if (pd_is_fatal(status)) return status;
     if (status == PD_OK) e->coarser_runs = 2;
     else memcpy(e->missing_reason, ctx->message, sizeof e->missing_reason);
-    if (desc->stop && desc->stop(desc->stop_user)) return pd_fail(ctx, PD_ERR_STATE, "estimate", "interrupted");
+    if (desc->stop && desc->stop(desc->stop_user)) return pd_fail(ctx, PD_CANCELLED, "estimate", "interrupted");
     for (int k = 0; k < e->count; k++) pdi_richardson_compute_error(e->setup, &e->list[k]);
     pdi_richardson_mark_minor(e);
     return PD_OK;

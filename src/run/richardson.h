@@ -43,7 +43,7 @@ typedef struct pd_richardson {
 /* Run the coarser lattices of a run that gave `figures`, which are copied; desc says when to stop. *estimate is zeroed
  * first. With desc->check_only they are only built: errors are NaN then, and coarser_runs and missing_reason count.
  * setup is borrowed. Errors of pdi_coarsen_setup_build and pd_run at 2 h: the estimate is freed, the run stands; those
- * at 4 h only if fatal. PD_ERR_STATE: stopped. */
+ * at 4 h only if fatal. PD_CANCELLED: stopped. */
 PD_API pd_status pd_richardson_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc,
                                    const pd_scalar_outputs *figures, pd_richardson *estimate);
 /* Print a line "result case=... estimate=richardson ..." for each section with figures and then one for the scene, and

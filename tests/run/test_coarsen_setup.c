@@ -239,6 +239,46 @@ TEST(estimates)
     CHECK_INT(ctx.in_use, 0);
 }
 
+typedef struct stop_clock {
+    int at, calls;
+} stop_clock;
+
+static int stop_once(void *user)
+{
+    stop_clock *stop = (stop_clock *)user;
+    return ++stop->calls == stop->at;
+}
+
+/* A wish to stop, whenever it comes, ends the estimate; it is no failure of the coarser run. */
+TEST(stopped_estimates)
+{
+    pd_ctx ctx;
+    pd_setup u;
+    pd_scalar_outputs f;
+    pd_richardson e;
+    pd_run_desc desc;
+    stop_clock stop = {1, 0};
+    int ended = 0;
+    pd_ctx_init(&ctx);
+    memset(&desc, 0, sizeof desc);
+    desc.stop = stop_once;
+    desc.stop_user = &stop;
+    if (!run_figures(&ctx, "grid.h=1 um", &u, &f)) return;
+    for (; !ended && stop.at < 2000; stop.at++) {
+        stop.calls = 0;
+        pd_status status = pd_richardson_run(&ctx, &u, &desc, &f, &e);
+        ended = stop.calls < stop.at;
+        CHECK_INT((int)status, ended ? (int)PD_OK : (int)PD_CANCELLED);
+        if (!ended) CHECK_STR(ctx.message, "estimate: interrupted");
+        pd_richardson_free(&ctx, &e);
+    }
+    CHECK_LE(10, stop.at);
+    NOTE("%d times", stop.at - 2);
+    pd_scalar_outputs_free(&ctx, &f);
+    pd_setup_free(&ctx, &u);
+    CHECK_INT(ctx.in_use, 0);
+}
+
 /* What the scene sets stays; what it leaves open follows the wanted accuracy. */
 TEST(picked_settings)
 {
@@ -284,4 +324,4 @@ TEST(picked_settings)
 }
 
 TEST_MAIN(ENTRY(corners_are_held) ENTRY(thin_parts_are_refused) ENTRY(faces_lie_on_planes) ENTRY(planes_and_rates)
-          ENTRY(estimates) ENTRY(wanted_spacing) ENTRY(picked_settings))
+              ENTRY(estimates) ENTRY(stopped_estimates) ENTRY(wanted_spacing) ENTRY(picked_settings))

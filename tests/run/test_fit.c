@@ -22,6 +22,14 @@ static void keep(void *user, pd_print_kind kind, const char *text)
     snprintf(said + used, sizeof said - used, "%s\n", text);
 }
 
+/* The call of stop_once that stops, 0: none, -1: the first one between two lattices; calls so far. */
+static int stop_at, stop_calls;
+
+static int stop_once(void *user)
+{
+    return ++stop_calls == stop_at || (stop_at < 0 && ((const pd_fit *)user)->result.converged);
+}
+
 static pd_status fit_of(pd_ctx *ctx, const char *scene, const char *const *range, int ranges, const char *data,
                         pd_fit *fit)
 {
@@ -35,6 +43,9 @@ static pd_status fit_of(pd_ctx *ctx, const char *scene, const char *const *range
     desc.ranges = ranges;
     desc.measured = data;
     desc.print = keep;
+    desc.stop = stop_at ? stop_once : NULL;
+    desc.stop_user = fit;
+    stop_calls = 0;
     said[0] = '\0';
     pd_status status = pd_fit_run(ctx, &desc, fit);
     CHECK_INT(ctx->in_use, 0);
@@ -162,6 +173,27 @@ TEST(refusals)
     if (!CHECK(strstr(ctx.message, "do not distinguish the 2 parameters") != NULL)) NOTE("message: %s", ctx.message);
 }
 
+/* A wish to stop, whenever it comes, ends the fit; it is no failure of a run or of a lattice. */
+TEST(stops)
+{
+    static const char *const range = "v=1..4 um/h";
+    pd_ctx ctx;
+    pd_fit fit;
+    int ended = 0, times = 0;
+    put_text("d.csv", "time [h],loss [%],spread [%]\n0,0,0\n1,5,1\n2,12,1\n");
+    for (stop_at = -1; !ended && stop_at < 5000; stop_at += stop_at < 0 ? 2 : 47, times++) {
+        pd_status status = fit_of(&ctx, SLAB, &range, 1, path_of("d.csv"), &fit);
+        ended = stop_calls < stop_at;
+        CHECK_INT((int)status, ended ? (int)PD_OK : (int)PD_CANCELLED);
+        if (!ended) CHECK_STR(ctx.message, "fit: interrupted");
+        if (!ended && stop_at > 0) CHECK_INT(stop_calls, stop_at);
+        CHECK(strstr(said, "no fit at") == NULL);
+    }
+    NOTE("%d times", times);
+    CHECK_LE(10, times); /* on all lattices */
+    stop_at = 0;
+}
+
 static pd_status whole(pd_ctx *ctx, void *user)
 {
     static const char *const range = "v=1..4 um/h";
@@ -185,4 +217,4 @@ TEST(no_memory)
     NOTE("%ld calls", fault_sweep("fit", whole, NULL, 20, 487));
 }
 
-TEST_MAIN(ENTRY(rate_of_a_slab) ENTRY(constants_and_bounds) ENTRY(refusals) ENTRY(no_memory))
+TEST_MAIN(ENTRY(rate_of_a_slab) ENTRY(constants_and_bounds) ENTRY(refusals) ENTRY(stops) ENTRY(no_memory))

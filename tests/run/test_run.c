@@ -2,6 +2,7 @@
  * dims: 1 2 */
 #define _XOPEN_SOURCE 700
 #include "run/fit.h"
+#include "run/parameter_sweep.h"
 #include "scene_file.h"
 
 #if PD_DIM == 1
@@ -54,6 +55,45 @@ TEST(line_of_a_shape)
         snprintf(text, sizeof text, "%s%s", box, cases[k].shapes);
         refused_run(text, cases[k].says);
     }
+}
+
+static int stop_at_once(void *user, const char *doing, int64_t count)
+{
+    (void)user;
+    (void)doing;
+    (void)count;
+    return 1;
+}
+
+/* A run of a sweep that is stopped while it is built has not failed. */
+TEST(sweep_stopped_before_the_first_step)
+{
+    static const char *const scene = "[grid] h = 1 um  box = 0 .. 9 um" ACROSS "\n[transport] D = 1e-9 m2/s\n"
+                                     "[side x-] C = 1 mol/m3\n[run] until = 1 s\n",
+                             *const axis = "transport.D=1e-9 m2/s, 2e-9 m2/s";
+    pd_ctx ctx;
+    pd_run_desc run_desc;
+    pd_parameter_sweep_desc desc;
+    pd_parameter_sweep sweep;
+    pd_parameter_sweep_count count;
+    pd_ctx_init(&ctx);
+    put("sweep.scene", scene, strlen(scene));
+    memset(&run_desc, 0, sizeof run_desc);
+    memset(&desc, 0, sizeof desc);
+    memset(&count, 0, sizeof count);
+    desc.scene = path_of("sweep.scene");
+    desc.axes = &axis;
+    desc.axis_count = 1;
+    desc.folder = path_of("sweep");
+    if (!CHECK_OK(&ctx, pd_parameter_sweep_build(&ctx, &desc, &sweep))) return;
+    CHECK_OK(&ctx, pd_parameter_sweep_run(&ctx, &sweep, 0, &run_desc));
+    ctx.cancel = stop_at_once;
+    CHECK_INT((int)pd_parameter_sweep_run(&ctx, &sweep, 1, &run_desc), (int)PD_RETRY);
+    ctx.cancel = NULL;
+    CHECK_OK(&ctx, pd_parameter_sweep_write(&ctx, &sweep, &count));
+    CHECK(count.done == 1 && count.failed == 0 && count.stopped == 1);
+    pd_parameter_sweep_free(&ctx, &sweep);
+    CHECK_INT(ctx.in_use, 0);
 }
 
 #if PD_DIM == 1
@@ -176,7 +216,9 @@ TEST(threads_of_each_run)
 }
 
 #if PD_DIM == 1
-TEST_MAIN(ENTRY(line_of_a_shape) ENTRY(threads_of_each_run) ENTRY(law_of_an_electrode))
+TEST_MAIN(ENTRY(line_of_a_shape) ENTRY(sweep_stopped_before_the_first_step)
+              ENTRY(threads_of_each_run) ENTRY(law_of_an_electrode))
 #else
-TEST_MAIN(ENTRY(line_of_a_shape) ENTRY(threads_of_each_run) ENTRY(residual_of_a_flow) ENTRY(most_sets_of_points))
+TEST_MAIN(ENTRY(line_of_a_shape) ENTRY(sweep_stopped_before_the_first_step)
+              ENTRY(threads_of_each_run) ENTRY(residual_of_a_flow) ENTRY(most_sets_of_points))
 #endif
