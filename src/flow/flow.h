@@ -292,10 +292,6 @@ PDI_INLINE float pdi_flow_compute_stabilisation_single(const float *xi, float st
  * tau p, or of the pressure impulse if there is one. It is what advects solutes. Derived fields must be up to date;
  * whether the bond is open is not checked. */
 PDI_FN double pdi_flow_compute_bond_flux(const pd_flow *flow, int32_t i, int k);
-/* Returns the volume per time [m3/s; planar 2D: m2/s] that the bonds to inlets carry into the box. *net_inlet: what the
- * inlet velocities give on the faces of the cells beside them, into the box positive (developed flow: what bonds give);
- * *gross_inlet: the sum of the sizes of these. Updates the derived fields first. */
-PDI_FN double pdi_flow_integrate_inflow(pd_ctx *ctx, pd_flow *flow, double *net_inlet, double *gross_inlet);
 #endif
 
 #endif

@@ -1,5 +1,6 @@
 /* quasi_steady: see quasi_steady.h */
 #include "flow/quasi_steady.h"
+#include "flow/inlet_flux.h"
 #include "lattice/open_boundary.h"
 #include <float.h>
 #include <math.h>
@@ -21,7 +22,7 @@
 static pd_status pdi_quasi_steady_check_inflow(pd_ctx *ctx, const pd_quasi_steady *q)
 {
     char place[PDI_GRID_POSITION_LENGTH];
-    double pushed, gross, taken = pdi_flow_integrate_inflow(ctx, q->flow, &pushed, &gross);
+    double pushed, gross, taken = pdi_inlet_flux_integrate(ctx, q->flow, &pushed, &gross);
     double excess = (taken - pushed) / gross;
     if (gross > 0.0 && !(fabs(excess) <= PDI_QUASI_STEADY_INFLOW_TOLERANCE))
         return pd_fail(ctx, PD_ERR_GEOMETRY, "steady",
@@ -47,7 +48,7 @@ static pd_status pdi_quasi_steady_check_open_path(pd_ctx *ctx, const pd_quasi_st
     double pushed, gross;
     int32_t node;
     char place[PDI_GRID_POSITION_LENGTH];
-    pdi_flow_integrate_inflow(ctx, q->flow, &pushed, &gross);
+    pdi_inlet_flux_integrate(ctx, q->flow, &pushed, &gross);
     /* not inlets that feed each other */
     if (pd_is_fatal(status) || !(fabs(pushed) > PDI_QUASI_STEADY_CLOSED_INFLOW * gross)) return status;
     PD_TRY(pdi_open_boundary_find_blocked_inlet(ctx, q->flow->bonds, &node));

@@ -34,8 +34,8 @@ static double pdi_axis_ticks_round_step(double x)
 
 /* Append the ticks of a linear axis, or of a logarithmic one within a decade: multiples of the smallest step of 1, 2 or
  * 5 times a power of ten with at most max_labels steps over lo..hi. Sets the exponent: 0 where the larger magnitude is
- * at least 0.01 and below 1e5, else the largest multiple of 3 up to its decimal logarithm. No tick where lo >= hi or an
- * end is infinite; the exponent is 0 then. */
+ * at least 0.01 and below 1e5, else the largest multiple of 3 up to its decimal logarithm. No tick where lo >= hi, an
+ * end is not finite (the exponent is 0 then), or the range is so narrow that ticks are no different numbers. */
 static void pdi_axis_ticks_compute_linear(int max_labels, pdi_axis_ticks *axis)
 {
     char label[64];
@@ -50,6 +50,7 @@ static void pdi_axis_ticks_compute_linear(int max_labels, pdi_axis_ticks *axis)
     int digits = (int)-floor(log10(step / unit) + 1e-9);
     digits = digits < 0 ? 0 : digits > 12 ? 12 : digits;
     double first = ceil((axis->lo - slack) / step), last = floor((axis->hi + slack) / step);
+    if (!(fabs(first) < 1e15) || !(fabs(last) < 1e15)) return; /* counting on by 1 would end nowhere */
     for (double k = first; k <= last; k += 1) {
         snprintf(label, sizeof label, "%.*f", digits, k * step / unit + 0.0);
         for (char *c = label; *c; c++)
@@ -61,9 +62,10 @@ static void pdi_axis_ticks_compute_linear(int max_labels, pdi_axis_ticks *axis)
 /* Append the ticks of a logarithmic axis: at decades, every n-th with a label so that max_labels suffice; up to eight
  * decades also minor ticks at 2..9 times a power of ten, of which up to two decades 2 and 5 have labels. Decades
  * without a label are left out beyond 48. Labels are plain numbers within 1e-3..1e5, else powers of ten. Fewer than two
- * labels: linear ticks replace them all. */
+ * labels: linear ticks replace them all. No tick where an end is not positive and finite. */
 static void pdi_axis_ticks_compute_logarithmic(int max_labels, pdi_axis_ticks *axis)
 {
+    if (!(axis->lo > 0.0) || !(axis->lo <= DBL_MAX) || !(axis->hi > 0.0) || !(axis->hi <= DBL_MAX)) return;
     int first = (int)floor(log10(axis->lo) + 1e-9), last = (int)ceil(log10(axis->hi) - 1e-9);
     int decades = last - first, skip = (decades + max_labels - 1) / max_labels;
     int plain = first >= -3 && last <= 5;

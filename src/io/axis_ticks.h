@@ -19,7 +19,8 @@ typedef struct pdi_axis_ticks {
 /* Set count, values, labels and exponent of an axis from its lo, hi and log: ticks inside lo..hi with about
  * `max_labels` labels at most (below 1: as 1), at multiples of 1, 2 or 5 times a power of ten, or at decades. A
  * logarithmic axis has minor ticks, too, with empty labels; where fewer than two of its labels result, it has linear
- * ticks instead. count is 0 where lo == hi or a linear axis has an infinite end. */
+ * ticks instead. count is 0 where lo >= hi, an end is not finite (logarithmic: not positive), or rounding leaves no
+ * ticks between the ends. */
 PDI_FN void pdi_axis_ticks_compute(int max_labels, pdi_axis_ticks *axis);
 /* Format 10^exponent as UTF-8, "10" with superscript digits and sign (of the last three digits of the exponent), into
  * text, which has room for 15 bytes. */

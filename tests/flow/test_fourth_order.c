@@ -1,6 +1,7 @@
 /* fourth_order: the flow operator of fourth order: orders against closed forms, exact channels, conservation,
  * derivative. dims: 2 3 */
 #include "fixture.h"
+#include "flow/inlet_flux.h"
 #include "flow/weakly_compressible.h"
 
 #define NU 0.01 /* [m2/s] */
@@ -184,7 +185,7 @@ TEST(channels)
             CHECK_LE(most, 1e-12);
             /* the exact flow of the parabola: 2/3 */
             double depth = PD_DIM == 3 ? 0.5 : 1.0;
-            CHECK_NEAR(pdi_flow_integrate_inflow(&s->ctx, &s->flow, &pushed, &gross), 2.0 / 3.0 * depth, 1e-12);
+            CHECK_NEAR(pdi_inlet_flux_integrate(&s->ctx, &s->flow, &pushed, &gross), 2.0 / 3.0 * depth, 1e-12);
             CHECK_NEAR(pd_flow_integrate_section(&s->ctx, &s->flow, along, 4), 2.0 / 3.0 * depth, 1e-12);
         }
         scene_free(s);

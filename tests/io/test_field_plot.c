@@ -18,6 +18,33 @@ static void start(pd_ctx *ctx)
     CHECK_OK(ctx, pd_file_make_directory(ctx, DIRECTORY));
 }
 
+/* A range without ends that are numbers, or of a few roundings, has no ticks. */
+TEST(ranges_without_ticks)
+{
+    static const double inf = (double)INFINITY, none = (double)NAN;
+    const double ends[][2] = {{0.0, inf},  {-inf, 1.0},  {-inf, inf}, {1.0, inf}, {inf, inf},          {none, 1.0},
+                              {1.0, none}, {none, none}, {2.0, 1.0},  {1.0, 1.0}, {1.0, 1.0 + 4.5e-16}},
+                 not_positive[][2] = {{0.0, 1.0}, {-1.0, 10.0}, {-10.0, -1.0}, {0.0, 0.0}};
+    pdi_axis_ticks axis;
+    memset(&axis, 0, sizeof axis);
+    for (size_t k = 0; k < 2 * (sizeof ends / sizeof ends[0]); k++) {
+        axis.log = (int)(k % 2);
+        axis.lo = ends[k / 2][0];
+        axis.hi = ends[k / 2][1];
+        axis.count = axis.exponent = 7;
+        pdi_axis_ticks_compute(8, &axis);
+        CHECK_INT(axis.count, 0);
+        CHECK_INT(axis.exponent, 0);
+    }
+    axis.log = 1;
+    for (size_t k = 0; k < sizeof not_positive / sizeof not_positive[0]; k++) {
+        axis.lo = not_positive[k][0];
+        axis.hi = not_positive[k][1];
+        pdi_axis_ticks_compute(8, &axis);
+        CHECK_INT(axis.count, 0);
+    }
+}
+
 TEST(ticks_are_round_numbers)
 {
     pdi_axis_ticks axis;
@@ -784,7 +811,8 @@ TEST(every_failing_allocation_is_reported)
     remove(DIRECTORY);
 }
 
-TEST_MAIN(ENTRY(ranges_of_nothing_less_than_zero) ENTRY(ticks_are_round_numbers) ENTRY(units_are_printed)
+TEST_MAIN(ENTRY(ranges_of_nothing_less_than_zero) ENTRY(ranges_without_ticks)
+              ENTRY(ticks_are_round_numbers) ENTRY(units_are_printed)
               ENTRY(a_picture_shows_every_cell_in_its_place) ENTRY(pictures_of_any_shape_have_a_sensible_size)
                   ENTRY(logarithmic_colours) ENTRY(smooth_cells) ENTRY(legends_of_labels)
                       ENTRY(extreme_values_have_a_picture) ENTRY(a_picture_with_wrong_arguments_is_refused)
