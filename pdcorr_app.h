@@ -1218,7 +1218,7 @@ typedef struct pd_richardson {
 /* Run the coarser lattices of a run that gave `figures`, which are copied; desc says when to stop. *estimate is zeroed
  * first. With desc->check_only they are only built: errors are NaN then, and coarser_runs and missing_reason count.
  * setup is borrowed. Errors of pdi_coarsen_setup_build and pd_run at 2 h: the estimate is freed, the run stands; those
- * at 4 h only if fatal. PD_ERR_STATE: stopped. */
+ * at 4 h only if fatal. PD_CANCELLED: stopped. */
 PD_API pd_status pd_richardson_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc,
                                    const pd_scalar_outputs *figures, pd_richardson *estimate);
 /* Print a line "result case=... estimate=richardson ..." for each section with figures and then one for the scene, and
@@ -1312,7 +1312,7 @@ typedef struct pd_fit {
 /* Fit the parameters; *fit is zeroed first. PD_ERR_ARGUMENT, PD_ERR_PARSE: a range, a key that the scene does not have,
  * points without spread beside others, fewer points than parameters, a parameter without effect; fit->bad_input is 1
  * then. A run that fails at a trial value ends the fit with its status and the value; one at 4 h or 2 h is only noted.
- * PD_ERR_STATE: stopped. PD_NOT_CONVERGED as for pd_least_squares_solve; the result is filled. */
+ * PD_CANCELLED: stopped, whatever the lattice. PD_NOT_CONVERGED as for pd_least_squares_solve; the result is filled. */
 PD_API pd_status pd_fit_run(pd_ctx *ctx, const pd_fit_desc *desc, pd_fit *fit);
 /* Write "result case=... fit=volume_loss points=9 rms=... KEY=1.07 KEY.error=0.02 ..." into text[size], cut off there;
  * size 0: nothing. fit=several with several sets. Values that are NaN or infinite are left out. */
@@ -1848,7 +1848,8 @@ typedef struct pdi_axis_ticks {
 /* Set count, values, labels and exponent of an axis from its lo, hi and log: ticks inside lo..hi with about
  * `max_labels` labels at most (below 1: as 1), at multiples of 1, 2 or 5 times a power of ten, or at decades. A
  * logarithmic axis has minor ticks, too, with empty labels; where fewer than two of its labels result, it has linear
- * ticks instead. count is 0 where lo == hi or a linear axis has an infinite end. */
+ * ticks instead. count is 0 where lo >= hi, an end is not finite (logarithmic: not positive), or rounding leaves no
+ * ticks between the ends. */
 PDI_FN void pdi_axis_ticks_compute(int max_labels, pdi_axis_ticks *axis);
 /* Format 10^exponent as UTF-8, "10" with superscript digits and sign (of the last three digits of the exponent), into
  * text, which has room for 15 bytes. */
@@ -7129,8 +7130,8 @@ static double pdi_axis_ticks_round_step(double x)
 
 /* Append the ticks of a linear axis, or of a logarithmic one within a decade: multiples of the smallest step of 1, 2 or
  * 5 times a power of ten with at most max_labels steps over lo..hi. Sets the exponent: 0 where the larger magnitude is
- * at least 0.01 and below 1e5, else the largest multiple of 3 up to its decimal logarithm. No tick where lo >= hi or an
- * end is infinite; the exponent is 0 then. */
+ * at least 0.01 and below 1e5, else the largest multiple of 3 up to its decimal logarithm. No tick where lo >= hi, an
+ * end is not finite (the exponent is 0 then), or the range is so narrow that ticks are no different numbers. */
 static void pdi_axis_ticks_compute_linear(int max_labels, pdi_axis_ticks *axis)
 {
     char label[64];
@@ -7145,6 +7146,7 @@ static void pdi_axis_ticks_compute_linear(int max_labels, pdi_axis_ticks *axis)
     int digits = (int)-floor(log10(step / unit) + 1e-9);
     digits = digits < 0 ? 0 : digits > 12 ? 12 : digits;
     double first = ceil((axis->lo - slack) / step), last = floor((axis->hi + slack) / step);
+    if (!(fabs(first) < 1e15) || !(fabs(last) < 1e15)) return; /* counting on by 1 would end nowhere */
     for (double k = first; k <= last; k += 1) {
         snprintf(label, sizeof label, "%.*f", digits, k * step / unit + 0.0);
         for (char *c = label; *c; c++)
@@ -7156,9 +7158,10 @@ static void pdi_axis_ticks_compute_linear(int max_labels, pdi_axis_ticks *axis)
 /* Append the ticks of a logarithmic axis: at decades, every n-th with a label so that max_labels suffice; up to eight
  * decades also minor ticks at 2..9 times a power of ten, of which up to two decades 2 and 5 have labels. Decades
  * without a label are left out beyond 48. Labels are plain numbers within 1e-3..1e5, else powers of ten. Fewer than two
- * labels: linear ticks replace them all. */
+ * labels: linear ticks replace them all. No tick where an end is not positive and finite. */
 static void pdi_axis_ticks_compute_logarithmic(int max_labels, pdi_axis_ticks *axis)
 {
+    if (!(axis->lo > 0.0) || !(axis->lo <= DBL_MAX) || !(axis->hi > 0.0) || !(axis->hi <= DBL_MAX)) return;
     int first = (int)floor(log10(axis->lo) + 1e-9), last = (int)ceil(log10(axis->hi) - 1e-9);
     int decades = last - first, skip = (decades + max_labels - 1) / max_labels;
     int plain = first >= -3 && last <= 5;
@@ -25516,7 +25519,7 @@ static void pdi_richardson_prefix_message(pd_ctx *ctx, int level)
     pd_fail(ctx, ctx->status, "coarser", "the run at %d h failed: %.560s", level ? 4 : 2, message);
 }
 
-/* Run the coarsened setup without files and record its outputs as e->list[].coarser[level]. PD_ERR_STATE: stopped. */
+/* Run the coarsened setup without files and record its outputs as e->list[].coarser[level]. PD_CANCELLED: stopped. */
 static pd_status pdi_richardson_run_setup(pd_ctx *ctx, const pd_run_desc *desc, pd_coarsened_setup *coarser,
                                           pd_richardson *e, int level)
 {
@@ -25531,8 +25534,9 @@ static pd_status pdi_richardson_run_setup(pd_ctx *ctx, const pd_run_desc *desc, 
     dry.stop = desc->stop;
     dry.stop_user = desc->stop_user;
     pd_status status = pd_run(ctx, &coarser->setup, &dry, &result);
-    if (status < 0) pdi_richardson_prefix_message(ctx, level);
-    else if (result.stopped) status = pd_fail(ctx, PD_ERR_STATE, "estimate", "interrupted");
+    if (status == PD_CANCELLED || (status >= 0 && result.stopped))
+        status = pd_fail(ctx, PD_CANCELLED, "estimate", "interrupted");
+    else if (status < 0) pdi_richardson_prefix_message(ctx, level);
     for (int k = 0; k < e->count && status >= 0; k++)
         e->list[k].coarser[level] = pdi_richardson_find_coarser_value(coarser, &figures, &e->list[k].figure);
     pd_scalar_outputs_free(ctx, &figures);
@@ -25540,7 +25544,7 @@ static pd_status pdi_richardson_run_setup(pd_ctx *ctx, const pd_run_desc *desc, 
 }
 
 /* Coarsen the setup (level 0: 2 h, 1: 4 h) and run it with the flow order of the run. PD_OK also for a run that missed
- * a tolerance. Errors of pdi_coarsen_setup_build and pd_run; PD_ERR_STATE: stopped. */
+ * a tolerance. Errors of pdi_coarsen_setup_build and pd_run; PD_CANCELLED: stopped. */
 static pd_status pdi_richardson_run_coarser_grid(pd_ctx *ctx, const pd_run_desc *desc, pd_richardson *e, int level)
 {
     pd_coarsened_setup *coarser = NULL;
@@ -25602,7 +25606,7 @@ static void pdi_richardson_mark_minor(pd_richardson *e)
 }
 
 /* Run both coarser lattices and compute all errors. An error at 2 h ends it. If the one at 4 h fails, but not fatally,
- * e->missing_reason says why, and formal orders are taken. PD_ERR_STATE: stopped. */
+ * e->missing_reason says why, and formal orders are taken. PD_CANCELLED: stopped. */
 static pd_status pdi_richardson_run_coarser_grids(pd_ctx *ctx, const pd_run_desc *desc, pd_richardson *e)
 {
     PD_TRY(pdi_richardson_run_coarser_grid(ctx, desc, e, 0));
@@ -25611,7 +25615,7 @@ static pd_status pdi_richardson_run_coarser_grids(pd_ctx *ctx, const pd_run_desc
     if (pd_is_fatal(status)) return status;
     if (status == PD_OK) e->coarser_runs = 2;
     else memcpy(e->missing_reason, ctx->message, sizeof e->missing_reason);
-    if (desc->stop && desc->stop(desc->stop_user)) return pd_fail(ctx, PD_ERR_STATE, "estimate", "interrupted");
+    if (desc->stop && desc->stop(desc->stop_user)) return pd_fail(ctx, PD_CANCELLED, "estimate", "interrupted");
     for (int k = 0; k < e->count; k++) pdi_richardson_compute_error(e->setup, &e->list[k]);
     pdi_richardson_mark_minor(e);
     return PD_OK;
@@ -25988,7 +25992,7 @@ static pd_status pdi_fit_prefix_message(pdi_fit *f, pd_status status)
 }
 
 /* Run the setup without files, on the coarser lattice where factor > 1, into f->computed [SI], NaN where it does not
- * come. PD_ERR_STATE: stopped. Errors of pdi_coarsen_setup_build and pd_run. */
+ * come. PD_CANCELLED: stopped. Errors of pdi_coarsen_setup_build and pd_run. */
 static pd_status pdi_fit_run_model(pdi_fit *f, const pd_setup *setup)
 {
     pd_run_desc dry;
@@ -26004,12 +26008,13 @@ static pd_status pdi_fit_run_model(pdi_fit *f, const pd_setup *setup)
         setup = &f->coarser->setup;
     }
     PD_TRY(pd_run(f->ctx, setup, &dry, &result));
-    return result.stopped ? pd_fail(f->ctx, PD_ERR_STATE, "fit", "interrupted") : PD_OK;
+    return result.stopped ? pd_fail(f->ctx, PD_CANCELLED, "fit", "interrupted") : PD_OK;
 }
 
 /* Residuals [points] [-] for parameter values: (computed - measured) times weight. Reads the scene anew, makes a run,
  * counts it, and keeps the residuals of the lowest sum of squares; a sum that is NaN is never the lowest. A run that
- * fails, or is stopped, ends with its status and the values in the message. The function of pd_least_squares_solve. */
+ * fails ends with its status and the values in the message, one that is stopped with PD_CANCELLED. The function of
+ * pd_least_squares_solve. */
 static pd_status pdi_fit_compute_residuals(pd_ctx *ctx, void *user, const double *value, double *residual)
 {
     pdi_fit *f = (pdi_fit *)user;
@@ -26020,11 +26025,8 @@ static pd_status pdi_fit_compute_residuals(pd_ctx *ctx, void *user, const double
     PD_TRY(PD_NEW(ctx, "fit", 1, setup));
     pd_status status = pd_fit_read_setup(ctx, f->desc, more, f->fit->parameters, setup);
     if (status >= 0) status = pdi_fit_run_model(f, setup);
-    if (status >= 0) pd_setup_free(ctx, setup);
-    else {
-        pdi_fit_prefix_message(f, status);
-        pd_setup_free(ctx, setup);
-    }
+    if (status < 0 && status != PD_CANCELLED) pdi_fit_prefix_message(f, status);
+    pd_setup_free(ctx, setup);
     PD_DELETE(ctx, 1, setup);
     PD_TRY(status);
     f->fit->evaluations++;
@@ -26160,7 +26162,7 @@ static pd_status pdi_fit_solve_on_grid(pdi_fit *f, const double *start)
 static int pdi_fit_is_stopped(const pdi_fit *f) { return f->desc->stop && f->desc->stop(f->desc->stop_user); }
 
 /* Solve on the lattices at 4 h, 2 h and h (or h alone), each from the result before. A coarser lattice that fails is
- * left out, with a note; out of memory, a cancelled run and a wish to stop end the fit. The first start is sqrt(low
+ * left out, with a note; out of memory, a stopped run and a wish to stop end the fit. The first start is sqrt(low
  * high) of a range with low > 0 and high >= 10 low, else the midpoint. Returns the status of the last solve. */
 static pd_status pdi_fit_solve_coarse_to_fine(pdi_fit *f)
 {
@@ -26174,7 +26176,8 @@ static pd_status pdi_fit_solve_coarse_to_fine(pdi_fit *f)
     for (f->factor = f->desc->skips_coarser ? 1 : 4; f->factor > 0; f->factor /= 2) {
         status = pdi_fit_solve_on_grid(f, start);
         if (status >= 0) memcpy(start, f->fit->result.value, sizeof start);
-        if (f->factor == 1 || pd_is_fatal(status) || pdi_fit_is_stopped(f)) return status;
+        if (f->factor == 1 || pd_is_fatal(status)) return status;
+        if (pdi_fit_is_stopped(f)) return pd_fail(f->ctx, PD_CANCELLED, "fit", "interrupted");
         snprintf(line, sizeof line, "no fit at %d h: %.500s", f->factor, f->ctx->message);
         if (status < 0) pdi_fit_print(f, PD_PRINT_NOTE, line);
     }
@@ -26507,17 +26510,18 @@ pd_status pd_parameter_sweep_run(pd_ctx *ctx, const pd_parameter_sweep *s, int i
     one.folder = folder;
     pd_status status = pd_run(ctx, &setup, &one, &result);
     pd_setup_free(ctx, &setup);
-    if (status < 0) {
+    int stopped = status == PD_CANCELLED || (status >= 0 && result.stopped); /* before the first step, or after it */
+    if (status < 0 && !stopped) {
         pd_ctx copy = *ctx; /* the message is that of the run */
         snprintf(text, sizeof text, "%s", ctx->message);
         pdi_parameter_sweep_write_status(&copy, path, "failed", text);
         return status;
     }
     pd_run_format_result(&result, text, sizeof text);
-    if (result.stopped) snprintf(text, sizeof text, "stopped at t = %g s", result.time);
-    PD_TRY(pdi_parameter_sweep_write_status(ctx, path, result.stopped ? "stopped" : "done", text));
-    if (desc->print && !result.stopped) desc->print(desc->print_user, PD_PRINT_RESULT, text);
-    return result.stopped ? PD_RETRY : status;
+    if (stopped) snprintf(text, sizeof text, "stopped at t = %g s", result.time);
+    PD_TRY(pdi_parameter_sweep_write_status(ctx, path, stopped ? "stopped" : "done", text));
+    if (desc->print && !stopped) desc->print(desc->print_user, PD_PRINT_RESULT, text);
+    return stopped ? PD_RETRY : status;
 }
 
 /* ---- table ---- */

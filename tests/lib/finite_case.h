@@ -37,4 +37,17 @@ static inline pdi_constitutive_law_params moduli(const pd_finite_strain_desc *d)
     return m;
 }
 
+static inline pd_material_interface build(solid_case *c, const pd_finite_strain_desc *d, pd_finite_strain *f)
+{
+    CHECK_OK(&c->ctx, pd_finite_strain_build(&c->ctx, &c->body, d, f));
+    return pd_finite_strain_material(f);
+}
+
+static inline void end(solid_case *c, pd_finite_strain *f)
+{
+    pd_finite_strain_free(&c->ctx, f);
+    pd_body_free(&c->ctx, &c->body);
+    CHECK_INT(c->ctx.in_use, 0);
+}
+
 #endif

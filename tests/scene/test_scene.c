@@ -1,5 +1,5 @@
 /* scene, sketch, inlet, model, run: every section of a scene, what is built from it, the files of a run.
- * dims: 1 2 3 */
+ * dims: 2 3 */
 #define _XOPEN_SOURCE 700
 #include "run/output.h"
 #include "io/png.h"
@@ -656,7 +656,7 @@ TEST_MAIN(ENTRY(every_key) ENTRY(shapes_and_operations) ENTRY(overrides_replace_
           ENTRY(absent_physics_costs_nothing) ENTRY(grain_factor) ENTRY(files_of_a_run) ENTRY(stop_and_check)
           ENTRY(flow_alone) ENTRY(walls_and_media) ENTRY(watching_a_flow)
           ENTRY(watching_bodies) ENTRY(watching_a_transfer) ENTRY(refusals))
-#elif PD_DIM == 3
+#else
 #define TUBE \
     "[grid] h = 10 um  box = 0 .. 80 um, -40 um .. 40 um, -40 um .. 40 um\n" \
     "[flow] rho = 1 g/cm3  mu = 1 mPa s\n[side x+] flow = outlet\n"
@@ -788,47 +788,4 @@ TEST(surfaces_and_streamlines)
 
 TEST_MAIN(ENTRY(parabola_of_a_tube) ENTRY(parabola_of_a_square) ENTRY(line_of_an_inlet_without_profile) ENTRY(slices)
           ENTRY(surfaces_and_streamlines))
-#else
-/* A closed rod held at 2 mol/m3 on one end fills up to that; its picture is a curve. */
-TEST(diffusion_in_one_dimension)
-{
-    pd_ctx ctx;
-    pd_setup u;
-    pd_run_desc desc;
-    pd_run_result r;
-    pd_image image;
-    pd_table table;
-    double c[100];
-    memset(&table, 0, sizeof table);
-    memset(&desc, 0, sizeof desc);
-    memset(&image, 0, sizeof image);
-    if (!CHECK_OK(&ctx, load(&ctx, "[grid] h = 10 um  box = 0 .. 400 um\n[side x-] C = 2 mol/m3\n"
-                             "[transport] D = 1e-9 m2/s\n[run] until = 1 h  max_step = 60 s\n"
-                             "[output] images = C  every = 1 h\n"
-                             "[probe end] at = 395 um\n", NULL, 0, &u))) return;
-    CHECK(u.side[0].kind == PD_SIDE_WALL && u.side[0].has_fixed_c);
-    desc.folder = path_of("line");
-    CHECK_OK(&ctx, pd_run(&ctx, &u, &desc, &r));
-    CHECK_LE(r.mass_balance_error, 1e-11);
-    CHECK_OK(&ctx, pd_png_read(&ctx, path_of("line/C_000001_t3600.0s.png"), &image));
-    CHECK(image.width > 200);
-    pd_image_free(&ctx, &image);
-    if (CHECK_OK(&ctx, pd_table_read(&ctx, path_of("line/probes.csv"), &table)) && table.rows < 100) {
-        CHECK_INT(table.rows, 61);
-        CHECK_OK(&ctx, pd_table_parse_column(&ctx, &table, "end_C", c));
-        CHECK_NEAR(c[0], 0.0, 0.0);
-        CHECK_REL(c[60], 2.0, 1e-6);
-    }
-    pd_table_free(&ctx, &table);
-    leave(&ctx, &u);
-}
-
-TEST(refusals)
-{
-    refused("[grid] h = 10 um  box = 0 .. 400 um\n[side y-] C = 2 mol/m3\n"
-            "[transport] D = 1e-9 m2/s\n[run] until = 1 h\n",
-            "a.scene:2: side: found [side y-], expected one of x-, x+");
-    refused("dx = 1e-6\n", "which describes a pin in 2D or 3D");
-}
-TEST_MAIN(ENTRY(diffusion_in_one_dimension) ENTRY(refusals))
 #endif

@@ -52,7 +52,7 @@ fresh
 "$tool" > log
 verdict "a clean module"
 offence 'columns, at most 120' add c "/*$(blanks 117)*/"
-offence 'lines, at most 880' sh -c 'awk "BEGIN { for (k = 0; k < 880; k++) print \"\" }" >> src/thing.c'
+offence 'lines, at most 830' sh -c 'awk "BEGIN { for (k = 0; k < 830; k++) print \"\" }" >> src/thing.c'
 offence 'a tab' add c "$(printf 'int\tpdi_x;')"
 offence 'a trailing blank' add c '/* a */ '
 offence 'leftover marker' add c '/* FIX''ME */'

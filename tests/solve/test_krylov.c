@@ -766,17 +766,14 @@ TEST(range)
     for (int m = 0; m < 2; m++) {
         double b[10] = {0.0}, x[10] = {0.0};
         sys s = make(K_POISSON, 10);
-        pd_krylov k;
+        pd_krylov k, none;
         pd_krylov_desc d = describe(methods[m], 10);
-        d.first = 3;
-        d.end = 8;
-        d.rtol = 1e-13;
+        d.first = 3, d.end = 8, d.rtol = 1e-13;
         for (int i = 3; i < 8; i++) b[i] = 1.0;
         if (!CHECK_OK(&ctx, pd_krylov_build(&ctx, &d, &k))) return;
         CHECK_OK(&ctx, pd_krylov_solve(&ctx, &k, multiply_inner, NULL, &s, b, x, NULL));
         for (int i = 0; i < 10; i++) CHECK_NEAR(x[i], i < 3 || i > 7 ? 0.0 : 0.5 * (i - 2.0) * (8.0 - i), 1e-12);
         for (int wrong = 0; wrong < 5; wrong++) {
-            pd_krylov none;
             k.desc.first = d.first = bad[wrong][0];
             k.desc.end = d.end = bad[wrong][1];
             CHECK_INT(pd_krylov_build(&ctx, &d, &none), PD_ERR_ARGUMENT);
@@ -786,34 +783,6 @@ TEST(range)
             CHECK_INT(s.calls, 0);
         }
         pd_krylov_free(&ctx, &k);
-    }
-}
-
-/* Two components go into packed vectors and back: all nodes outside of the ranges become zero, also where there are no
- * ranges. */
-TEST(pack_and_unpack)
-{
-    pd_ctx ctx;
-    int32_t first[2] = {2, 5}, start[2] = {0, 1}, length[2] = {1, 2};
-    pd_active_ranges spans = {2, 2, first, start, length, 3, 9};
-    pd_ctx_init(&ctx);
-    for (int none = 0; none < 2; none++) {
-        double full[19], packed[7];
-        for (int i = 0; i < 19; i++) full[i] = 1.0 + i;
-        for (int i = 0; i < 7; i++) packed[i] = -1.0;
-        if (none) spans.count = spans.packed_length = 0;
-        pdi_active_range_pack(&ctx, &spans, 2, full, packed);
-        for (int i = 0; i < 6; i++) {
-            static const double nodes[6] = {3.0, 6.0, 7.0, 12.0, 15.0, 16.0};
-            CHECK_NEAR(packed[i], none ? -1.0 : nodes[i], 0.0);
-        }
-        CHECK_NEAR(packed[6], -1.0, 0.0);
-        pdi_active_range_unpack(&ctx, &spans, 2, packed, full);
-        for (int i = 0; i < 18; i++) {
-            int node = i % 9, in = !none && (node == 2 || node == 5 || node == 6);
-            CHECK_NEAR(full[i], in ? 1.0 + i : 0.0, 0.0);
-        }
-        CHECK_NEAR(full[18], 19.0, 0.0);
     }
 }
 
@@ -858,4 +827,4 @@ TEST_MAIN(ENTRY(poisson_closed_form) ENTRY(gmres_cyclic_shift) ENTRY(gmres_growt
               ENTRY(gmres_lean) ENTRY(gmres_trusting) ENTRY(gmres_integers) ENTRY(gmres_breakdown)
                   ENTRY(gmres_orthogonality) ENTRY(gmres_singular) ENTRY(skew) ENTRY(transport) ENTRY(not_a_number)
                       ENTRY(not_converged) ENTRY(guesses) ENTRY(flexible) ENTRY(unit_covariance) ENTRY(threads)
-                          ENTRY(memory) ENTRY(spans) ENTRY(range) ENTRY(pack_and_unpack) ENTRY(bad_input))
+                          ENTRY(memory) ENTRY(spans) ENTRY(range) ENTRY(bad_input))
