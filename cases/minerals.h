@@ -1,4 +1,4 @@
-/* minerals: solids that form and dissolve, against closed forms and tables (theory: 5b.6, 5c): brucite in water, a
+/* minerals: solids that form and dissolve, against closed forms and tables (theory: 7.7, 8): brucite in water, a
  * speed, fronts where a solid forms at once, the room that it takes. For validation cases and tests. Include vessel.h
  * before. */
 #ifndef CASES_MINERALS_H

@@ -1,4 +1,4 @@
-/* salts: ions in the potential that keeps them neutral, against closed forms (theory: 5c.1): a salt that diffuses, a
+/* salts: ions in the potential that keeps them neutral, against closed forms (theory: 8.7): a salt that diffuses, a
  * metal that enters a salt, salts side by side. For validation cases and tests. Include vessel.h before. */
 #ifndef CASES_SALTS_H
 #define CASES_SALTS_H

@@ -1,7 +1,7 @@
 /* 01: calibrated bond weights and the patch test.
  *
  * Prints what the continuum coefficients make of x^2 on a lattice, and the errors of the calibrated operators on
- * polynomials (theory: section 2). Runs in 1D, 2D and 3D:
+ * polynomials (theory: chapter 1). Runs in 1D, 2D and 3D:
  *   cc -std=c99 -O2 -I. -DPD_DIM=3 examples/01_stencil.c -o 01_stencil -lm
  */
 #ifndef PD_DIM

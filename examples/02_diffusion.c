@@ -1,7 +1,7 @@
 /* 02: diffusion in a closed box.
  *
  * A cosine decays as exp(-D (pi/L)^2 t); nothing leaves. Implicit steps against that solution, on three grids and with
- * three step lengths (theory: section 5).
+ * three step lengths (theory: chapter 6).
  *   cc -std=c99 -O2 -I. examples/02_diffusion.c -o 02_diffusion -lm
  */
 #ifndef PD_DIM

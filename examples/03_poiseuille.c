@@ -1,7 +1,7 @@
 /* 03: steady flow between plates.
  *
  * From rest to plane Poiseuille flow, u = 3/2 U (1 - (y/H)^2), dp/dx = -3 mu U / H^2: an exact solution of the discrete
- * equations (theory: section 4.3), so the error is that of the solver, on any grid.
+ * equations (theory: section 3.9), so the error is that of the solver, on any grid.
  *   cc -std=c99 -O2 -I. examples/03_poiseuille.c -o 03_poiseuille -lm
  */
 #define PD_DIM 2

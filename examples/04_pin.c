@@ -1,7 +1,7 @@
 /* 04: a dissolving pin in a channel, with the coupling loop and the ledger in the program's own hands.
  *
  * Objects are built from the bottom up, without a scene file. The rate law is a function; each step solves transport,
- * takes the losses from the metal, opens what has dissolved and solves the flow again (theory: sections 6 and 7).
+ * takes the losses from the metal, opens what has dissolved and solves the flow again (theory: chapters 10 and 13).
  *   cc -std=c99 -O2 -I. examples/04_pin.c -o 04_pin -lm
  */
 #define PD_DIM 2

@@ -1,7 +1,7 @@
 /* 06: Sod's shock tube.
  *
  * A membrane between gas at 1 and at 0.1 breaks: a rarefaction runs to the left, a contact and a shock to the right.
- * Ideal gas on bonds (theory: section 4.7) against the exact solution of the Riemann problem, on four grids; the last
+ * Ideal gas on bonds (theory: chapter 4) against the exact solution of the Riemann problem, on four grids; the last
  * one is drawn into out/.
  *   cc -std=c99 -O2 -I. examples/06_shock_tube.c -o 06_shock_tube -lm
  */

@@ -2,7 +2,7 @@
  *
  * 100 x 40 mm of soda-lime glass with a notch from the left side to the middle. At t = 0 both long sides are pulled
  * with 2 MPa. The plate is points with springs between all that are closer than a horizon; springs that are stretched
- * too far break (theory: 8.2). Prints where the tip is and where the work has gone, and draws the damage: crack.png.
+ * too far break (theory: 15.2). Prints where the tip is and where the work has gone, and draws the damage: crack.png.
  * After F. Bobaru and G. Zhang, Int. J. Fract. 196 (2015), 59.
  *   cc -std=c99 -O3 -fopenmp -I. examples/08_crack.c -o 08_crack -lm && ./08_crack 400
  * The argument is the number of points along the plate; 200 take a second, 1600 some minutes.

@@ -5,7 +5,7 @@
 
 enum { HORIZON_MOST = 3, HORIZON_ISOTROPIC = HORIZON_MOST, HORIZON_FOURTH, HORIZON_VOLUMES, HORIZON_FAMILIES };
 
-/* The horizon below 2 whose fourth moments are isotropic (theory: 2.3). */
+/* The horizon below 2 whose fourth moments are isotropic (theory: 1.4). */
 #define HORIZON_ROUND \
     (PD_DIM == 2 ? 2.0 * sqrt(2.0) - 1.5 : PD_DIM == 3 ? sqrt(3.0) - 0.5 + 0.375 * (sqrt(2.0) - 1.0) : 1.0)
 #define HORIZON_ROUND_NAME (PD_DIM == 2 ? "m = 1.328" : "m = 1.387")
@@ -209,8 +209,8 @@ static double horizon_row(bench *b, const study *s, const horizon_problem *of)
 #elif PD_DIM == 2
 #define HORIZON_WIDER                                                                                              \
     "Past the pin with round ends the nearest neighbours have a divergence whose error is that of its own "        \
-    "Laplacian, like wider horizons (theory: eq. 4.2d). Around the wire what is left from 80 cells on is the "     \
-    "error of the row of cells at the wire, which has the same parabola with every horizon (theory: 3.5)."
+    "Laplacian, like wider horizons (theory: eq. 3.6). Around the wire what is left from 80 cells on is the "     \
+    "error of the row of cells at the wire, which has the same parabola with every horizon (theory: 1.6)."
 #else
 #define HORIZON_WIDER                                                                                              \
     "The flow through a tube is exact: what is left is rounding, and counts for no horizon. In the periodic "      \

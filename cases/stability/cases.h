@@ -363,9 +363,9 @@ static const stab_case stab_cases[] = {
      "explicit weakly compressible flow",
      "Three-stage Runge-Kutta steps about a uniform stream at a tenth of the speed of sound, linear equation of "
      "state, on a periodic box. The limit is that of the worst wave of the stencil with all its parts at once, "
-     "sound, stream, viscosity and density diffusion (eq. 4.14), less 2 %; a run takes 0.8 of it. Beside walls "
+     "sound, stream, viscosity and density diffusion (eq. 3.38), less 2 %; a run takes 0.8 of it. Beside walls "
      "there are no waves, the true limit is lower (by a quarter in a channel, to a third in gaps of one node), and "
-     "the code takes norms instead (eq. 4.14b): 0.65 to 0.98 of the longest step, since no state has all of the "
+     "the code takes norms instead (eq. 3.39): 0.65 to 0.98 of the longest step, since no state has all of the "
      "largest sound without the damping that goes with it, which norms do not know (`test_weakly_compressible` asserts "
      "that "
      "these steps are stable, and twice as long ones not).",
@@ -380,7 +380,7 @@ static const stab_case stab_cases[] = {
     {"gas",
      "explicit ideal gas",
      "Three-stage Runge-Kutta steps of first order. The limit of the code keeps density and pressure positive from "
-     "any state of the neighbours (eq. 4.26), and no step that does so is longer by more than 1 %: `bounded to` is "
+     "any state of the neighbours (eq. 4.10), and no step that does so is longer by more than 1 %: `bounded to` is "
      "what a node needs whose neighbours, a million times as heavy, run away from it at a hundred times its speed "
      "of sound, or which runs out into a millionth of its density (which alone would let pass 2.4 times the limit "
      "at rest). `stable to`, for small waves about a uniform stream, is 2 to 5 times as long, but says nothing of "

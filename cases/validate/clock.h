@@ -20,7 +20,7 @@ static double clock_cosine(const val_lab *lab, int32_t node, double shift)
     return cos(2.0 * val_pi * (x[1] - shift));
 }
 
-/* Decay rate [1/s] by (2.3): sum a (1 - cos k.xi) times the diffusivity. */
+/* Decay rate [1/s] by (1.3): sum a (1 - cos k.xi) times the diffusivity. */
 static double clock_rate(const val_lab *lab)
 {
     double sum = 0.0;
@@ -132,7 +132,7 @@ static void clock_gas_start(void *user, const double *x, double *rho, double *v,
 }
 
 /* A wave of density that moves with a gas of one speed and pressure, first order in space, over a tenth of its length.
- * A flux takes the density of its upwind end (4.20), so the mode has the rate
+ * A flux takes the density of its upwind end (4.3), so the mode has the rate
  * lambda = - sum over g.v > 0 of 2 g.v (1 - exp(-i k.xi)). */
 static pd_status clock_gas_run(val_job *job)
 {

@@ -143,8 +143,8 @@ static const val_part cylinder_part = {
     "aligned", "lattice that fits the cylinder", "D/h", VAL_BY_N, NULL, 2.0, CYLINDER_ERRORS,
     CYLINDER_ORDERS,
     {{10, 1.0, 0.0}, {20, 1.0, 0.0}, {40, 1.0, 0.0}}, 3, 1, cylinder_run,
-    "In front the boundary layer has 1.9 cells of 20 to the diameter, so that cubics count (theory: eq. 3.4c); "
-    "the pressure on the surface takes the slope that friction gives it there (eq. 3.11b)."
+    "In front the boundary layer has 1.9 cells of 20 to the diameter, so that cubics count (theory: eq. 2.8); "
+    "the pressure on the surface takes the slope that friction gives it there (eq. 1.12)."
 };
 static const val_part cylinder_between_part = {
     "between", "264 by 50 cells and finer ones of that ratio", "D/h", VAL_BY_N, NULL, 2.0, CYLINDER_ERRORS,

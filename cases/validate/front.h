@@ -140,7 +140,7 @@ static const val_case front_case = {
     "and h/4 (3D: one h).",
     "Rates found from a trial run, which hold for its direction, spacing and horizon only; loss that differs between "
     "the ends of a bond.",
-    "theory, equations 6.3b and 6.8",
+    "theory, equations 10.6 and 11.2",
     front_parts, 2};
 
 #endif

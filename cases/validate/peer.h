@@ -187,8 +187,8 @@ static pd_status peer_pit_run(val_job *job)
     "The outer layer of the cube is a fifth of its nodes, and the nodes of a face turn in the same step: what one " \
     "code turns before a stored time the other turns a step later. The largest difference, 486 of 15,625 nodes, is " \
     "six faces of 9 x 9 nodes. Between that and none there is nothing. A node turns here at the end of the step that " \
-    "is nearest to its own end (theory: section 6.6), half a step sooner on average than where one waits for it. The " \
-    "amounts show how near both are."
+    "is nearest to its own end (theory: section 11.6), half a step sooner on average than where one waits for it. " \
+    "The amounts show how near both are."
 #define PEER_PIT_MISS \
     "Bonds of fluid need a free line of sight here, and conduct along metal as along walls. Those of the other code " \
     "pass through metal. The mouth of the pit is seven cells wide."

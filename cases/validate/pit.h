@@ -145,7 +145,7 @@ static const val_case pit_case = {
     "A law that is asked once a step, a potential without that of diffusion, the fall of the potential in the last "
     "half cell, charge that is lost, a salt film that is a clamp, cells that turn without what fills them.",
     "constants of Chadwick et al. 2018; steady Nernst-Planck in the potential by quadrature, and in time in finite "
-    "volumes that grow with the pit, both derived apart (theory: eq. 5c.10)",
+    "volumes that grow with the pit, both derived apart (theory: eq. 9.3)",
     pit_parts, 4};
 #endif
 #endif

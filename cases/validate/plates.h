@@ -220,7 +220,7 @@ static const val_case plates_case = {
     "Potentials of the metals follow from their currents.",
     "A potential that is asked once a step, the fall of the potential by diffusion, the last half cell before an "
     "electrode, charge that is lost, a current that takes up more than there is.",
-    "closed form of the ions between the plates with the curves of both (theory: eq. 5c.15); diffusion of oxygen and "
+    "closed form of the ions between the plates with the curves of both (theory: eq. 9.5); diffusion of oxygen and "
     "the line of Tafel of iron",
     plates_parts, 5};
 #endif

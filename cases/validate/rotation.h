@@ -140,7 +140,7 @@ static const val_part rotation_cone_part = {
     {{0, 0.05, 0.0, 100, VAL_GOAL}, {1, 0.05, 0.0, 100, VAL_GOAL}, {2, 1e-14, 0.0, 0, VAL_GOAL},
      {0, 0.4, 0.0, 0, VAL_GUARD}, {1, 0.3, 0.0, 0, VAL_GUARD}}, 5,
     {{50, 1.0, 0.0}, {100, 1.0, 0.0}}, 2, 1, rotation_cone_run,
-    "The summit is a corner, which no polynomial follows; limits add nothing (theory: 5.4c to 5.4e)."};
+    "The summit is a corner, which no polynomial follows; limits add nothing (theory: eq. 6.17 to 6.19)."};
 static const val_part rotation_disc_part = {
     "disc", "Zalesak's disc, one turn", "cells", VAL_BY_N, NULL, 1.0, ROTATION_MEASURES,
     {{0, 0.02, 0.0, 100, VAL_GOAL}, {1, 0.25, 0.0, 100, VAL_GOAL}, {2, 1e-14, 0.0, 0, VAL_GOAL},

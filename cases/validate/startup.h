@@ -292,8 +292,8 @@ static double channel_series(double y, double t, double sign)
            sign * CHANNEL_FORCE * unit * startup_force(y / CHANNEL_HEIGHT, s);
 }
 
-/* What second differences make of it on n cells: with (3.3) and (3.4) at the walls the parabola is a discrete solution,
- * and sines are modes that decay at 4/h^2 sin^2(k pi/(2 n)) (theory: section 2.3). u [n] [m/s] at the time t [s]. */
+/* What second differences make of it on n cells: with (2.3) and (2.4) at the walls the parabola is a discrete solution,
+ * and sines are modes that decay at 4/h^2 sin^2(k pi/(2 n)) (theory: section 1.4). u [n] [m/s] at the time t [s]. */
 static void channel_second(int n, double t, double sign, double *u)
 {
     double h = CHANNEL_HEIGHT / n, half = 0.5 * sign * CHANNEL_FORCE / CHANNEL_NU;
@@ -415,7 +415,7 @@ static pd_status channel_fourth_run(val_job *job)
     "The slowest mode of the reversed flow is ten times as large as that of the other, 2.8 against 0.28 m/s. Second " \
     "differences have sines for modes, which decay at 4/h^2 sin^2(k h/2), with 40 cells at 0.9995 of the rate, and "   \
     "give the last column 1. So no weights of nearest neighbours do better; 1e-4 takes 86 cells, or fourth order "    \
-    "(theory: section 2.3)."
+    "(theory: section 1.4)."
 
 static const val_part channel_along = {
     "along", "force along the stream", "nodes across", VAL_BY_N, NULL, 2.0, CHANNEL_MEASURES, CHANNEL_GOALS(40),

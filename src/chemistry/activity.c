@@ -2,7 +2,7 @@
 #include "chemistry/activity.h"
 #include <math.h>
 
-#define PDI_ACTIVITY_DEBYE_HUECKEL 1.82e6 /* [(L/mol)^0.5 K^1.5] A times (permittivity temperature)^1.5 (eq. 5b.4) */
+#define PDI_ACTIVITY_DEBYE_HUECKEL 1.82e6 /* [(L/mol)^0.5 K^1.5] A times (permittivity temperature)^1.5 (eq. 7.4) */
 #define PDI_ACTIVITY_DAVIES_LINEAR 0.3    /* [L/mol] linear coefficient of Davies 1962 */
 #define PDI_ACTIVITY_ZERO_CELSIUS 273.15  /* [K] 0 degrees Celsius */
 

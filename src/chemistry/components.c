@@ -92,7 +92,7 @@ PDI_FN double pdi_components_compute_ln_gamma(const pd_components *s, const doub
 }
 
 /* Sets the exponents of ln gamma for both ways: the sum of |nu| z^2 over the solutes of a side, less the square of the
- * sum of its charges, which is the charge of the activated complex (kinetic salt effect: Broensted, Bjerrum; eq. 5b.3).
+ * sum of its charges, which is the charge of the activated complex (kinetic salt effect: Broensted, Bjerrum; eq. 7.3).
  * Both ways take the charge of the left side. */
 static void pdi_components_compute_salt_effect(const pd_components *s, pd_kinetic *kinetic)
 {
@@ -107,7 +107,7 @@ static void pdi_components_compute_salt_effect(const pd_components *s, pd_kineti
     kinetic->salt_exponent[1] -= charge * charge;
 }
 
-/* Chooses the basis and rewrites (5b.8) in its terms by Gauss-Jordan elimination: members from the most frequent on,
+/* Chooses the basis and rewrites (7.8) in its terms by Gauss-Jordan elimination: members from the most frequent on,
  * each that is independent of those before it (a number above 1e-9 is left). Sets basis, m, inverse, ln_k, balance,
  * term_size and ln_activity from ln_c and total. */
 static void pdi_components_update_basis(pdi_components_work *w)
@@ -287,7 +287,7 @@ static void pdi_components_solve_linear(int rows, int columns, pdi_components_ma
         for (int k = 0; k < columns; k++) b[c][k] = x[c][k];
 }
 
-/* off [rows] = residuals ln(P/Q) of the mass balances (eq. 5b.9); side: P and Q, the positive terms and the size of the
+/* off [rows] = residuals ln(P/Q) of the mass balances (eq. 7.9); side: P and Q, the positive terms and the size of the
  * negative ones, the total among them. Returns the largest size; *relative_error: the largest |P - Q| over term_size +
  * P + Q. Totals that no concentrations have get Q next to 0. */
 static double pdi_components_compute_balance_residuals(const pdi_components_work *w, double (*side)[2], double *off,
@@ -315,7 +315,7 @@ static double pdi_components_compute_balance_residuals(const pdi_components_work
     return worst;
 }
 
-/* dy [rows] = Newton step of ln_activity for ln(P/Q) = 0, which is nearly linear in it at any distance (eq. 5b.9). Its
+/* dy [rows] = Newton step of ln_activity for ln(P/Q) = 0, which is nearly linear in it at any distance (eq. 7.9). Its
  * size is at most PDI_COMPONENTS_MAX_LOG_CHANGE. */
 static void pdi_components_compute_newton_step(const pdi_components_work *w, double (*side)[2], const double *off,
                                                double *dy)
@@ -673,7 +673,7 @@ static void pdi_components_remove_product(const pd_components *s, pdi_components
     }
 }
 
-/* Numbers the components, joined ones first, lists the members, and fills stoichiometry and ln_k of (5b.8), with
+/* Numbers the components, joined ones first, lists the members, and fills stoichiometry and ln_k of (7.8), with
  * mol/m3. */
 static void pdi_components_sort_components(const pdi_components_reactions *e, pd_components *s)
 {

@@ -142,7 +142,7 @@ pd_status pd_electrolyte_solve(pd_ctx *ctx, const pd_electrolyte *e, double *c, 
 }
 
 /* c = recipe `from` with `acid` [mol/m3] of H+, or where it is not positive -acid of OH-; the counter ion changes by
- * -acid over its charge, to at least 0 (eq. 5b.11). c is not the equilibrium. *ph: that of its equilibrium, NaN without
+ * -acid over its charge, to at least 0 (eq. 7.11). c is not the equilibrium. *ph: that of its equilibrium, NaN without
  * H+. Fails as pd_electrolyte_solve does. The three ions have to exist. */
 static pd_status pdi_electrolyte_compute_ph(pd_ctx *ctx, const pd_electrolyte *e, const double *from, double acid,
                                             double *c, double *ph)
@@ -192,7 +192,7 @@ static pd_status pdi_electrolyte_find_acid_bracket(pd_ctx *ctx, const pd_electro
 }
 
 /* Adds the acid or base to c that gives `ph` to 1e-12, or as near as rounding lets it, by the Illinois method (eq.
- * 5b.11). PD_ERR_ARGUMENT: no counter ion, H+ or OH-, or it cannot be reached. */
+ * 7.11). PD_ERR_ARGUMENT: no counter ion, H+ or OH-, or it cannot be reached. */
 static pd_status pdi_electrolyte_solve_ph(pd_ctx *ctx, const pd_electrolyte *e, double ph, double *c)
 {
     double from[PD_SPECIES_MAX], a[2], f[2];

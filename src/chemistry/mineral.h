@@ -1,4 +1,4 @@
-/* mineral: solids that precipitate from solutes and dissolve again, with a speed or in equilibrium (theory: 5b.6).
+/* mineral: solids that precipitate from solutes and dissolve again, with a speed or in equilibrium (theory: 7.7).
  *
  * A volume holds totals of components, dissolved and in minerals together. Its concentrations and the amounts of
  * minerals at the end of an implicit step follow from them: a mineral that is there has the speed of its law, one that
@@ -12,7 +12,7 @@
 #define PD_MINERAL_MAX 8 /* minerals of a system */
 
 /* Zero-initialise. Rate law (rate + surface n) (Omega^exponent - 1) with Omega = IAP/K and the amount n [mol/m3] (eq.
- * 5b.15); without rate and surface the mineral is in equilibrium. */
+ * 7.15); without rate and surface the mineral is in equilibrium. */
 typedef struct pd_mineral {
     int species;       /* number of the solid */
     double rate;       /* [mol/m3/s] part that does not depend on the amount */
@@ -27,7 +27,7 @@ typedef struct pd_minerals {
     int count;
     pd_mineral mineral[PD_MINERAL_MAX];          /* exponents filled in */
     double nu[PD_MINERAL_MAX][PD_SPECIES_MAX];   /* [-] stoichiometric numbers of solutes in the dissolution */
-    double total_content[PD_MINERAL_MAX][PD_SPECIES_MAX]; /* [-] totals g_sk that one unit holds (theory 5b.6) */
+    double total_content[PD_MINERAL_MAX][PD_SPECIES_MAX]; /* [-] totals g_sk that one unit holds (theory 7.7) */
     double ln_k[PD_MINERAL_MAX];                 /* [-] ln K of the dissolution, with mol/m3 */
     double charge_square[PD_MINERAL_MAX];        /* [-] sum of nu z^2 */
 } pd_minerals;
@@ -35,7 +35,7 @@ typedef struct pd_minerals {
 /* Rate laws and bounds of the minerals of a volume in a step. */
 typedef struct pd_mineral_start {
     double dt;                       /* [s] */
-    const double *start_amount;      /* [count] [mol/m3] amounts n_old of the backward Euler step (eq. 5b.16) */
+    const double *start_amount;      /* [count] [mol/m3] amounts n_old of the backward Euler step (eq. 7.16) */
     double rate[PD_MINERAL_MAX];     /* [mol/m3/s] rate without amount; HUGE_VAL: in equilibrium */
     double amount_rate[PD_MINERAL_MAX]; /* [1/s] rate per amount; both 0: it does not form */
     double initial[PD_MINERAL_MAX];  /* [mol/m3] amounts before the step: they stay even without free volume */
@@ -59,7 +59,7 @@ PDI_FN pd_status pdi_mineral_build(pd_ctx *ctx, const pd_components *components,
 /* Copies the reactions without solids into `rest`, in order; returns their number. */
 PDI_FN int pdi_mineral_copy_solid_free_reactions(const pd_species *species, int count, const pd_reaction *reactions,
                                                  int reaction_count, pd_reaction *rest);
-/* ln Omega = ln(IAP/K) of mineral s (eq. 5b.15) at concentrations conc [solutes] [mol/m3], which count as 1e-200 at
+/* ln Omega = ln(IAP/K) of mineral s (eq. 7.15) at concentrations conc [solutes] [mol/m3], which count as 1e-200 at
  * least. Where an ion that it dissolves into is missing, the reactants of the dissolution do not raise it. */
 PDI_FN double pdi_mineral_compute_ln_omega(const pd_components *c, const pd_minerals *m, int s, const double *conc);
 /* Sets the rate laws of a volume for a step that begins with amounts n [count] and concentrations conc: rate,
@@ -70,7 +70,7 @@ PDI_FN void pdi_mineral_begin_step(const pd_components *c, const pd_minerals *m,
                                    pd_mineral_start *start);
 /* For a second stage that would begin with so little of mineral s, *amount, that its rate were not positive: 1, *amount
  * becomes first_amount [mol/m3] (at least 0), and both rates in start are multiplied with step_ratio, the step from
- * there over that of the stage (theory 5b.6). Else 0, and nothing changes. */
+ * there over that of the stage (theory 7.7). Else 0, and nothing changes. */
 PDI_FN int pdi_mineral_try_resume(pd_mineral_start *start, int s, double first_amount, double step_ratio,
                                   double *amount);
 /* 1: no concentrations have the dissolved totals, however fast minerals dissolve or grow by their laws and into the

@@ -35,7 +35,7 @@ typedef struct pdi_mineral_step_work {
     int solves_left;                                     /* number of equilibria that may still be solved */
 } pdi_mineral_step_work;
 
-/* Residual of (5b.16): ln Omega of mineral s less that of its law at amount n, `over` [mol/m3] above that of the start.
+/* Residual of (7.16): ln Omega of mineral s less that of its law at amount n, `over` [mol/m3] above that of the start.
  * Without rate, since none has no surface: HUGE_VAL or -HUGE_VAL, towards the amount of the start. */
 static double pdi_mineral_step_compute_law_residual(const pd_components *c, const pd_minerals *m,
                                                     const pd_mineral_start *start, int s, const double *conc, double n,
@@ -61,7 +61,7 @@ static double pdi_mineral_step_get_excess(const pdi_mineral_step_work *w, int s)
                               : -w->start->start_amount[s];
 }
 
-/* Residual of (5b.16) of mineral s with the concentrations for this growth; it falls with the growth. Sets growth,
+/* Residual of (7.16) of mineral s with the concentrations for this growth; it falls with the growth. Sets growth,
  * amount, conc and `infeasible` of w, and counts one solve. PDI_MINERAL_STEP_INFEASIBLE: there are no concentrations,
  * conc is the guess. */
 static double pdi_mineral_step_compute_growth_residual(pdi_mineral_step_work *w, int s, double grown)
@@ -238,7 +238,7 @@ static void pdi_mineral_step_solve_linear(int count, int columns, double (*a)[PD
         for (int k = 0; k < columns; k++) b[p][k] = fabs(a[p][p]) > 0.0 ? b[p][k] / a[p][p] : 0.0;
 }
 
-/* Derivative [m3/mol] of the law of mineral s by its amount (L of theory 5b.6); 0 in equilibrium. */
+/* Derivative [m3/mol] of the law of mineral s by its amount (L of theory 7.7); 0 in equilibrium. */
 static double pdi_mineral_step_compute_law_derivative(const pd_minerals *m, const pd_mineral_start *start, int s,
                                                       double n)
 {
@@ -249,7 +249,7 @@ static double pdi_mineral_step_compute_law_derivative(const pd_minerals *m, cons
 }
 
 /* Newton matrix a [count][count] of the minerals active [count], W + L; slope [count][components] [m3/mol]: d ln
- * Omega/dT (theory 5b.6). */
+ * Omega/dT (theory 7.7). */
 static void pdi_mineral_step_assemble_matrix(const pd_components *c, const pd_minerals *m,
                                              const pd_mineral_start *start, const double *conc, const double *n,
                                              const int *active, int count, double (*a)[PD_MINERAL_MAX],
@@ -325,7 +325,7 @@ PDI_FN void pdi_mineral_step_solve_linear_response(const pd_components *c, const
 }
 
 /* ---- all minerals ---- */
-/* Residuals off [minerals] of (5b.16) at the amounts in w, whose concentrations are solved for; returns the largest
+/* Residuals off [minerals] of (7.16) at the amounts in w, whose concentrations are solved for; returns the largest
  * size that a change of amounts can lower: minerals that do not react, that are full and would grow, or that are absent
  * and would dissolve do not count. HUGE_VAL: there are no concentrations, off is not set. */
 static double pdi_mineral_step_compute_residuals(pdi_mineral_step_work *w, double *off)

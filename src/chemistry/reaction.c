@@ -167,7 +167,7 @@ static pd_status pdi_reaction_parse_terms(pd_ctx *ctx, const char *text, const p
     return PD_OK;
 }
 
-/* Checks that every element and the charge balance to PDI_REACTION_TOLERANCE (eq. 5b.1). PD_ERR_PARSE: one does not;
+/* Checks that every element and the charge balance to PDI_REACTION_TOLERANCE (eq. 7.1). PD_ERR_PARSE: one does not;
  * the message has both sides. */
 static pd_status pdi_reaction_check_balance(pd_ctx *ctx, const pd_species *species, int count, const pd_reaction *r)
 {
@@ -199,7 +199,7 @@ static pd_status pdi_reaction_check_balance(pd_ctx *ctx, const pd_species *speci
 }
 
 /* Sets K and rate constants from desc, after a check of their units; kb = kf/K or kf = kb K where one is missing and
- * there is a K, else 0 (eq. 5b.3). Only solutes count in the orders. PD_ERR_PARSE: a unit does not fit, neither K nor
+ * there is a K, else 0 (eq. 7.3). Only solutes count in the orders. PD_ERR_PARSE: a unit does not fit, neither K nor
  * rate. PD_ERR_ARGUMENT: K is not positive, a rate is negative, not finite or overflows, K and both rates. */
 static pd_status pdi_reaction_set_constants(pd_ctx *ctx, const pd_reaction_desc *desc, const pd_species *species,
                                             int count, pd_reaction *r)

@@ -56,7 +56,7 @@ static double pdi_speciation_compute_ln_activity(const pdi_speciation_work *w, i
                                                 : 0.0;
 }
 
-/* Residual ln(IAP/K) of reduced reaction r (eq. 5b.7). */
+/* Residual ln(IAP/K) of reduced reaction r (eq. 7.7). */
 static double pdi_speciation_compute_ln_ratio(const pdi_speciation_work *w, int r, double davies)
 {
     double sum = -w->ln_k[r];
@@ -196,7 +196,7 @@ static int pdi_speciation_solve_linear(int rows, double a[PD_REACTION_MAX][PD_RE
     return 1;
 }
 
-/* dy [rows] = Newton step for the logarithms of the pivots of the reactions in `list` (eq. 5b.7), with the rank-one
+/* dy [rows] = Newton step for the logarithms of the pivots of the reactions in `list` (eq. 7.7), with the rank-one
  * term of Davies' equation. off [rows]: residuals; slope [m3/mol]: derivative of ln gamma by the ionic strength, 0 for
  * ideal solutes. Returns 1; 0: the matrix is singular, or the step is not finite. */
 static int pdi_speciation_compute_newton_step(const pdi_speciation_work *w, const int *list, int rows,

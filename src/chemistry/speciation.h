@@ -1,4 +1,4 @@
-/* speciation: equilibrium of a closed volume: solutes, water, and minerals that are present or not (theory: 5b.3).
+/* speciation: equilibrium of a closed volume: solutes, water, and minerals that are present or not (theory: 7.4).
  *
  * The state of a volume is an array of concentrations, one a species [mol/m3]; a solid counts per volume of water.
  * Reactions run by extents until each is in equilibrium, so that elements and charge stay what they are at the start,

@@ -1,7 +1,7 @@
 /* integral_diagnostics: integral diagnostics of flow and transport: fluxes through a plane, transfer from walls and
  * metal, box totals.
  *
- * Fluxes are the sums of bond fluxes that the schemes conserve (theory: eq. 4.2, 5.1), so that two planes with nothing
+ * Fluxes are the sums of bond fluxes that the schemes conserve (theory: eq. 3.2, 6.1), so that two planes with nothing
  * between them agree to rounding. Boxes take the nodes whose centres lie inside. Nothing is allocated or changed but
  * ghosts. In planar 2D amounts are per metre of depth, in 1D per square metre, axisymmetric those of
  * the whole body.
@@ -43,8 +43,8 @@ PD_API void pd_diagnostics_plane(pd_ctx *ctx, const pd_bonds *bonds, pd_flow *fl
                                  int index, pd_diagnostics_plane_result *result);
 /* flux [mol/s]: what walls that hold a concentration, and with `dissolve` (or NULL) the metal, give less what they
  * take, to the fluid nodes between lo and hi [m] at the end of the last step. area [m^(d-1)]: of these surfaces beside
- * those nodes: their faces (theory: eq. 5.12b), or, where a shape has receded or is one of voxels, by the area weights
- * (6.3) of `paths`; where a closed side meets such a surface a part of a cell is missed. Both are set to 0 first. axis
+ * those nodes: their faces (theory: eq. 6.20), or, where a shape has receded or is one of voxels, by the area weights
+ * (10.5) of `paths`; where a closed side meets such a surface a part of a cell is missed. Both are set to 0 first. axis
  * -1: one value each; otherwise [n of that axis], one for each layer of cells. */
 PD_API void pd_diagnostics_surface_flux(pd_ctx *ctx, const pd_bond_paths *paths, const pd_transport *transport,
                                         const pd_dissolve *dissolve, const double *lo, const double *hi, int axis,

@@ -1,7 +1,7 @@
 /* time_loop: time loop over coupled processes (physics): step control, retries, conservation check, checkpoint,
  * observer.
  *
- * Processes are in the order of a step (theory: section 7). Quasi-steady processes are solved at a time whenever
+ * Processes are in the order of a step (theory: chapter 13). Quasi-steady processes are solved at a time whenever
  * another one asks for it, and at the end of the step. The first time-dependent process decides the length of a step;
  * those behind it follow to its end, in as many steps of their own as they need. When metal nodes become fluid, the
  * bond data and all processes are updated. The caller's observer sees every step; no files here.

@@ -19,7 +19,7 @@ PDI_FN void pdi_flow_compute_pressure_gradient(const pd_ctx *ctx, const pd_flow 
     pd_ghosts_set_vector(&flow->bonds->ghosts, grad);
 }
 
-/* v [PD_DIM][total]: v = K v at `node` alone, in place, with the tensor K of row r (eq. 4.2b), mirrored along the axes
+/* v [PD_DIM][total]: v = K v at `node` alone, in place, with the tensor K of row r (eq. 3.4), mirrored along the axes
  * whose bits are set in `odd`. */
 static void pdi_flow_apply_advection_tensor(const pd_flow *flow, int32_t r, int32_t node, int odd, double *v)
 {
@@ -37,7 +37,7 @@ static void pdi_flow_apply_advection_tensor(const pd_flow *flow, int32_t r, int3
     }
 }
 
-/* 1: row r takes the pointwise divergence (4.2c): uses_axis_divergence, and the row is beside a smooth surface. */
+/* 1: row r takes the pointwise divergence (3.5): uses_axis_divergence, and the row is beside a smooth surface. */
 static int pdi_flow_has_axis_divergence(const pd_flow *flow, int32_t r)
 {
     return flow->uses_axis_divergence && flow->bonds->near_smooth_surface[r];
@@ -73,7 +73,7 @@ PDI_FN void pdi_flow_compute_advecting_velocity(const pd_ctx *ctx, const pd_flow
 }
 
 /* ---- divergence beside smooth surfaces ---- */
-/* Pointwise divergence (4.2c) at row r less the sum of its bond fluxes [1/s]. is_state 0: walls count as at rest. */
+/* Pointwise divergence (3.5) at row r less the sum of its bond fluxes [1/s]. is_state 0: walls count as at rest. */
 static double pdi_flow_compute_divergence_excess(const pd_flow *flow, const double *u, const double *advecting,
                                                  int32_t r, int is_state)
 {
@@ -213,12 +213,12 @@ PDI_FN void pdi_flow_update_derived_fields(pd_ctx *ctx, pd_flow *flow)
 
 #define PDI_FLOW_BLOCK PDI_VECTOR_LENGTH /* nodes of a block: their values and sums stay in registers */
 
-/* Twice the sums of a block. Convection is the skew-symmetric 1/2 g.(w_i + w_j) v_j (eq. 4.3), whose v_j is taken as
+/* Twice the sums of a block. Convection is the skew-symmetric 1/2 g.(w_i + w_j) v_j (eq. 3.3), whose v_j is taken as
  * v_i + (v_j - v_i), so that convection and friction share the difference. */
 typedef struct pdi_flow_block_sums {
     double momentum[PD_DIM][PDI_FLOW_BLOCK]; /* convective and viscous terms but for v_i times the fluxes */
     double flux[PDI_FLOW_BLOCK];             /* of `mass` */
-    double stabiliser[PDI_FLOW_BLOCK];              /* fourth-order pressure difference (eq. 4.4) */
+    double stabiliser[PDI_FLOW_BLOCK];              /* fourth-order pressure difference (eq. 3.7) */
 } pdi_flow_block_sums;
 
 /* Values of a block of nodes i .. i+count-1, which every bond reads again. */
@@ -310,7 +310,7 @@ PDI_NO_VECTORISE void pdi_flow_add_short_block(const pd_flow *flow, const pdi_fl
 
 /* Sets residuals ru, rc of `count` nodes from i: rows from `row`, or full families (-1). Wall friction enters by
  * wall_laplacian and wall_motion, curvature at the wall, nu u'' = G - f, by the factor 1 - wall_curvature on pressure
- * gradient and force (eq. 3.3, 3.4). Axisymmetric: the radial component also has nu u_r/r^2 (3.10). */
+ * gradient and force (eq. 2.3, 2.4). Axisymmetric: the radial component also has nu u_r/r^2 (1.10). */
 static void pdi_flow_assemble_block(const pd_flow *flow, const pdi_flow_operands *t, int32_t i, int32_t row, int count,
                                     double *ru, double *rc)
 {
@@ -483,7 +483,7 @@ static pd_status pdi_flow_build_inlet_arrays(pd_ctx *ctx, pd_flow *flow)
 }
 
 /* Evaluates the inlet velocity at all inlet ghosts, images included, into inlet_velocity and u. With inlets_on_side at
- * points just outside of the side, and its ratios (eq. 4.5d); else at the ghosts. *change: raised to the largest change
+ * points just outside of the side, and its ratios (eq. 3.11); else at the ghosts. *change: raised to the largest change
  * of a component [m/s]. PD_ERR_ARGUMENT: a component is not below 1e100 in size. Nothing without a callback. */
 static pd_status pdi_flow_update_inlets(pd_ctx *ctx, pd_flow *flow, double *change)
 {
@@ -537,8 +537,8 @@ static void pdi_flow_get_wall_velocity(void *user, const double *x, double *u)
     for (int d = 0; d < PD_DIM; d++) walls->max_speed = pd_max(walls->max_speed, fabs(u[d]));
 }
 
-/* motion [PD_DIM] [1/m/s] = wall terms of row r beside moving walls (eq. 3.3), with their acceleration over nu as the
- * mean over time +- half_step [s] (eq. 4.17b); no acceleration without a clock or with half_step 0. Raises
+/* motion [PD_DIM] [1/m/s] = wall terms of row r beside moving walls (eq. 2.3), with their acceleration over nu as the
+ * mean over time +- half_step [s] (eq. 3.46); no acceleration without a clock or with half_step 0. Raises
  * walls->max_speed by the velocities at the present time. The clock is set back to flow->time. */
 static void pdi_flow_compute_wall_motion(pd_flow *flow, int32_t r, double half_step, pdi_flow_wall_data *walls,
                                          double *motion)
@@ -556,8 +556,8 @@ static void pdi_flow_compute_wall_motion(pd_flow *flow, int32_t r, double half_s
     for (int d = 0; d < PD_DIM; d++) motion[d] += (curved[1][d] - curved[0][d]) / (2.0 * half_step * flow->nu);
 }
 
-/* Sets from U the weight tau of the pressure flux, 1/tau = sum over axes of nu/h^2 + U/(2h) (eq. 4.5), and the blending
- * of the isotropic friction (eq. 4.1f). Weakly compressible flow keeps its tau. */
+/* Sets from U the weight tau of the pressure flux, 1/tau = sum over axes of nu/h^2 + U/(2h) (eq. 3.8), and the blending
+ * of the isotropic friction (eq. 3.17). Weakly compressible flow keeps its tau. */
 static void pdi_flow_update_stabilisation(pd_flow *flow)
 {
     double rate = 0.0;
@@ -568,7 +568,7 @@ static void pdi_flow_update_stabilisation(pd_flow *flow)
         pdi_isotropic_stencil_compute_blending(&flow->isotropic_stencil, flow->velocity_scale / flow->nu);
 }
 
-/* Sets length_scale L and velocity_scale U (eq. 4.5b). U is the largest of the inlet speed, the wall speed `walls`
+/* Sets length_scale L and velocity_scale U (eq. 3.9). U is the largest of the inlet speed, the wall speed `walls`
  * [m/s] and the speed that the largest force component along periodic axes drives. Where all are 0: the speed that the
  * largest force component along any axis drives; where that is 0, too: nu/L. */
 static void pdi_flow_estimate_scales(pd_flow *flow, double walls)

@@ -57,9 +57,9 @@ static double pdi_force_compute_shape_fraction(const pdi_force_query *q, int32_t
 }
 
 /* rub [PD_DIM] = force of friction of row r on the surface, over rho, for the whole cell of volume V: V (nu (W u -
- * motion) - Q (G P - f)) with wall_laplacian W and wall_curvature Q (eq. 4.27), for one shape with the parts of its
- * closed bonds. Rows with a fitted wall: V (viscous error - nu times the fit of 3.4b), of fourth order -V nu times the
- * cubic of 4.6g; both times the fraction of closed bonds on the shape. */
+ * motion) - Q (G P - f)) with wall_laplacian W and wall_curvature Q (eq. 5.1), for one shape with the parts of its
+ * closed bonds. Rows with a fitted wall: V (viscous error - nu times the fit of 2.7), of fourth order -V nu times the
+ * cubic of 3.23; both times the fraction of closed bonds on the shape. */
 static void pdi_force_compute_row_friction(const pdi_force_query *q, int32_t r, double *rub)
 {
     const pd_flow *flow = q->flow;

@@ -1,7 +1,7 @@
 /* force: force of a flow on walls and solids, computed in two independent ways. On the surface: friction from the wall
- * terms of cut bonds (eq. 3.3, 3.4) or the wall shear, pressure on the pieces of the surface in each cell. Around the
+ * terms of cut bonds (eq. 2.3, 2.4) or the wall shear, pressure on the pieces of the surface in each cell. Around the
  * body: momentum flux through the faces of a box of cells. Both are of second order where the surface is smooth; their
- * difference measures the error (theory: eq. 4.27, 4.28). */
+ * difference measures the error (theory: eq. 5.1, 5.5). */
 #ifndef PD_FORCE_H
 #define PD_FORCE_H
 #include "flow/flow.h"

@@ -4,9 +4,9 @@
 #include <math.h>
 #include <string.h>
 
-/* largest Reynolds number at which fourth order is measured to pay (eq. 4.6h) */
+/* largest Reynolds number at which fourth order is measured to pay (eq. 3.24) */
 #define PDI_FOURTH_ORDER_MAX_REYNOLDS 1000.0
-/* largest cell Reynolds number at which fourth order is measured to pay (eq. 4.6h) */
+/* largest cell Reynolds number at which fourth order is measured to pay (eq. 3.24) */
 #define PDI_FOURTH_ORDER_MAX_CELL_REYNOLDS 16.0
 
 /* Second differences of component `component` along `axis`, [total], in the array of
@@ -48,7 +48,7 @@ static double pdi_fourth_order_compute_second_derivative(const double *x, const 
 }
 
 /* Second difference of a component of v along axis d at row r beside a wall: second derivative, in spacings, of the
- * polynomial through the wall value, the node and the next two (eq. 4.6b). The polynomial is a quadratic where only one
+ * polynomial through the wall value, the node and the next two (eq. 3.18). The polynomial is a quadratic where only one
  * node follows (a ghost is the last one), and between two walls. wall NULL: walls at rest. */
 static double pdi_fourth_order_compute_wall_second_difference(const pd_fourth_order *sharp, pd_velocity_fn wall,
                                                               void *user, const double *v, int32_t r, int d,
@@ -147,14 +147,14 @@ static double pdi_fourth_order_compute_neighbour_difference(const pd_fourth_orde
 }
 
 /* Half the number of open neighbours along axis d: 1, 0.5 beside a wall, 0 between two. As a factor it makes up for the
- * tensor of (4.2b), applied later, which doubles a component that points at a wall. */
+ * tensor of (3.4), applied later, which doubles a component that points at a wall. */
 static double pdi_fourth_order_compute_open_half_count(const pd_fourth_order *sharp, int32_t node, int d)
 {
     int32_t stride = sharp->bonds->grid->stride[d];
     return 0.5 * (pdi_fourth_order_is_open(sharp, node - stride) + pdi_fourth_order_is_open(sharp, node + stride));
 }
 
-/* Component d of the advecting velocity (4.6c) at a node, times half the number of its open neighbours along d. With
+/* Component d of the advecting velocity (3.19) at a node, times half the number of its open neighbours along d. With
  * none of these it is the component of v as it is. */
 static double pdi_fourth_order_compute_velocity_component(const pd_fourth_order *sharp, const double *v,
                                                           const double *second, int32_t node, int d)
@@ -188,7 +188,7 @@ static double pdi_fourth_order_compute_inlet_second_difference(const pd_fourth_o
     return grid->kind[node + 2 * to] == PD_INLET ? f[node] - 2.0 * f[node + to] + f[node + 2 * to] : 0.0;
 }
 
-/* Sets the inlet ghost at place k of the list so that its mean with the node that it mirrors is (4.6c) of the inlet
+/* Sets the inlet ghost at place k of the list so that its mean with the node that it mirrors is (3.19) of the inlet
  * profile, which is in `work`. A component without open neighbours of that node along its axis stays. */
 static void pdi_fourth_order_set_inlet_ghost(const pd_fourth_order *sharp, int32_t k, double *corrected)
 {
@@ -283,7 +283,7 @@ static double pdi_fourth_order_compute_pressure_curvature(const pd_fourth_order 
     return 2.0 * next - (p[i + to] - 2.0 * p[i + 2 * to] + p[i + 3 * to]);
 }
 
-/* Derivative of p along the stride at node i, times h, with its second differences q (eq. 4.6d): one-sided beside a
+/* Derivative of p along the stride at node i, times h, with its second differences q (eq. 3.20): one-sided beside a
  * closed node or inlet, 0 between two. Exact for cubics. */
 static double pdi_fourth_order_compute_derivative(const pd_fourth_order *sharp, const double *p, const double *q,
                                                   int32_t stride, int32_t i)
@@ -342,7 +342,7 @@ static int pdi_fourth_order_is_regular_face(const pd_fourth_order *sharp, int32_
 }
 
 /* Sets *face: fourth-order fluxes through the face between i and j, upper neighbour of i along d, from bonds of one and
- * of two spacings (4.6e). */
+ * of two spacings (3.21). */
 static void pdi_fourth_order_compute_face(const pd_fourth_order *sharp, int32_t i, int32_t j, int d,
                                           const pdi_fourth_order_field *w, const pdi_fourth_order_field *u,
                                           pdi_fourth_order_face_flux *face)

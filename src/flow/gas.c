@@ -121,7 +121,7 @@ PDI_NOINLINE static void pdi_gas_update_ghosts(const pd_gas *gas, int with_slope
 
 /* Kernel: factors [-] that limit the gradients of density and pressure (not of velocity), into their fields of
  * time_derivative. Half of any open bond must not change the value by more than the distance to the nearer one of the
- * extremes over the node and its open bonds (eq. 4.23). At an extremum it is 0, else at most 1. */
+ * extremes over the node and its open bonds (eq. 4.6). At an extremum it is 0, else at most 1. */
 static void pdi_gas_limit_gradients_kernel(const pd_gas *gas, int32_t i, int32_t row, int count)
 {
     const pd_bonds *bonds = gas->bonds;
@@ -181,14 +181,14 @@ static void pdi_gas_compute_gradients(const pd_ctx *ctx, const pd_gas *gas)
 }
 
 /* ---- faces ---- */
-/* Slope limiter: harmonic mean 2ab/(a + b), 0 for different signs (van Leer 1974; H of eq. 4.22). */
+/* Slope limiter: harmonic mean 2ab/(a + b), 0 for different signs (van Leer 1974; H of eq. 4.5). */
 static inline double pdi_gas_limit_van_leer(double a, double b)
 {
     double product = a * b, positive = product > 0.0 ? product : 0.0, sum = product > 0.0 ? a + b : 1.0;
     return 2.0 * positive / sum;
 }
 
-/* States on both sides of the middle of bond k by limited linear reconstruction (eq. 4.22), between those of its ends;
+/* States on both sides of the middle of bond k by limited linear reconstruction (eq. 4.5), between those of its ends;
  * without gradients those of its ends. open: 1.0 or 0.0 for each node, NULL: all open. A closed bond has the state of
  * the node on both sides. */
 static void pdi_gas_interpolate_face(const pd_gas *gas, int32_t i, int k, int count, const double *open,
@@ -219,10 +219,10 @@ static void pdi_gas_interpolate_face(const pd_gas *gas, int32_t i, int k, int co
     }
 }
 
-/* Weight eta of the velocity jump in the mean speed of sound (eq. 4.21): at least that of Roe's mean. */
+/* Weight eta of the velocity jump in the mean speed of sound (eq. 4.4): at least that of Roe's mean. */
 static double pdi_gas_compute_jump_weight(double gamma) { return gamma > 2.0 ? 0.5 * (gamma - 1.0) : 0.5; }
 
-/* Slowest wave of a face [m/s] (eq. 4.21, Einfeldt 1988). u_l, u_r: normal velocities. spread:
+/* Slowest wave of a face [m/s] (eq. 4.4, Einfeldt 1988). u_l, u_r: normal velocities. spread:
  * pdi_gas_compute_jump_weight. The fastest one is that of the mirrored face, negative. */
 static inline double pdi_gas_compute_slowest_wave(double gamma, double spread, double rho_l, double u_l, double p_l,
                                                   double rho_r, double u_r, double p_r)
@@ -235,7 +235,7 @@ static inline double pdi_gas_compute_slowest_wave(double gamma, double spread, d
     return own < roe ? own : roe;
 }
 
-/* Sets u_left, u_right (velocities along the normal n) and s_left, s_right (slowest and fastest wave, eq. 4.21) of *f
+/* Sets u_left, u_right (velocities along the normal n) and s_left, s_right (slowest and fastest wave, eq. 4.4) of *f
  * for `count` nodes, from the states on both sides. */
 static void pdi_gas_compute_wave_speeds(const pd_gas *gas, const double *n, int count, pdi_gas_face_states *f)
 {
@@ -256,7 +256,7 @@ static void pdi_gas_compute_wave_speeds(const pd_gas *gas, const double *n, int 
 }
 
 /* sum [PD_GAS_FIELDS][PDI_CHUNK] += `weight` times the HLLC flux through faces with the normal n, its momentum less the
- * pressure p [count] of the nodes (eq. 4.19, 4.20). open: 1.0 or 0.0 for each node, NULL: all open. */
+ * pressure p [count] of the nodes (eq. 4.2, 4.3). open: 1.0 or 0.0 for each node, NULL: all open. */
 PDI_NOINLINE static void pdi_gas_add_hllc_flux(const pd_gas *gas, const double *n, double weight, const double *p,
                                                int count, const double *open, const pdi_gas_face_states *f,
                                                double (*sum)[PDI_CHUNK])
@@ -286,7 +286,7 @@ PDI_NOINLINE static void pdi_gas_add_hllc_flux(const pd_gas *gas, const double *
     }
 }
 
-/* Outflow velocity *u [m/s] at slip wall w of row r, and its normal n into the wall (eq. 4.24). First order: the normal
+/* Outflow velocity *u [m/s] at slip wall w of row r, and its normal n into the wall (eq. 4.7). First order: the normal
  * velocity of node i. Second order: reconstructed at the middle of a bond to the mirror image. Returns the weight 2
  * |wall_face| [1/m]; 0: there is no such wall, *u is 0 and n not set. */
 static double pdi_gas_compute_slip_wall(const pd_gas *gas, int32_t i, int32_t r, int w, double *n, double *u)
@@ -320,7 +320,7 @@ static double pdi_gas_compute_slip_wall_wave(const pd_gas *gas, int32_t i, doubl
 
 /* ---- sums over bonds ---- */
 /* Kernel: sets time_derivative to the rates of the state by all open bonds, those through open sides included, and slip
- * walls (eq. 4.19, 4.24). A slip wall adds to the momentum alone. Gradients and ghosts must be set. */
+ * walls (eq. 4.2, 4.7). A slip wall adds to the momentum alone. Gradients and ghosts must be set. */
 static void pdi_gas_compute_rates_kernel(const pd_gas *gas, int32_t i, int32_t row, int count)
 {
     const pd_bonds *bonds = gas->bonds;
@@ -367,7 +367,7 @@ static void pdi_gas_add_open_side_bonds(const pd_gas *gas, int32_t i, double (*s
 }
 
 /* sum [PD_GAS_FIELDS][lane 0] += twice the flux through the faces of node i on open sides, between its state there and
- * the one beyond (eq. 4.24b). */
+ * the one beyond (eq. 4.8). */
 static void pdi_gas_add_open_side_faces(const pd_gas *gas, int32_t i, const pdi_gas_open_boundary_faces *t,
                                         double (*sum)[PDI_CHUNK])
 {
@@ -413,7 +413,7 @@ static void pdi_gas_update_open_side_rates(const pd_gas *gas, double *passes)
 }
 
 /* Kernel: sum over the faces of a node of weight times size of the slowest wave where that is negative [1/s], with the
- * states of the nodes as they are, and over its slip walls (eq. 4.26), into the first field of time_derivative. One
+ * states of the nodes as they are, and over its slip walls (eq. 4.10), into the first field of time_derivative. One
  * over it is the step limit of the node. */
 static void pdi_gas_compute_limit_kernel(const pd_gas *gas, int32_t i, int32_t row, int count)
 {

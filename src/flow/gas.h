@@ -4,8 +4,8 @@
  * p = (gamma - 1) (rho E - rho v.v/2). A bond carries a flux between two states, antisymmetric in its ends, so mass,
  * momentum and energy are conserved to rounding: HLLC (Toro, Spruce and Speares 1994; wave speeds of Einfeldt 1988),
  * with limited linear states in the middle of the bond, and first order where those would lose positivity. Closed bonds
- * press on the gas as a wall that slips. In time the three-stage method of Shu and Osher 1988 (theory: eq. 4.18 to
- * 4.26).
+ * press on the gas as a wall that slips. In time the three-stage method of Shu and Osher 1988 (theory: eq. 4.1 to
+ * 4.10).
  */
 #ifndef PD_GAS_H
 #define PD_GAS_H
@@ -64,13 +64,13 @@ typedef struct pd_gas {
 #define pd_gas_free PD_NAME(pd_gas_free)
 
 /* Grid and bonds are borrowed and must not change. Sides: periodic, mirror, wall; outlets let pass what comes; inlets
- * hold the state that the caller gives their ghosts (a far field: waves leave through them too; theory: eq. 4.24b).
+ * hold the state that the caller gives their ghosts (a far field: waves leave through them too; theory: eq. 4.8).
  * Without an initial callback all states are 0, and are not checked. PD_ERR_ARGUMENT: gamma not between 1 and 100, cfl
  * negative or 100 or more, an unknown order, an axisymmetric grid, an initial density or pressure not positive and
  * finite. After an error gas is freed. */
 PD_API pd_status pd_gas_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_gas_desc *desc,
                               pd_gas *gas);
-/* *limit [s]: step limit of the present state (eq. 4.26, cfl not applied), the least over fluid nodes. To this length a
+/* *limit [s]: step limit of the present state (eq. 4.10, cfl not applied), the least over fluid nodes. To this length a
  * step of first order keeps density and pressure positive. Updates `primitive`, overwrites `time_derivative`.
  * PD_ERR_STATE: the state of a fluid node or inlet is not admissible, *limit is 0. */
 PD_API pd_status pd_gas_limit(pd_ctx *ctx, pd_gas *gas, double *limit);

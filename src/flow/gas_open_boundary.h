@@ -1,5 +1,5 @@
 /* gas_open_boundary: open sides of the box (inlets and outlets) for a gas: one face a node, and ghost states (theory:
- * eq. 4.24b). */
+ * eq. 4.8). */
 #ifndef PD_GAS_OPEN_BOUNDARY_H
 #define PD_GAS_OPEN_BOUNDARY_H
 #include "lattice/bond.h"
@@ -22,7 +22,7 @@ static inline int pdi_gas_open_boundary_is_crossed_by_bond(const pd_bonds *bonds
            (row < 0 || pdi_bond_is_open(bonds, row, k));
 }
 /* Sets *t: sums the open bonds of node i through open sides to one face for each side, its area out of the box (eq.
- * 4.24b). Sides without such bonds have area 0. Where a side is inlet and outlet in part, the last one of the bonds
+ * 4.8). Sides without such bonds have area 0. Where a side is inlet and outlet in part, the last one of the bonds
  * decides which state is beyond. */
 PDI_FN void pdi_gas_open_boundary_compute_faces(const pd_bonds *bonds, int32_t i, pdi_gas_open_boundary_faces *t);
 /* Signs of ghost k, as bits of axes: flip, along which it is a mirror image; odd, velocity components that change sign

@@ -1,5 +1,5 @@
 /* gas_wall: slip walls of a gas: the closed bonds of a node as one wall, or as those of a concave edge or corner
- * (theory: eq. 4.24). */
+ * (theory: eq. 4.7). */
 #ifndef PD_GAS_WALL_H
 #define PD_GAS_WALL_H
 #include "lattice/bond.h"

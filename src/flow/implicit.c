@@ -8,7 +8,7 @@
 
 #define PDI_IMPLICIT_STAGE_TOLERANCE 1e-3 /* [-] default tolerance of the stages over that of a step */
 #define PDI_IMPLICIT_MIN_STEP 1e-12       /* [-] shortest step over the first one: below it the run fails */
-/* Weight of the pressure flux beside the pressure impulse of a start (eq. 4.15b). What it leaves of the divergence is
+/* Weight of the pressure flux beside the pressure impulse of a start (eq. 3.42). What it leaves of the divergence is
  * this part of the error that the lattice makes in the impulse. */
 #define PDI_IMPLICIT_START_IMPULSE 1e-2
 
@@ -118,7 +118,7 @@ static pd_status pdi_implicit_solve_stage_equation(pd_ctx *ctx, pd_implicit *im,
 }
 
 /* Solves a stage of a time step, R(u) + rate (u - target) = 0, with the pressure impulse I of dI/dt = p - I/tau by
- * backward Euler (eq. 4.15c). */
+ * backward Euler (eq. 3.43). */
 static pd_status pdi_implicit_solve_time_stage(pd_ctx *ctx, pd_implicit *im, double rate, const double *target)
 {
     double tau = im->flow->stabilisation, weight = tau / (1.0 + tau * rate);
@@ -133,7 +133,7 @@ static pd_status pdi_implicit_solve_sdirk_stage(pd_ctx *ctx, pd_implicit *im, do
 }
 
 /* Projects a start that violates continuity or the inlets onto the nearest velocity that does not: u + G q = u0, by a
- * stage so short that friction and convection are below its tolerance (eq. 4.15b). q is the pressure impulse; the
+ * stage so short that friction and convection are below its tolerance (eq. 3.42). q is the pressure impulse; the
  * pressure stays. Nothing, unless fluid is new, or no step is done and the start is not yet projected. Overwrites
  * start_state; after a failure the state is restored. Success clears has_new_fluid. */
 static pd_status pdi_implicit_project_start(pd_ctx *ctx, pd_implicit *im)

@@ -1,7 +1,7 @@
 /* implicit: time-dependent incompressible flow by the two-stage, second-order, L-stable SDIRK method.
  *
  * du/dt + R(u, P) = 0,  div u = 0 on the sums of flow.h. Both stages have the form R(u) + (u - u*)/(gamma dt) = 0 with
- * gamma = 1 - 1/sqrt(2) and are solved by the Newton-Krylov method of steady.h (theory: eq. 4.15 to 4.17; Alexander
+ * gamma = 1 - 1/sqrt(2) and are solved by the Newton-Krylov method of steady.h (theory: eq. 3.40 to 3.45; Alexander
  * 1977; Hairer and Wanner 1996, IV.6). No sound, so no acoustic limit on the step; an impulsive start is damped, not
  * kept. A start that does not obey continuity or the inlets is projected onto the nearest one that does.
  */
@@ -22,7 +22,7 @@ typedef struct pd_implicit {
     pd_flow *flow;         /* its u and p are the state */
     pd_steady *steady;     /* solves the stages */
     double *start_state;   /* [PD_DIM+2][total] [m/s], [m2/s2], [m2/s] state at the start of the step */
-    double *pressure_impulse; /* [total] [m2/s] which the pressure flux is made of (eq. 4.15c) */
+    double *pressure_impulse; /* [total] [m2/s] which the pressure flux is made of (eq. 3.43) */
     /* [PD_DIM][total] [m/s] and its gradient: the flow borrows both, and the next one */
     double *pressure_impulse_grad;
     double *pressure_impulse_flux; /* [total] [1/s] */

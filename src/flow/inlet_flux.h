@@ -1,5 +1,5 @@
 /* inlet_flux: what bonds to inlets carry into the box against what the inlet velocities give, by which solvers check a
- * flow (theory: eq. 4.5d).
+ * flow (theory: eq. 3.11).
  */
 #ifndef PD_INLET_FLUX_H
 #define PD_INLET_FLUX_H

@@ -10,7 +10,7 @@
 #define PDI_ISOTROPIC_STENCIL_HALF_CELL_REYNOLDS 2.0
 
 /* Mixed second difference [1/m2 times f] of component f over those bonds of a square that are open, to be taken off
- * where one of its three bonds is closed (eq. 4.1d); 0: all three are open. */
+ * where one of its three bonds is closed (eq. 3.15); 0: all three are open. */
 static double pdi_isotropic_stencil_compute_incomplete_square(const pd_bonds *bonds, const pd_isotropic_square *square,
                                                               int32_t r, const double *f)
 {
@@ -154,7 +154,7 @@ static int pdi_isotropic_stencil_build_plane(const pd_stencil *s, int a, int b, 
     return 1;
 }
 
-/* Third moment [-] of the gradient along axis d: M_dd/6 less the mean of M_bd/2 over the other axes (eq. 4.2d). */
+/* Third moment [-] of the gradient along axis d: M_dd/6 less the mean of M_bd/2 over the other axes (eq. 3.6). */
 static double pdi_isotropic_stencil_compute_third_moment(const pd_stencil *s, int d)
 {
     double bend = 0.0;

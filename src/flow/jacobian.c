@@ -169,7 +169,7 @@ typedef struct pdi_jacobian_sweep_args {
     double *yu, *yc; /* [m/s2] [1/s] */
 } pdi_jacobian_sweep_args;
 
-/* Sweep callback: product for `count` nodes from i, with the linear wall and hoop terms (eq. 3.3, 3.4, 3.10). */
+/* Sweep callback: product for `count` nodes from i, with the linear wall and hoop terms (eq. 2.3, 2.4, 1.10). */
 static void pdi_jacobian_apply_range(const void *user, int32_t i, int32_t row, int32_t count)
 {
     const pdi_jacobian_sweep_args *w = (const pdi_jacobian_sweep_args *)user;
@@ -208,7 +208,7 @@ static void pdi_jacobian_copy_scaled(const pd_ctx *ctx, const double *x, double 
     for (int64_t i = 0; i < count; i++) out[i] = (float)(x[i] * factor);
 }
 
-/* Updates the friction weights of full families, whose isotropic part depends on the speed of the flow (eq. 4.1f). */
+/* Updates the friction weights of full families, whose isotropic part depends on the speed of the flow (eq. 3.17). */
 static void pdi_jacobian_update_friction_weights(pd_jacobian *q)
 {
     const pd_flow *flow = q->flow;

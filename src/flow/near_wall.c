@@ -13,7 +13,7 @@
 #define PDI_NEAR_WALL_RADIUS_SQUARED 5   /* squared distance [cells] within which nodes take part in a fit */
 #define PDI_NEAR_WALL_MAX_NODES 57       /* most nodes of a fit: those within sqrt(5) cells in 3D */
 #define PDI_NEAR_WALL_MAX_DISTANCE 1.5   /* [cells] farthest surface whose pressure slope is used */
-#define PDI_NEAR_WALL_TERMS (PD_DIM + 1) /* unknowns of the fit of eq. 3.11b */
+#define PDI_NEAR_WALL_TERMS (PD_DIM + 1) /* unknowns of the fit of eq. 1.12 */
 #define PDI_NEAR_WALL_SINGULAR 1e-4      /* pivot over diagonal below which a fit is singular */
 
 /* Nodes of a fit, and the surface beside the point. */
@@ -90,7 +90,7 @@ static int pdi_near_wall_compute_distance(const pdi_near_wall_fit_nodes *sight, 
 }
 
 /* *slope [m/s2] = derivative of the kinematic pressure along the normal at the wall, from the friction of the normal
- * velocity, which begins with the square of the distance, and the body force (eq. 3.11b). Returns 1; 0: the distance of
+ * velocity, which begins with the square of the distance, and the body force (eq. 1.12). Returns 1; 0: the distance of
  * a node is not known, a node is at the wall point, or the fit is singular. */
 static int pdi_near_wall_compute_pressure_slope(const pdi_near_wall_fit_nodes *sight, const pd_flow *flow,
                                                 double *slope)

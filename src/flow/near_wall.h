@@ -4,9 +4,9 @@
 #include "flow/flow.h"
 
 #ifdef PDI_INTERNAL
-/* Kinematic pressure p [total] interpolated at x [m], as seen from fluid node `node`: least-squares quadratic (3.11)
+/* Kinematic pressure p [total] interpolated at x [m], as seen from fluid node `node`: least-squares quadratic (1.11)
  * through the nodes within two open bonds and sqrt(5) cells, no inlets. Where the surface point nearest to x is within
- * 1.5 cells and at rest, the wall-normal slope of eq. 3.11b joins it if it can be fitted. flow NULL: without that
+ * 1.5 cells and at rest, the wall-normal slope of eq. 1.12 joins it if it can be fitted. flow NULL: without that
  * slope. Ghosts must be filled. */
 PDI_FN double pdi_near_wall_interpolate_pressure(const pd_bonds *bonds, const pd_flow *flow, const double *p,
                                                  int32_t node, const double *x);
@@ -17,7 +17,7 @@ PDI_FN double pdi_near_wall_interpolate_pressure(const pd_bonds *bonds, const pd
 PDI_FN int pdi_near_wall_compute_curvature(const pd_bonds *bonds, int32_t wall_cell, const double *x,
                                            double *curvature);
 /* slope [PD_DIM] [1/s] = derivative of the tangential velocity along the normal into the fluid, at the surface point
- * nearest to x as seen from fluid node `node`, by least squares (eq. 4.27c). Returns 1; 0: there is no surface, it is
+ * nearest to x as seen from fluid node `node`, by least squares (eq. 5.4). Returns 1; 0: there is no surface, it is
  * that of cell faces inside the box, an edge is near, or the fit is singular; slope is not set then. */
 PDI_FN int pdi_near_wall_compute_shear(const pd_flow *flow, int32_t node, const double *x, double *slope);
 #endif

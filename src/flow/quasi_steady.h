@@ -1,7 +1,7 @@
 /* quasi_steady: a flow that is steady at every instant of a run, as a process. Acoustics take ns, advection ms,
  * dissolution h: the flow is the steady one for the present geometry and boundary data. It is solved again when metal
  * has turned fluid, or when inlets, walls and forces have changed by more than the tolerance of the solver (theory:
- * section 7). */
+ * chapter 13). */
 #ifndef PD_QUASI_STEADY_H
 #define PD_QUASI_STEADY_H
 #include "flow/steady_newton.h"

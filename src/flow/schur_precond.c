@@ -3,7 +3,7 @@
 #include "core/par.h"
 #include <math.h>
 
-/* Factor on the convective part of 1/tau in the viscosity for smooth residuals, c of eq. 4.9. */
+/* Factor on the convective part of 1/tau in the viscosity for smooth residuals, c of eq. 3.29. */
 #define PDI_SCHUR_PRECOND_CONVECTIVE_FACTOR 0.3
 
 #define PDI_SCHUR_PRECOND_EVEN 1.0   /* ratio of a scalar on both sides of a closed face */
@@ -196,14 +196,14 @@ static double pdi_schur_precond_compute_checkerboard_symbol(const pd_stencil *st
 }
 
 /* Viscosity for smooth residuals [m2/s]: nu, and 0.3 times the convective part of `rate` over the sum of the Laplacian
- * weights. rate [1/s]: 1/tau (eq. 4.5); its convective part is what exceeds the sum of nu/h^2 over axes, at least 0. */
+ * weights. rate [1/s]: 1/tau (eq. 3.8); its convective part is what exceeds the sum of nu/h^2 over axes, at least 0. */
 static double pdi_schur_precond_compute_smooth_viscosity(const pd_flow *flow, double rate)
 {
     for (int d = 0; d < PD_DIM; d++) rate -= flow->nu / (flow->grid->h[d] * flow->grid->h[d]);
     return flow->nu + PDI_SCHUR_PRECOND_CONVECTIVE_FACTOR * pd_max(rate, 0.0) / flow->bonds->stencil->lap_sum;
 }
 
-/* dp += q + viscosity r: the smooth part of r by the friction, the checkerboard part by the pressure flux (eq. 4.9).
+/* dp += q + viscosity r: the smooth part of r by the friction, the checkerboard part by the pressure flux (eq. 3.29).
  * Overwrites grad and convective of precond. */
 static void pdi_schur_precond_add_viscous_part(const pd_ctx *ctx, const pd_flow *flow, const pdi_schur_precond *precond,
                                                const double *r, const double *q, double *dp)

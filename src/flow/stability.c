@@ -73,7 +73,7 @@ static void pdi_stability_compute_symbols(const pd_stencil *s, const double *k, 
 
 /* Lowers *dt for one wave in a stream of `speed` [m/s] along its gradient. With symbols i G and -L and the
  * stabilisation T: sound l = -i G v + m, m^2 + (nu L + T) m + nu L T + G^2 c^2 + i G v T/2 = 0; shear l = -i G v - nu L
- * (eq. 4.14). */
+ * (eq. 3.38). */
 static void pdi_stability_limit_by_wave(const pdi_stability_state *q, double gradient, double laplacian,
                                         double diffusion, double speed, double *dt)
 {
@@ -131,7 +131,7 @@ static void pdi_stability_limit_by_refined_waves(const pd_stability *sp, const p
     }
 }
 
-/* Longest stable step [s] without cut families: the worst of all waves (eq. 4.14). */
+/* Longest stable step [s] without cut families: the worst of all waves (eq. 3.38). */
 static double pdi_stability_limit_by_waves(const pd_stability *sp, const pdi_stability_state *q)
 {
     double dt, k[PD_DIM];
@@ -151,7 +151,7 @@ static double pdi_stability_limit_by_waves(const pd_stability *sp, const pdi_sta
 
 /* ---- surfaces ---- */
 
-/* Longest stable step [s] with cut families, from operator norms (eq. 4.14b): with the part cos^2 of the energy in the
+/* Longest stable step [s] with cut families, from operator norms (eq. 3.39): with the part cos^2 of the energy in the
  * density, dissipation is at most x, sound and stream at most y, so the numerical range lies in these rectangles. */
 static double pdi_stability_limit_by_norms(const pd_stability *sp, const pdi_stability_state *q)
 {
@@ -282,7 +282,7 @@ static pd_status pdi_stability_estimate_gradient_norm(pd_ctx *ctx, const pd_flow
 
 /* Largest increase [1/m2], at least 0, of the eigenvalues of -lap by walls: maximum over rows of wall_laplacian less
  * the weights of closed bonds. A cut bond counts 1/t of its weight at the node, where without the wall it would count
- * once (eq. 3.3). */
+ * once (eq. 2.3). */
 static double pdi_stability_compute_wall_increase(const pd_bonds *bonds)
 {
     double most = 0.0;

@@ -7,7 +7,7 @@
 
 #define PDI_STEADY_MIN_BASIS 10 /* GMRES basis vectors that a solve starts with room for */
 
-#define PDI_STEADY_POTENTIAL_RTOL 3e-11 /* [-] relative tolerance of the potential (eq. 4.10b), close to rounding */
+#define PDI_STEADY_POTENTIAL_RTOL 3e-11 /* [-] relative tolerance of the potential (eq. 3.34), close to rounding */
 #define PDI_STEADY_POTENTIAL_RESTART 24 /* GMRES basis vectors for that potential */
 #define PDI_STEADY_POTENTIAL_MAX_ITERATIONS 600 /* most iterations for it: rounding may prevent the tolerance */
 #define PDI_STEADY_POTENTIAL_ATOL 1e-19         /* [-] divergence over U/L that counts as zero */
@@ -40,7 +40,7 @@ static void pdi_steady_apply_scales(const pd_ctx *ctx, const pd_flow *flow, doub
     for (int64_t i = 0; i < split + total; i++) x[i] *= i < split ? momentum : continuity;
 }
 
-/* du = F^-1 r: one multigrid cycle for each component of the velocity block F (eq. 4.9a). */
+/* du = F^-1 r: one multigrid cycle for each component of the velocity block F (eq. 3.27). */
 static void pdi_steady_apply_velocity_inverse(pd_ctx *ctx, pd_steady *s, const double *r, double *du)
 {
     int64_t total = s->flow->grid->total;
@@ -71,7 +71,7 @@ static void pdi_steady_add_divergence(pd_ctx *ctx, pd_steady *s, double *du, dou
     pdi_par_axpy(ctx, total, -1.0, div, rc);
 }
 
-/* y = M^-1 y, in place, by the block factorisation (eq. 4.9a; in closed boxes 4.9d): a scaled residual [-] becomes a
+/* y = M^-1 y, in place, by the block factorisation (eq. 3.27; in closed boxes 3.28): a scaled residual [-] becomes a
  * step [m/s], [m2/s2]. flow->pressure_grad = the gradient of its pressure. r: work, as s->advecting. */
 static void pdi_steady_apply_precond(pd_ctx *ctx, pd_steady *s, double *y, double *r)
 {
@@ -399,7 +399,7 @@ PDI_FN size_t pdi_steady_count_work_bytes(pd_steady *s)
     return pdi_arena_count_bytes(pdi_steady_list_work, s) + (setup > linear ? setup : linear);
 }
 
-/* Decides on the order of a flow of PD_FLOW_ORDER_AUTO, 4 or 2 (eq. 4.6h); 4 takes its isotropic weights away. It
+/* Decides on the order of a flow of PD_FLOW_ORDER_AUTO, 4 or 2 (eq. 3.24); 4 takes its isotropic weights away. It
  * stays, whatever the flow becomes. */
 static void pdi_steady_set_order(pd_flow *flow)
 {

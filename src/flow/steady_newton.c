@@ -6,7 +6,7 @@
 #include <math.h>
 #include <string.h>
 
-#define PDI_STEADY_NEWTON_FIRST_RATE 1.0 /* [-] first pseudo time rate over U/L (b of eq. 4.10) */
+#define PDI_STEADY_NEWTON_FIRST_RATE 1.0 /* [-] first pseudo time rate over U/L (b of eq. 3.32) */
 /* [-] first pseudo time rate over U/L after a change of geometry: the old state is near */
 #define PDI_STEADY_NEWTON_FIRST_RATE_AGAIN 0.1
 /* a step that lets the residual norm grow by more than this factor is shortened */
@@ -15,7 +15,7 @@
 #define PDI_STEADY_NEWTON_MAX_STALLED 40 /* Newton steps in which the residual has to be halved, or the solve ends */
 
 #define PDI_STEADY_NEWTON_MAX_BOOST 1e8 /* factor on the pseudo time rate above which the solve ends */
-/* Part of the residual that the linearisation may miss (q of eq. 4.10a). Above it the pseudo time step becomes shorter,
+/* Part of the residual that the linearisation may miss (q of eq. 3.33). Above it the pseudo time step becomes shorter,
  * below a quarter of it longer. */
 #define PDI_STEADY_NEWTON_MAX_NONLINEARITY 1.0
 
@@ -41,7 +41,7 @@ typedef struct pdi_steady_newton {
 } pdi_steady_newton;
 
 /* Norm, with momentum_weight, of the part of the residual after a full step that the linearisation does not give, |r +
- * sigma du| (eq. 4.10a), sigma the pseudo time rate; pseudo time has no part in continuity. */
+ * sigma du| (eq. 3.33), sigma the pseudo time rate; pseudo time has no part in continuity. */
 static double pdi_steady_newton_compute_nonlinearity(const pd_ctx *ctx, const pd_steady *s)
 {
     int64_t size = (int64_t)(PD_DIM + 1) * s->flow->grid->total, split = size - s->flow->grid->total;
@@ -89,7 +89,7 @@ static void pdi_steady_newton_adapt_pseudo_time(pdi_steady_newton *n, const pd_n
 }
 
 /* Newton callback: a step of pseudo time continuation by switched evolution relaxation: the pseudo time rate is boost
- * times U/L times the root of residual norm over reference norm (eq. 4.10). PD_NOT_CONVERGED: boost exceeds 1e8, so
+ * times U/L times the root of residual norm over reference norm (eq. 3.32). PD_NOT_CONVERGED: boost exceeds 1e8, so
  * that steps have become too short to lead on. */
 static pd_status pdi_steady_newton_solve_pseudo_time_step(pd_ctx *ctx, void *self, const pd_newton_progress *p)
 {

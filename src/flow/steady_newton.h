@@ -1,7 +1,7 @@
 /* steady_newton: steady flow by Newton's method with pseudo time continuation, and stages of implicit steps in time.
  *
  * Residual, linear step and preconditioner are those of pd_steady. The pseudo time step grows as the residual falls
- * (switched evolution relaxation, eq. 4.10).
+ * (switched evolution relaxation, eq. 3.32).
  */
 #ifndef PD_STEADY_NEWTON_H
 #define PD_STEADY_NEWTON_H

@@ -6,7 +6,7 @@
 
 #define PDI_WEAKLY_COMPRESSIBLE_MAX_HALVINGS 20 /* most halvings of a step that leaves the admissible range */
 
-/* Kinematic pressure p/rho0 [m2/s2] of rho/rho0 by the equation of state (eq. 4.11). */
+/* Kinematic pressure p/rho0 [m2/s2] of rho/rho0 by the equation of state (eq. 3.35). */
 static double pdi_weakly_compressible_compute_pressure(const pd_weakly_compressible_desc *d, double density)
 {
     double c2 = d->sound_speed * d->sound_speed;
@@ -111,7 +111,7 @@ static void pdi_weakly_compressible_update_derived_fields(const pd_ctx *ctx, pd_
     pdi_flow_compute_pressure_gradient(ctx, flow, flow->p, flow->pressure_grad);
 }
 
-/* Sets time_derivative at fluid nodes: of velocity [m/s2] and of density over rho0 [1/s] (eq. 4.12, 4.13), after an
+/* Sets time_derivative at fluid nodes: of velocity [m/s2] and of density over rho0 [1/s] (eq. 3.36, 3.37), after an
  * update of the derived fields. The bond sums give half of div(rho v v); half of v div(rho v) is taken off to make it
  * rho v.grad v. Counts one evaluation. */
 static void pdi_weakly_compressible_compute_rates(const pd_ctx *ctx, pd_weakly_compressible *un)

@@ -2,7 +2,7 @@
  *
  * d rho/dt + div(rho v) = fourth-order density diffusion,  rho dv/dt + rho v.grad v = -grad p + mu lap v + rho f,  with
  * an equation of state p(rho), on the sums of flow.h, in time by the three-stage Runge-Kutta method of Shu and Osher
- * 1988 (theory: eq. 4.11 to 4.14). At rest in time it has the steady solution of steady.h up to O(Mach^2).
+ * 1988 (theory: eq. 3.35 to 3.38). At rest in time it has the steady solution of steady.h up to O(Mach^2).
  */
 #ifndef PD_WEAKLY_COMPRESSIBLE_H
 #define PD_WEAKLY_COMPRESSIBLE_H
@@ -49,7 +49,7 @@ typedef struct pd_weakly_compressible {
 PD_API pd_status pd_weakly_compressible_build(pd_ctx *ctx, pd_flow *flow, const pd_weakly_compressible_desc *desc,
                                               pd_weakly_compressible *unsteady);
 /* Stability limit [s] of the present state (cfl not applied): sound, stream, viscosity and density diffusion of one
- * wave, the worst; with cut families of the norms of all of them (eq. 4.14). It is that of bounds of the state rounded
+ * wave, the worst; with cut families of the norms of all of them (eq. 3.38). It is that of bounds of the state rounded
  * up to 1/128, and is computed anew only when one of these changes. */
 PD_API double pd_weakly_compressible_limit(pd_ctx *ctx, pd_weakly_compressible *unsteady);
 /* One step of dt [s]. PD_RETRY, velocity, pressure and density unchanged: a density became non-positive or a value not

@@ -4,7 +4,7 @@
  * The area of a sharp interface between solid and fluid nodes is a weighted count of the bonds that cross it. A plane
  * of unit normal N is crossed by |xi.N| / V ordered bonds (solid to fluid) of offset xi per unit area, so that
  *     sum over fluid neighbours of c(n)  [1/m]  =  interface area of a solid node over its cell volume
- * measures every plane exactly when  f(N) = 1/2 sum_n c(n) |xi.N| = 1  for all N  (theory: eq. 6.3). A finite family
+ * measures every plane exactly when  f(N) = 1/2 sum_n c(n) |xi.N| = 1  for all N  (theory: eq. 10.5). A finite family
  * has finitely many bond directions and f is the width of a polytope, never exactly 1: the weights minimise its
  * largest error over all directions.
  */

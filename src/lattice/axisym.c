@@ -10,7 +10,7 @@
 
 /* Largest number of Newton steps for the conductances near the axis. */
 #define PDI_AXISYM_MAX_STEPS 60
-/* [-] Residual of the moment conditions (3.7) that is rounding: the iteration ends. */
+/* [-] Residual of the moment conditions (1.6) that is rounding: the iteration ends. */
 #define PDI_AXISYM_TOLERANCE 4e-16
 /* [-] Residual of the moment conditions that has to be reached. */
 #define PDI_AXISYM_REQUIRED 1e-12
@@ -23,12 +23,12 @@ typedef struct pdi_axisym_fit {
     const pd_stencil *stencil;
     const double *weight;      /* [count] */
     double scale[PD_DIM];      /* of the weights: sum scale_a w n_a^2 = 1 over a full family */
-    double kappa;              /* [cells2] kappa of eq. 3.8 */
-    /* [cells], [cells2] bonds of at least this mean radius have the kappa of eq. 3.8b */
+    double kappa;              /* [cells2] kappa of eq. 1.7 */
+    /* [cells], [cells2] bonds of at least this mean radius have the kappa of eq. 1.9 */
     double radius_far, kappa_far;
     double first_radius;       /* [cells] radius of the first row of the box; 0.5: at the axis */
     int32_t rows;              /* rows from the axis on with fitted conductances; 0: the axis is not within reach */
-    double *lambda, *mu;       /* [rows] Lagrange multipliers lambda and mu of eq. 3.9 */
+    double *lambda, *mu;       /* [rows] Lagrange multipliers lambda and mu of eq. 1.8 */
     double *matrix, *residual, *x; /* [2 rows][2 rows], [2 rows], [2 rows] Jacobian, residual and Newton step */
     int *row_pivot, *column_pivot; /* [2 rows] permutations of the pivoting */
 } pdi_axisym_fit;
@@ -40,8 +40,8 @@ static int pdi_axisym_get_offset(const pd_stencil *s, int k, int radial)
 }
 
 /* Conductance [cells] of bond k of row i (0: first row of the box, < 0: ghosts) over its planar weight: the mean radius
- * times the exponential of eq. 3.9 when both ends are in the rows 0 .. fit->rows-1. Else the mean radius, for purely
- * radial bonds less kappa over it (eq. 3.8; kappa_far where the mean radius is at least radius_far). 0: an end lies at
+ * times the exponential of eq. 1.8 when both ends are in the rows 0 .. fit->rows-1. Else the mean radius, for purely
+ * radial bonds less kappa over it (eq. 1.7; kappa_far where the mean radius is at least radius_far). 0: an end lies at
  * r <= 0. */
 static double pdi_axisym_compute_conductance(const pdi_axisym_fit *fit, int i, int k)
 {
@@ -98,7 +98,7 @@ static void pdi_axisym_solve_newton_step(pdi_axisym_fit *fit)
     }
 }
 
-/* Sets residual [2 rows] = 1 - moments over their wanted values (3.7; axial, radial condition of each fitted row) and
+/* Sets residual [2 rows] = 1 - moments over their wanted values (1.6; axial, radial condition of each fitted row) and
  * matrix = derivatives of these moments by lambda and mu of each row. Bonds to rows that are not fitted count in the
  * moments and have no derivative. Returns the largest |residual| [-]; 0: no rows. */
 static double pdi_axisym_assemble_conditions(pdi_axisym_fit *fit)
@@ -178,7 +178,7 @@ static int pdi_axisym_count_rows_without_fluid(const pd_grid *grid)
     return innermost;
 }
 
-/* Mean radius [cells] from which conductances use the kappa of eq. 3.8b: that of the innermost bond of the innermost
+/* Mean radius [cells] from which conductances use the kappa of eq. 1.9: that of the innermost bond of the innermost
  * row with fluid. HUGE_VAL (nowhere): bonds of such rows reach fitted ones, that radius is not positive, or its square
  * is below 2 kappa_far (such bonds would lose more than half of their conductance). */
 static double pdi_axisym_find_far_radius(const pdi_axisym_fit *fit, const pd_grid *grid)
@@ -206,7 +206,7 @@ static void pdi_axisym_list_fit_arrays(pdi_array_visitor *owner, void *object)
 
 /* Fits the conductances to the planar weights weight [count] and stores table [rows, ghosts included][count] = unit
  * [count] (NULL: 1) times c_ij over the radius of the row, both in cells; 0 in rows at r <= 0 and for bonds across the
- * axis. With unit NULL no bond has the kappa of eq. 3.8b. Overwrites all members of the fit but stencil and
+ * axis. With unit NULL no bond has the kappa of eq. 1.9. Overwrites all members of the fit but stencil and
  * first_radius; the caller frees its arrays. PD_ERR_GEOMETRY: the fit does not converge. */
 static pd_status pdi_axisym_compute_table(pd_ctx *ctx, pdi_axisym_fit *fit, const pd_grid *grid, const double *weight,
                                           const double *unit, double *table)
@@ -240,7 +240,7 @@ static pd_status pdi_axisym_compute_table(pd_ctx *ctx, pdi_axisym_fit *fit, cons
     return PD_OK;
 }
 
-/* Sets axisym->hoop: sum of laplacian_weight times the radial offset, over the radius (eq. 3.10); 0 in rows at r <= 0.
+/* Sets axisym->hoop: sum of laplacian_weight times the radial offset, over the radius (eq. 1.10); 0 in rows at r <= 0.
  */
 static void pdi_axisym_compute_hoop(const pd_stencil *s, const pdi_axisym_fit *fit, const pd_grid *grid,
                                     pd_axisym *axisym)

@@ -4,7 +4,7 @@
  * j has one conductance c_ij = c_ji, so bond fluxes are conservative: a(n) times the mean radius far from the axis.
  * Near the axis, where the bonds that would cross it are missing, c_ij are the conductances of minimal relative entropy
  * to that which keep the Laplacian and the divergence exact on all quadratics of (z, r): positive for every horizon
- * ratio and spacing (theory: section 3.5, eq. 3.7 to 3.10).
+ * ratio and spacing (theory: section 1.6, eq. 1.6 to 1.10).
  */
 #ifndef PD_AXISYM_H
 #define PD_AXISYM_H

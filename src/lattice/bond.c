@@ -241,7 +241,7 @@ static int pdi_bond_is_family_full(const pd_bonds *bonds, int32_t node)
     return 1;
 }
 
-/* Adds the contributions of cut bond k of `node` to *lap [1/m2] and *curv [-] (eq. 3.3, 3.4): a/t, and a (1-t)/2
+/* Adds the contributions of cut bond k of `node` to *lap [1/m2] and *curv [-] (eq. 2.3, 2.4): a/t, and a (1-t)/2
  * (xi.N)^2 (negative for t > 1). Where cut->distance d > 0 both lose a part for the tangential curvature. Derivation: u
  * = u_i + s u' + s^2/2 u'' is zero at t. Near a wall u = g d + q d^2/2, so u'' = g (xi.D xi) + q (xi.N)^2 and the
  * Laplacian is g mean + q: u'' and g follow from u_i and that Laplacian. */
@@ -361,7 +361,7 @@ static int pdi_bond_find_axis_neighbour(const pd_stencil *s, int k)
     return steps == 1 ? neighbour : -1;
 }
 
-/* Converts matrix [PD_DIM][PD_DIM] in place from inverse moments S^-1 to the flux correction N S^-T [-] (eq. 4.2b),
+/* Converts matrix [PD_DIM][PD_DIM] in place from inverse moments S^-1 to the flux correction N S^-T [-] (eq. 3.4),
  * with the moments N = norm [PD_DIM] of a full family, for g = w xi / N. */
 static void pdi_bond_compute_flux_correction(const double *norm, double *matrix)
 {
@@ -372,8 +372,8 @@ static void pdi_bond_compute_flux_correction(const double *norm, double *matrix)
 }
 
 /* Sets closure [PD_DIM][PD_DIM], which the cut bonds of row r add to its moments by a zero normal gradient at the
- * surface (eq. 3.6): the mirror image of the far end is xi - 2 (1-t) (xi.N) N. Bonds with t >= 1 add nothing. With flow
- * it also adds to wall_laplacian and wall_curvature of the row, sets near_smooth_surface to 1 at a smooth surface
+ * surface (eq. 2.10): the mirror image of the far end is xi - 2 (1-t) (xi.N) N. Bonds with t >= 1 add nothing. With
+ * flow it also adds to wall_laplacian and wall_curvature of the row, sets near_smooth_surface to 1 at a smooth surface
  * (never to 0), and neighbour_distance of closed neighbours to -t. The row must be reset before. */
 static void pdi_bond_sum_wall_closure(pd_bonds *bonds, int32_t r, double *closure)
 {

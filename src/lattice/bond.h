@@ -5,7 +5,7 @@
  * so a wall one node thick separates its two sides. A cut (blocked) bond intersects the surface at the fraction t of
  * its length: on the zero level of the shape where that is known, else on the face of the closed cell. It acts
  * through a fictitious value at its end, the extrapolation of the field from the node through the wall value at t
- * (theory: eq. 3.2 to 3.4). This needs the wall terms (wall_laplacian, wall_curvature) of each row and no ghost value
+ * (theory: eq. 2.2 to 2.4). This needs the wall terms (wall_laplacian, wall_curvature) of each row and no ghost value
  * in the solid.
  */
 #ifndef PD_BOND_H
@@ -52,17 +52,17 @@ typedef struct pd_bonds {
     uint32_t *open_mask; /* [words of the paths][capacity] bit k % 32 of word k / 32: bond k is open */
     uint8_t *has_inlet;  /* [capacity] 1: an open bond ends on an inlet ghost */
     double *inverse_moment; /* [capacity][PD_DIM][PD_DIM] [unit of 1/(base m2)] inverse of sum w xi xi^T over open bonds
-                             * (eq. 3.5); NULL: PD_BONDS_LOW_MEMORY */
+                             * (eq. 2.9); NULL: PD_BONDS_LOW_MEMORY */
     /* NULL with PD_BONDS_NO_FLOW: */
     uint8_t *near_smooth_surface; /* [capacity] 1: a closed bond ends on a shape that is curved or inclined there */
     double *neighbour_distance; /* [capacity][2 PD_DIM] [-] distance to the neighbour x-, x+, y-, ... in spacings: 1, or
                                  * minus the fraction of it up to the surface when the neighbour is closed */
-    /* [capacity] [1/m2] sum over cut bonds of a/t (eq. 3.3), with the curvature of the surface */
+    /* [capacity] [1/m2] sum over cut bonds of a/t (eq. 2.3), with the curvature of the surface */
     double *wall_laplacian;
-    /* [capacity] [-] sum over cut bonds of a (xi.N)^2 (1-t)/2 (eq. 3.4), with the curvature */
+    /* [capacity] [-] sum over cut bonds of a (xi.N)^2 (1-t)/2 (eq. 2.4), with the curvature */
     double *wall_curvature;
-    /* [capacity][PD_DIM][PD_DIM] [-] correction of bond fluxes of a truncated family (eq. 4.2b): the transpose of the
-     * correction of g in eq. 3.5, inlets included */
+    /* [capacity][PD_DIM][PD_DIM] [-] correction of bond fluxes of a truncated family (eq. 3.4): the transpose of the
+     * correction of g in eq. 2.9, inlets included */
     double *flux_correction;
     pd_node_ranges full_ranges;      /* nodes with full families */
     pd_node_ranges truncated_ranges; /* nodes of plain rows; the rows of a range are consecutive, too */
@@ -94,9 +94,9 @@ PD_API void pd_bonds_free(pd_ctx *ctx, pd_bonds *bonds);
 #ifdef PDI_INTERNAL
 /* Describes the arrays of pd_bonds with one entry a row to the array registry: those that `options` ask for. */
 PDI_FN void pdi_bond_list_row_arrays(pdi_array_visitor *owner, void *object);
-/* Returns the inverse moment matrix [PD_DIM][PD_DIM] [unit of 1/(base m2)] of row r (eq. 3.5), over open bonds without
+/* Returns the inverse moment matrix [PD_DIM][PD_DIM] [unit of 1/(base m2)] of row r (eq. 2.9), over open bonds without
  * those to inlets: the stored one, or with PD_BONDS_LOW_MEMORY `buffer` [PD_DIM][PD_DIM], into which it is computed.
- * Zero where the bonds and the closure by the wall (eq. 3.6) do not span space. */
+ * Zero where the bonds and the closure by the wall (eq. 2.10) do not span space. */
 PDI_FN const double *pdi_bond_get_inverse_moment(const pd_bonds *bonds, int32_t r, double *buffer);
 /* Laplacian weights a(n) [count] [1/m2] of the bonds of `node`: those of the stencil, or of its row of an
  * axisymmetric grid. */
@@ -169,7 +169,7 @@ static inline pdi_bond_openness pdi_bond_find_nodes_open(const pd_bonds *bonds, 
     for (int b = 0; b < count && which == PDI_BOND_OPEN_SOME; b++) open[b] = pdi_bond_get_open_factor(masks, k, b);
     return which;
 }
-/* Terms of a moving wall in the Laplacian of a row (eq. 3.3): sets motion [PD_DIM] [1/(m s)] = sum over its cut bonds
+/* Terms of a moving wall in the Laplacian of a row (eq. 2.3): sets motion [PD_DIM] [1/(m s)] = sum over its cut bonds
  * of their part of wall_laplacian times the velocity that `wall` returns at the intersection; curved [PD_DIM] [m/s] (or
  * NULL): the same with their part of wall_curvature. Zero without cut bonds. Intersections are computed anew:
  * PD_BONDS_NO_FLOW is allowed. */
@@ -203,7 +203,7 @@ typedef struct pdi_bond_wall_end {
     int is_grazing;
 } pdi_bond_wall_end;
 /* Sets all members of *end: the intersection of cut bond k of a row with the surface, and its contributions to the wall
- * terms (eq. 3.3, 3.4). The row itself does not change. */
+ * terms (eq. 2.3, 2.4). The row itself does not change. */
 PDI_FN void pdi_bond_find_wall_end(const pd_bonds *bonds, int32_t row, int k, pdi_bond_wall_end *end);
 #endif
 

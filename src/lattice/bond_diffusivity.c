@@ -170,7 +170,7 @@ static double pdi_bond_diffusivity_integrate(pdi_bond_diffusivity_segment *w, do
     return state.integral;
 }
 
-/* Mean diffusivity [m2/s] of the part 0 .. end of the segment: resistances in series (eq. 5.8), 0 where a material does
+/* Mean diffusivity [m2/s] of the part 0 .. end of the segment: resistances in series (eq. 6.3), 0 where a material does
  * not conduct; pdi_bond_diffusivity_mean_in_surface where all of it lies within the surface. Changes the segment as
  * pdi_bond_diffusivity_integrate does. */
 static double pdi_bond_diffusivity_mean_in_series(pdi_bond_diffusivity_segment *w, double end)
@@ -255,7 +255,7 @@ static void pdi_bond_diffusivity_compute_row(pd_bond_diffusivity *m, int32_t i)
 }
 
 #if PD_DIM > 1
-/* ---- conduction along a surface that is normal to an axis (eq. 5.14) ---- */
+/* ---- conduction along a surface that is normal to an axis (eq. 6.4) ---- */
 
 /* Correction of the diffusivity of the bonds of a node parallel to such a surface: sum of x[a] e_a^2, e the
  * direction. */
@@ -356,7 +356,7 @@ static int pdi_bond_diffusivity_count_reflections(const pd_stencil *s, int n, in
 
 /* Diffusivity [m2/s] of bond k of node i, which has a row; where it ends in a wall, the mean of its mirror images with
  * the fewest reflections that do not (across `axis` only for want of others), or that of the node when all do: what
- * walls cut off is corrected elsewhere (theory: eq. 5.7). */
+ * walls cut off is corrected elsewhere (theory: eq. 6.8). */
 static double pdi_bond_diffusivity_get_mirrored(const pd_bond_diffusivity *m, int32_t i, int k, int axis)
 {
     const pd_stencil *s = m->stencil;
@@ -375,7 +375,7 @@ static double pdi_bond_diffusivity_get_mirrored(const pd_bond_diffusivity *m, in
     return found ? sum / found : m->node_value[i];
 }
 
-/* Computes the correction of node i (eq. 5.14): lift->axis, -1 where the surface is inclined, and lift->x, 0 then and
+/* Computes the correction of node i (eq. 6.4): lift->axis, -1 where the surface is inclined, and lift->x, 0 then and
  * where the moments are singular. Bonds across the surface are resistances in series and conduct less along it than the
  * materials do; a cut cell has the material of its node. The deficit of the moments of the node against the mean of its
  * layer goes to its bonds parallel to the surface. So the layers together conduct along it what the materials do, and
@@ -461,7 +461,7 @@ PDI_FN void pdi_bond_diffusivity_list_row_arrays(pdi_array_visitor *owner, void 
 }
 
 /* Numbers the nodes within one bond of the surface (rows, row_of_node; -1: others), ghosts included and walls not, and
- * allocates and computes the diffusivities of their bonds, with the correction of eq. 5.14 (not in 1D). bond_value
+ * allocates and computes the diffusivities of their bonds, with the correction of eq. 6.4 (not in 1D). bond_value
  * stays NULL when there are none. The tolerance includes all neighbours of a node on the surface, so that both ends of
  * a bond have the same diffusivity. */
 static pd_status pdi_bond_diffusivity_build_rows(pd_ctx *ctx, pd_bond_diffusivity *m)

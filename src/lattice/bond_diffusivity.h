@@ -1,7 +1,7 @@
 /* bond_diffusivity: diffusivity of each bond in a heterogeneous medium, whose diffusivity is a field with jumps across
  * a surface.
  *
- * Along a bond materials are resistances in series (theory: eq. 5.8). The surface is the zero level of a signed
+ * Along a bond materials are resistances in series (theory: eq. 6.3). The surface is the zero level of a signed
  * distance; all its intersections with a bond count, so a layer thinner than a bond is not missed, and a surface may
  * lie on a node. The diffusivity of bonds near the surface is computed once, the same for both ends.
  */
@@ -37,7 +37,7 @@ PDI_FN void pdi_bond_diffusivity_list_node_arrays(pdi_array_visitor *owner, void
 PDI_FN void pdi_bond_diffusivity_list_row_arrays(pdi_array_visitor *owner, void *object);
 /* Evaluates the diffusivity `field` [m2/s] at all nodes that are not inactive (others: 0; ghosts: folded into the box),
  * and allocates and computes that of all bonds near the zero level of the signed distance `level` [m] (NULL: no
- * surface), with the correction along surfaces normal to an axis (eq. 5.14). Grid and stencil are borrowed; `media` is
+ * surface), with the correction along surfaces normal to an axis (eq. 6.4). Grid and stencil are borrowed; `media` is
  * overwritten, and the caller frees it on failure, too. PD_ERR_ARGUMENT: a diffusivity is negative, NaN or at least
  * 1e100. */
 PDI_FN pd_status pdi_bond_diffusivity_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid,
@@ -46,9 +46,9 @@ PDI_FN pd_status pdi_bond_diffusivity_build(pd_ctx *ctx, const pd_stencil *stenc
 PDI_FN void pdi_bond_diffusivity_free(pd_ctx *ctx, pd_bond_diffusivity *media);
 /* Mean diffusivity [m2/s] of the part of bond k from node i to the fraction `end` of its length: resistances in series;
  * that of the node where the surface is farther away than this part is long, or no bond value is stored. Computed anew,
- * without the correction of eq. 5.14. */
+ * without the correction of eq. 6.4. */
 PDI_FN double pdi_bond_diffusivity_get_part(const pd_bond_diffusivity *media, int32_t i, int k, double end);
-/* Harmonic mean 2ab/(a + b) (eq. 5.2), in a form that does not overflow and gives the same bits from both ends. */
+/* Harmonic mean 2ab/(a + b) (eq. 6.2), in a form that does not overflow and gives the same bits from both ends. */
 static inline double pdi_bond_diffusivity_harmonic_mean(double a, double b)
 {
     double lower = a < b ? a : b, upper = a < b ? b : a;

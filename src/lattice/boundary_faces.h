@@ -8,7 +8,7 @@
  * The area of a face is distributed to its cell and the cells that share a node with it, with weights w, sum w = 1,
  * whose centroid sum w x lies on the normal through the centroid of the face. So a pressure has the same moment on the
  * points as on the faces; with the area given to its own cell alone it would turn the body. Among these the weights
- * nearest to the cell alone are taken (constrained least squares; theory: 8.6).
+ * nearest to the cell alone are taken (constrained least squares; theory: 14.7).
  */
 #ifndef PD_BOUNDARY_FACES_H
 #define PD_BOUNDARY_FACES_H

@@ -74,13 +74,13 @@ static double pdi_csr_compute_weight(const pdi_csr_work *w, int32_t i, int k, do
                  pdi_bond_diffusivity_harmonic_mean(w->desc->diffusivity[i],
                                                     w->desc->diffusivity[w->source[i + b->paths.shift[k]]]);
         break;
-    case PD_CSR_GRADIENT: /* eq. 2.4; at truncated families eq. 3.5 */
+    case PD_CSR_GRADIENT: /* eq. 1.4; at truncated families eq. 2.9 */
         weight = r < 0 ? s->gradient_weight[k * PD_DIM + axis] : 0.0;
         if (r >= 0 && b->grid->kind[i + b->paths.shift[k]] == PD_INLET) break;
         if (r >= 0) inverse = pdi_bond_get_inverse_moment(b, r, buffer) + axis * PD_DIM;
         for (int e = 0; e < PD_DIM && inverse; e++) weight += inverse[e] * s->base_weight[k] * s->xi[k * PD_DIM + e];
         break;
-    case PD_CSR_DIVERGENCE: /* eq. 4.2 */
+    case PD_CSR_DIVERGENCE: /* eq. 3.2 */
         weight = s->gradient_weight[k * PD_DIM + axis] * pdi_bond_get_flux_factor(b, i, k);
         *diagonal = weight;
         return weight;

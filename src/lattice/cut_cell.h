@@ -4,7 +4,7 @@
  * A smooth shape cuts cells: these are halved recursively and split into simplices in which the signed distance is
  * linear. Voxel masks, and metal that has receded by dissolution, have the faces of cells as surface. Neighbours cut
  * their common face alike, so the area vectors of all pieces of a closed body add up to zero, and those of a wall
- * between two planes to its openings in these, whatever the lattice (theory: eq. 4.27).
+ * between two planes to its openings in these, whatever the lattice (theory: eq. 5.1).
  */
 #ifndef PD_CUT_CELL_H
 #define PD_CUT_CELL_H

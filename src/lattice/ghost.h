@@ -3,7 +3,7 @@
  * One list for all sides. A ghost has one source node of the box and a sign for each component of a vector, the product
  * of the signs of the axes, so corners do not depend on the order of the axes. Mirror: the normal component is odd.
  * Outlet: tangential components are odd, the normal one is even, a pressure is odd about its value at the outlet
- * (theory: section 3.4). Ghosts of inlets are listed, too, and hold what their owner puts there; walls have no values
+ * (theory: section 1.5). Ghosts of inlets are listed, too, and hold what their owner puts there; walls have no values
  * (see bond.h).
  */
 #ifndef PD_GHOST_H

@@ -16,7 +16,7 @@ typedef struct pdi_line_laplacian_data {
     const pd_stencil *stencil;
     const int32_t *shift;
 } pdi_line_laplacian_data;
-/* out [length] = Laplacian sum a (f_j - f_i) [unit of f / m2] at the nodes i .. i+length-1 of f [total] (eq. 2.3),
+/* out [length] = Laplacian sum a (f_j - f_i) [unit of f / m2] at the nodes i .. i+length-1 of f [total] (eq. 1.3),
  * whose families must be full; far ends are read from f, ghosts included. Planar weights: not for axisymmetric grids.
  */
 PDI_FN void pdi_line_laplacian_apply(const pdi_line_laplacian_data *lines, const double *f, int32_t i, int32_t length,

@@ -64,9 +64,9 @@ static void pdi_op_init_operands(const pd_bonds *bonds, const double *f, const d
     w->any_length = 0;
 }
 
-/* ---- gradient: G f_i = sum g (f_j - f_i); the sum of g over a full family is zero (eq. 2.4) ---- */
+/* ---- gradient: G f_i = sum g (f_j - f_i); the sum of g over a full family is zero (eq. 1.4) ---- */
 
-/* slope [PD_DIM][count] = gradient of f at `count` nodes with full families from node i (eq. 2.4); opposite bonds are
+/* slope [PD_DIM][count] = gradient of f at `count` nodes with full families from node i (eq. 1.4); opposite bonds are
  * paired. */
 static void pdi_op_compute_gradient_full(const pd_bonds *bonds, const double *f, int32_t i, int count,
                                          double slope[PD_DIM][PDI_CHUNK])
@@ -82,7 +82,7 @@ static void pdi_op_compute_gradient_full(const pd_bonds *bonds, const double *f,
 }
 
 /* slope [PD_DIM][count] = gradient K^-1 sum w xi (f_j - f_i) at `count` rows from row r, whose nodes are consecutive,
- * with the moments K of the open bonds (eq. 3.5). Inlet ghosts are left out; rows with bonds to them come one by one. 0
+ * with the moments K of the open bonds (eq. 2.9). Inlet ghosts are left out; rows with bonds to them come one by one. 0
  * where K^-1 is 0. */
 static void pdi_op_compute_gradient_truncated(const pd_bonds *bonds, const double *field, int32_t r, int count,
                                               double slope[PD_DIM][PDI_CHUNK])
@@ -144,7 +144,7 @@ void pd_op_gradient(const pd_ctx *ctx, const pd_bonds *bonds, const double *f, d
     pdi_op_apply_all(ctx, &w, pdi_op_gradient_full, pdi_op_gradient_truncated);
 }
 
-/* ---- divergence: D u_i = sum g.(u_i + u_j), antisymmetric in i and j (eq. 4.2) ---- */
+/* ---- divergence: D u_i = sum g.(u_i + u_j), antisymmetric in i and j (eq. 3.2) ---- */
 
 /* Divergence at the nodes i .. i+count-1, which own the rows from r (-1: full families), bond by bond. */
 static void pdi_op_divergence_bonds(const pdi_op_operands *w, int32_t i, int32_t r, int count)
@@ -200,7 +200,7 @@ void pd_op_divergence(const pd_ctx *ctx, const pd_bonds *bonds, const double *u,
     pdi_op_apply_all(ctx, &w, pdi_op_divergence_full, pdi_op_divergence_truncated);
 }
 
-/* ---- Laplacian: L f_i = sum a (f_j - f_i), symmetric weights (eq. 2.3) ---- */
+/* ---- Laplacian: L f_i = sum a (f_j - f_i), symmetric weights (eq. 1.3) ---- */
 
 /* Laplacian at the nodes i .. i+count-1, which own the rows from r (-1: full families), bond by bond. */
 static void pdi_op_laplacian_bonds(const pdi_op_operands *w, int32_t i, int32_t r, int count)
@@ -252,9 +252,9 @@ void pd_op_laplacian(const pd_ctx *ctx, const pd_bonds *bonds, const double *f, 
                      pdi_op_laplacian_truncated);
 }
 
-/* ---- diffusion: sum D_ij a (f_j - f_i), D_ij = 2 D_i D_j / (D_i + D_j) (eq. 5.2) ---- */
+/* ---- diffusion: sum D_ij a (f_j - f_i), D_ij = 2 D_i D_j / (D_i + D_j) (eq. 6.2) ---- */
 
-/* Diffusion at the nodes i .. i+count-1, which own the rows from r (-1: full families), bond by bond (eq. 5.2). */
+/* Diffusion at the nodes i .. i+count-1, which own the rows from r (-1: full families), bond by bond (eq. 6.2). */
 static void pdi_op_diffuse_bonds(const pdi_op_operands *w, int32_t i, int32_t r, int count)
 {
     const pd_bonds *bonds = w->bonds;

@@ -3,7 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-/* [cells^2] Added to squared distances, so that the weight of a datum at the point itself is finite (eq. 3.11). */
+/* [cells^2] Added to squared distances, so that the weight of a datum at the point itself is finite (eq. 1.11). */
 #define PDI_QUADRATIC_FIT_DISTANCE_OFFSET 1e-6
 /* [-] Weight of the regularising equation "second derivative = 0", for those that no datum determines. */
 #define PDI_QUADRATIC_FIT_SECOND_WEIGHT 1e-5

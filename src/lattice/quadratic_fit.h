@@ -1,5 +1,5 @@
 /* quadratic_fit: interpolation at a point by the weighted least-squares fit of a quadratic to values and normal
- * derivatives nearby (theory: eq. 3.11).
+ * derivatives nearby (theory: eq. 1.11).
  *
  * Squared residuals have the weight 1/r^4, r the distance in cells, so that the fit passes through a datum at the point
  * itself. What the data do not determine is zero: second derivatives first, then gradients.

@@ -10,7 +10,7 @@
 /* Terms of a quadratic about the node: linear ones, then products (the constant is the value of the node). */
 #define PDI_RECONSTRUCT_TERMS (PD_DIM + PD_DIM * (PD_DIM + 1) / 2)
 /* [-] Data whose moments, scaled by those of a full family, have a pivot below this determine no quadratic (theory,
- * 3.2). */
+ * 2.6). */
 #define PDI_RECONSTRUCT_MIN_PIVOT 1e-3
 /* [-] Step of central differences over the spacing. */
 #define PDI_RECONSTRUCT_STEP 0.05
@@ -123,7 +123,7 @@ static int pdi_reconstruct_find_parabola(const pd_grid *grid, int32_t node, int 
     return grid->kind[node + step[0]] == PD_FLUID && pdi_reconstruct_is_scalar_node(grid, node + step[1]);
 }
 
-/* Sets gradient_map of row r of a wide family: the gradient of its scalar fit as a linear map of the data (eq. 3.5b).
+/* Sets gradient_map of row r of a wide family: the gradient of its scalar fit as a linear map of the data (eq. 2.11).
  * Returns 1; 0: the bonds determine no fit, or there is no parabola along an axis: in such a gap the quadratic would
  * take the gradient from nodes in front of it, by mixed derivatives. */
 static int pdi_reconstruct_compute_scalar_fit(pd_quadratic_reconstruction *rec, int32_t r)
@@ -151,7 +151,7 @@ static int pdi_reconstruct_compute_scalar_fit(pd_quadratic_reconstruction *rec, 
     return 1;
 }
 
-/* Computes the velocity fit of row r (eq. 3.4b): the contribution of cut bonds to the Laplacian of a velocity that
+/* Computes the velocity fit of row r (eq. 2.7): the contribution of cut bonds to the Laplacian of a velocity that
  * vanishes on the surface, as coefficients[terms] of the sums over open bonds and *drag [1/m2] of the velocity of the
  * node. Data: open far ends, inlets included, and points on the surface with weights over t^2, but not those of t > 1.
  * extra_weight may be NULL. Returns 1; 0: the bonds determine no fit, nothing is set. */
@@ -188,7 +188,7 @@ static int pdi_reconstruct_compute_velocity_fit(const pd_bonds *bonds, int32_t r
     return 1;
 }
 
-/* ---- the cubic part of a velocity near a wall (eq. 3.4c) ---- */
+/* ---- the cubic part of a velocity near a wall (eq. 2.8) ---- */
 
 /* [-] Sum of the principal curvatures times h from which a surface counts as an edge. */
 #define PDI_RECONSTRUCT_EDGE_CURVATURE 0.5
@@ -237,7 +237,7 @@ static int pdi_reconstruct_find_surface_point(const pd_bonds *bonds, int32_t r, 
 }
 
 /* u [PD_DIM] = velocity times viscosity at x [m] of Stokes flow that vanishes on the surface and whose pressure has the
- * second derivatives `hessian` (xx, yx, yy, ..) and no other part (eq. 3.4c): [m3] times the unit of `hessian`. */
+ * second derivatives `hessian` (xx, yx, yy, ..) and no other part (eq. 2.8): [m3] times the unit of `hessian`. */
 static void pdi_reconstruct_stokes_velocity(const pdi_reconstruct_surface_point *foot, const double *hessian,
                                             const double *x, double *u)
 {

@@ -27,7 +27,7 @@ static int pdi_stencil_next_offset(int *n, int reach)
     return 0;
 }
 
-/* Partial volume beta of the cell at offset n (eq. 2.1) [-]: m + 1/2 - |n|, at most 1; PD_FAMILY_FULL_CELLS: 1 for |n|
+/* Partial volume beta of the cell at offset n (eq. 1.1) [-]: m + 1/2 - |n|, at most 1; PD_FAMILY_FULL_CELLS: 1 for |n|
  * <= m. 0: not in the family, as is n = 0. The tolerance of 1e-12 keeps the rounding of sqrt from deciding on
  * membership. */
 static double pdi_stencil_partial_volume(const int *n, double m, pd_family family)
@@ -68,7 +68,7 @@ static void pdi_stencil_list_path_arrays(pdi_array_visitor *owner, void *object)
 }
 
 /* Sets count and reach of the family, allocates the arrays by bonds and grid lines, and fills offset, xi,
- * partial_volume and base_weight w(n) (eq. 2.2). m, h and volume are set. */
+ * partial_volume and base_weight w(n) (eq. 1.2). m, h and volume are set. */
 static pd_status pdi_stencil_build_family(pd_ctx *ctx, pd_family family, pd_stencil *s)
 {
     int limit = (int)(s->m + 0.5), n[PD_DIM];
@@ -91,7 +91,7 @@ static pd_status pdi_stencil_build_family(pd_ctx *ctx, pd_family family, pd_sten
         }
         double length = pdi_stencil_lattice_length(n);
         s->partial_volume[k] = beta;
-        /* w(n) = beta V |n|^d / |xi|^(d+2): on equal spacings beta V / |xi|^2 up to a constant (eq. 2.2) */
+        /* w(n) = beta V |n|^d / |xi|^(d+2): on equal spacings beta V / |xi|^2 up to a constant (eq. 1.2) */
         double xi2 = pdi_vec_dot(s->xi + k * PD_DIM, s->xi + k * PD_DIM);
         s->base_weight[k] = s->partial_volume[k] * s->volume * pow(length / sqrt(xi2), PD_DIM) / xi2;
         k++;
@@ -133,7 +133,7 @@ static void pdi_stencil_add_weights(pd_stencil *s, const double *scale, double *
 }
 
 /* Sets laplacian_weight, zero before, and gradient_weight by discrete moments: a(n) = w(n) sum_b s_b e_b^2 with sum_n
- * a(n) xi_a^2 = 2 for every axis (eq. 2.3), and g(n) = w(n) xi / sum w xi_a^2 (eq. 2.4). PD_ERR_GEOMETRY: the moments
+ * a(n) xi_a^2 = 2 for every axis (eq. 1.3), and g(n) = w(n) xi / sum w xi_a^2 (eq. 1.4). PD_ERR_GEOMETRY: the moments
  * are singular, or a weight a(n) is not positive (spacings too different). */
 static pd_status pdi_stencil_calibrate_weights(pd_ctx *ctx, pd_stencil *s)
 {

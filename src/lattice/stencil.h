@@ -2,7 +2,7 @@
  *
  * A bond is an integer offset n != 0 with |n| < m + 1/2 (or |n| <= m) and xi = n h (componentwise); all weights are
  * shared by every node whose family is full, not truncated by a surface. Calibrated weights make the gradient, the
- * divergence and the Laplacian exact on all quadratics for any m, spacing ratio and dimension (theory: eq. 2.3, 2.4).
+ * divergence and the Laplacian exact on all quadratics for any m, spacing ratio and dimension (theory: eq. 1.3, 1.4).
  */
 #ifndef PD_STENCIL_H
 #define PD_STENCIL_H
@@ -39,7 +39,7 @@ typedef struct pd_stencil {
     double lap_sum;      /* [1/m2] sum of a(n) */
     double *gradient_weight; /* [count][PD_DIM] [1/m] g(n): grad f = sum g (f_j - f_i) */
     double *base_weight;     /* [count] [m^(d-2)] w(n), the weight before calibration */
-    /* [count] [1/m] c(n): interface area that a solid-fluid bond stands for, over V (eq. 6.3) */
+    /* [count] [1/m] c(n): interface area that a solid-fluid bond stands for, over V (eq. 10.5) */
     double *area_weight;
     double anisotropy;   /* [-] largest deviation of the area measure from 1 over all directions */
     /* The family as grid lines along axis 0. Lines with the same weights are of one kind; the line through the node

@@ -21,7 +21,7 @@ PDI_FN int pdi_surface_compute_normal(const pd_bonds *bonds, int32_t closed, con
                                       double *distance, double *normal);
 /* Area [m^(d-1); axisymmetric: m2 of the full ring] of the surface that belongs to the cell face between open node
  * `node` and the closed one next to it along `axis`, up (1) or down (0): of the projection of the face on the smooth
- * shape of the closed node, else of the face itself (theory: eq. 5.12b). Faces of a closed body share corners, so the
+ * shape of the closed node, else of the face itself (theory: eq. 6.20). Faces of a closed body share corners, so the
  * sum over them is the area of a closed surface. It is negative where the face is the back of a step. */
 PDI_FN double pdi_surface_compute_face_area(const pd_grid *grid, int32_t node, int axis, int up);
 #endif

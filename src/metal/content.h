@@ -1,8 +1,8 @@
 /* content: what solid nodes hold: pieces that a step uses up, who turns fluid, and who takes over the rest.
  *
  * Surface rate: the set of solid nodes would lead the metal by about one cell, so a node joins the fluid when as much
- * is left as the set leads on average, and its solid neighbours take over the rest (theory: 6.4). Bonds: a node turns
- * at the end of the step that is closest to its end, and the metal around evens out the rest (theory: 6.6). Amounts
+ * is left as the set leads on average, and its solid neighbours take over the rest (theory: 10.7). Bonds: a node turns
+ * at the end of the step that is closest to its end, and the metal around evens out the rest (theory: 11.6). Amounts
  * are moved, never dropped.
  */
 #ifndef PD_CONTENT_H

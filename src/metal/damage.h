@@ -1,4 +1,4 @@
-/* damage: mechanical bonds of metal that dissolves, broken at random as it goes (theory: 6.7).
+/* damage: mechanical bonds of metal that dissolves, broken at random as it goes (theory: 11.5).
  *
  * A node that has lost the share d_c of its metal, d_c = (Cs - C)/(Cs - Csat), breaks each bond that it still has with
  * the probability P = (d_c' - d_c)/(1 - d_c) on the way to d_c': a bond is then intact with the probability 1 - d_c,

@@ -1,17 +1,17 @@
 /* dissolve: a step of a dissolving surface, by a surface rate or by bonds. Solid nodes lose metal through the bonds
  * that join them to fluid. Law and transport are solved together for the end of the step. Amounts are moved, never
- * dropped; metal that a step would use up gives what it has (eq. 6.6b).
+ * dropped; metal that a step would use up gives what it has (eq. 10.11).
  *
  * Surface rate. A bond of offset n from solid node j moves  V f_j c(n) Cs  [mol/m3/s] into the fluid, with V the mean
  * of V(c_i), the recession speed of the law behind the film between the surface and node i (law.h), over the nodes
- * whose bonds the metal cuts there (eq. 6.2c), f_j the grain factor and c(n) the interface area that the bond stands
- * for: a flat front recedes at V for every h, m and direction (theory: eq. 6.1 to 6.4). The set of solid nodes would
+ * whose bonds the metal cuts there (eq. 10.3), f_j the grain factor and c(n) the interface area that the bond stands
+ * for: a flat front recedes at V for every h, m and direction (theory: eq. 10.1 to 10.8). The set of solid nodes would
  * lead the metal by about one cell, and a curved front be too fast: so a node joins the fluid when as much is left as
  * the node set leads on average, and its solid neighbours take over the rest (their content may exceed Cs: the surface
  * stands out of the cell). The share `threshold` of the content stays in the node as dissolved metal.
  *
- * Bonds. A bond moves V(c_i) b(n) (Cs - Csat) [mol/m3/s] to the node at its far end (theory: eq. 6.7). Fluid at Csat
- * takes what transport carries away and no more, the salt layer (6.11). A node that is down to Csat turns fluid.
+ * Bonds. A bond moves V(c_i) b(n) (Cs - Csat) [mol/m3/s] to the node at its far end (theory: eq. 11.1). Fluid at Csat
+ * takes what transport carries away and no more, the salt layer (11.8). A node that is down to Csat turns fluid.
  */
 #ifndef PD_DISSOLVE_H
 #define PD_DISSOLVE_H
@@ -44,7 +44,7 @@ PDI_FN pd_status pdi_dissolve_mean(pd_ctx *ctx, pd_dissolve *dissolve, double t,
 /* Largest loss rate [1/s] of any node as a fraction of what a node loses before it turns fluid. */
 PDI_FN double pdi_dissolve_fastest(pd_ctx *ctx, pd_dissolve *dissolve);
 /* pd_transport_implicit of dt [s] together with the law at its end. Where a piece of metal would give more than it has,
- * the step is taken again with what it has (theory: eq. 6.6b). PD_RETRY, nothing changed: a node would lose more than
+ * the step is taken again with what it has (theory: eq. 10.11). PD_RETRY, nothing changed: a node would lose more than
  * `most`, the error is above `rtol`, or law and transport found no common solution; prepare again and take retry_dt. */
 PDI_FN pd_status pdi_dissolve_transport(pd_ctx *ctx, pd_dissolve *dissolve, double dt, pd_transport_result *result);
 /* Damage [-] of a node: of metal the share of its mechanical bonds that are broken, or the share of Cs - Csat that it

@@ -228,7 +228,7 @@ static double pdi_error_stray_longer(const pd_dissolve *d, const pdi_error_step 
 
 /* Surface: the error in time of the fluid at the end of a step, dt/2 (f' - f), and where it would shorten the next step
  * what the matrix of the step leaves of it, twice: of a mode that decays by z in the step that is z^2/(1 + z)^3/2 (eq.
- * 6.2g). Limited fluxes count as upwind ones. A step after one in which nodes turned is not judged: fields bend there.
+ * 10.15). Limited fluxes count as upwind ones. A step after one in which nodes turned is not judged: fields bend there.
  * *longer: how much longer the step may be. */
 static pd_status pdi_error_stray(pd_ctx *ctx, pd_dissolve *d, double dt, const pdi_error_step *step, double *longer,
                                  pd_transport_result *result)
@@ -291,7 +291,7 @@ static pd_status pdi_error_accurate(pd_ctx *ctx, pd_dissolve *d, double lost, do
 }
 
 /* Bonds: the next step from the error in time of the fluid, half of what it has moved otherwise than before, over Csat,
- * root mean square (eq. 6.12), and from what a node has lost. A step after one in which nodes turned is not judged:
+ * root mean square (eq. 11.9), and from what a node has lost. A step after one in which nodes turned is not judged:
  * fields bend there. 0: the error is too large, and no step before has foreseen it: it is the first one, or the law
  * bends in it. */
 static int pdi_error_foresee(pd_dissolve *d, double lost, double dt)

@@ -1,8 +1,8 @@
 /* error: how wrong a step of dissolving metal is in time, whether it stands, and how long the next one may be.
  *
  * A step takes the speed at its end. Half of what the speed changes on the way is the error of a step, which goes with
- * the square of its length. It is held against all metal that is lost, and the sum of all steps is, too (theory: 6.2).
- */
+ * the square of its length. It is held against all metal that is lost, and the sum of all steps is, too (theory:
+ * 10.11). */
 #ifndef PD_ERROR_H
 #define PD_ERROR_H
 #include "metal/interface.h"

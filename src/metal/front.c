@@ -11,7 +11,7 @@ static double pdi_front_shape(const pd_stencil *s, pd_kernel kernel, int k)
     return s->base_weight[k] * (kernel == PD_KERNEL_INVERSE ? pdi_vec_norm(s->xi + k * PD_DIM) : 1.0);
 }
 
-/* b(n) = shape(n) sum_a s_a e_a^2 with f = 1 along every axis: sum over n_a > 0 of b xi_a = 1 (eq. 6.9). */
+/* b(n) = shape(n) sum_a s_a e_a^2 with f = 1 along every axis: sum over n_a > 0 of b xi_a = 1 (eq. 11.3). */
 static pd_status pdi_front_calibrate(pd_ctx *ctx, pd_front *f)
 {
     const pd_stencil *s = f->stencil;
@@ -41,7 +41,7 @@ static pd_status pdi_front_calibrate(pd_ctx *ctx, pd_front *f)
     return PD_OK;
 }
 
-/* f = 1 as an integral over the horizon (eq. 6.10): of 1/|xi| the factor is 1/delta, 1/delta^2, 3/(pi delta^3) in 1D,
+/* f = 1 as an integral over the horizon (eq. 11.4): of 1/|xi| the factor is 1/delta, 1/delta^2, 3/(pi delta^3) in 1D,
  * 2D and 3D, of 1/|xi|^2 it is 1/(2 delta) in 2D and 2/(pi delta^2) in 3D; in 1D that integral diverges. */
 static pd_status pdi_front_print(pd_ctx *ctx, pd_front *f)
 {

@@ -2,7 +2,7 @@
  *
  * Through the bond of offset n a solid node loses at the rate v b(n) times a driving amount (see dissolve.h). A flat
  * front with the unit normal N that has dissolved layer by layer then moves at v f(N), exactly, with
- *     f(N) = 1/2 sum_n b(n) |xi.N|                                                    (theory: eq. 6.8)
+ *     f(N) = 1/2 sum_n b(n) |xi.N|                                                    (theory: eq. 11.2)
  * whatever h and m. Calibrated weights have f = 1 along every axis: no trial run is needed to get a rate.
  */
 #ifndef PD_FRONT_H
@@ -13,7 +13,7 @@
 #include <math.h>
 
 typedef enum pd_kernel {
-    PD_KERNEL_AREA = 0, /* b = c(n), the area weights of eq. 6.3: f closest to 1 in all directions */
+    PD_KERNEL_AREA = 0, /* b = c(n), the area weights of eq. 10.5: f closest to 1 in all directions */
     PD_KERNEL_SQUARE,   /* b like beta V/|xi|^2 (Jafarzadeh et al. 2021, eq. 1 and 22) */
     PD_KERNEL_INVERSE   /* b like beta V/|xi| */
 } pd_kernel;

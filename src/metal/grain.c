@@ -531,7 +531,7 @@ pd_status pd_grain_fraction(pd_ctx *ctx, const pd_stencil *stencil, const pd_gri
                        (int)grain->nodes, (int)grid->total);
     int nt = pd_par_threads(ctx, (int64_t)grid->total * stencil->count);
     (void)nt;
-    /* phi_i = min(1, w_gb / 2 sum_n c(n) b(i, i + n)), b: boundaries that the bond crosses  (theory: eq. 6.4) */
+    /* phi_i = min(1, w_gb / 2 sum_n c(n) b(i, i + n)), b: boundaries that the bond crosses  (theory: eq. 10.8) */
     PD_PARALLEL_FOR(nt)
     for (int32_t node = 0; node < grid->total; node++) {
         double width = grain->boundary_width;

@@ -2,7 +2,7 @@
  *
  * Grains fill space whether or not a node is solid; they depend on the description alone, not on the grid, so that a
  * finer grid sees the same grains. The boundary is a property of bonds: bonds between grains measure its area
- * (theory: eq. 6.4, with the area weights of eq. 6.3), and its physical width turns area into volume.
+ * (theory: eq. 10.8, with the area weights of eq. 10.5), and its physical width turns area into volume.
  */
 #ifndef PD_GRAIN_H
 #define PD_GRAIN_H

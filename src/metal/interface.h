@@ -1,7 +1,7 @@
 /* interface: where metal enters the fluid, and with which weights.
  *
  * Surface rate: bonds of metal enter the fluid at the first nodes on their way. What they give goes to all nodes whose
- * bonds the metal cuts, to each what its cut bonds would carry (theory: eq. 6.2c). Bonds: they enter at their far end.
+ * bonds the metal cuts, to each what its cut bonds would carry (theory: eq. 10.3). Bonds: they enter at their far end.
  */
 #ifndef PD_INTERFACE_H
 #define PD_INTERFACE_H
@@ -37,7 +37,7 @@ PDI_FN int pdi_interface_lasts(const pd_dissolve *dissolve);
 /* 1: they were, and the fluid beside metal is as it was then. */
 PDI_FN int pdi_interface_stays(const pd_dissolve *dissolve);
 PDI_FN void pdi_interface_rated(pd_dissolve *dissolve);
-/* What `used` and `paid` say of pieces of metal that do not last the step is given once for all (eq. 6.6b). */
+/* What `used` and `paid` say of pieces of metal that do not last the step is given once for all (eq. 10.11). */
 PDI_FN void pdi_interface_spare(pd_dissolve *dissolve);
 #endif
 

@@ -315,7 +315,7 @@ static int pdi_law_jumps(pdi_law *law, double c, pdi_law_point *p)
     return pdi_law_pin(law, a, b, p);
 }
 
-/* The salt layer, and every other jump (theory, 6.6): the fluid stays at the jump while it needs a speed between those
+/* The salt layer, and every other jump (theory, 11.6): the fluid stays at the jump while it needs a speed between those
  * before and behind it. */
 PDI_FN int pdi_law_meet_pinned(pdi_law *law, double need, double near, pdi_law_point *p)
 {

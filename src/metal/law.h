@@ -3,7 +3,7 @@
  * Metal at the surface dissolves at v(s), where s is the concentration there. What dissolves diffuses through the film
  * between the surface and the node, so that
  *
- *     v = max(v(c + R v), 0),     R = Cs film/D,                                            (theory: eq. 6.2b)
+ *     v = max(v(c + R v), 0),     R = Cs film/D,                                            (theory: eq. 10.4)
  *
  * with the concentration c of the node. V(c) is the first solution above c: any law may be rising, flat, negative or
  * jump. Where a decreasing law jumps, every speed in between is a solution, so V falls by at most 1/R a concentration.

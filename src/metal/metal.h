@@ -2,8 +2,8 @@
  *
  * Two models of the surface share all of this. They differ in the weights of the bonds that cross the surface and in
  * when a node turns fluid.
- * - Surface rate: what a bond gives enters at the first fluid node on its way, behind a film (theory: 6.1, 6.4).
- * - Bonds: what a bond gives enters at its far end, and a node turns at saturation (theory: 6.5 to 6.7).
+ * - Surface rate: what a bond gives enters at the first fluid node on its way, behind a film (theory: 10.2, 10.7).
+ * - Bonds: what a bond gives enters at its far end, and a node turns at saturation (theory: 11).
  */
 #ifndef PD_METAL_H
 #define PD_METAL_H
@@ -73,7 +73,7 @@ typedef struct pd_dissolve_desc {
     pd_kernel kernel;
     pd_weights weights;   /* of the kernel */
     int stochastic;       /* 1: mechanical bonds of a node break at random as it dissolves, and it turns fluid when none
-                           * is left, with what it holds (theory: 6.7) */
+                           * is left, with what it holds (theory: 11.5) */
     uint64_t seed;        /* of that */
     double repassivation; /* [mol/m3] fluid beside metal that is below it at the start of a step does not attack any
                            * more: a film has formed; up to Csat, 0: none forms */
@@ -99,7 +99,7 @@ typedef struct pd_dissolve {
     uint8_t *mark;            /* [total] what the step knows of a solid node */
     int rated;                /* 1: rate is that of the transport step just made */
     double lead;              /* [-] content at which a node joins the fluid and its solid neighbours take the rest, so
-                               * that the surface of the node set lies where the metal ends on average (eq. 6.5) */
+                               * that the surface of the node set lies where the metal ends on average (eq. 10.9) */
     double spread;            /* [1/m2] sum a(n) of a whole family */
     double time;              /* [s] of the law, set by the caller before pd_dissolve_prepare */
     double *moment, *part;    /* [moments] [s] instants in whose place it stands, and their weights [-]; there is room
@@ -132,7 +132,7 @@ typedef struct pd_dissolve {
                                * to fluid that takes metal */
     int32_t reach_rows, reach_used;
     int16_t *facing;          /* [total][PD_DIM] of exposed nodes: from metal to fluid, in spacings, of any length */
-    float *tilt;              /* [total] [-] 1/f(N) of exposed nodes, by which their bonds count (eq. 6.3b); NULL: 1 */
+    float *tilt;              /* [total] [-] 1/f(N) of exposed nodes, by which their bonds count (eq. 10.6); NULL: 1 */
     int tilted;               /* 1: they are those of now, but for touched nodes */
     int reached;              /* 1: they are those of now, but for touched nodes */
     int lags;                 /* 1: nodes have been touched since the rates were found */
@@ -189,7 +189,7 @@ typedef struct pdi_beside {
     /* where it arrives */
     double weight;         /* [mol/m4] share of `enters` */
     double touch;          /* [mol/m3] the laws of all its metals touch 0 here, now; 0: nowhere */
-    double given;          /* [mol/m3/s] what pieces of metal give that do not last the step (eq. 6.6b) */
+    double given;          /* [mol/m3/s] what pieces of metal give that do not last the step (eq. 10.11) */
     double film;           /* [mol/m3] sum of weight times the film */
     double flux;           /* [mol/m4] sum of weight times f Cs/Cs of the first metal */
     double before;         /* [m/s] speed at the start of the step */

@@ -2,7 +2,7 @@
  *
  * A step takes the mean of a law over its time, at each concentration. Where the law goes nearly straight that is its
  * value in the middle. Else the step is divided until two instants a piece give the mean within a share of the
- * tolerance, and bounds of the law leave no room for what they do not see (theory: 6.1).
+ * tolerance, and bounds of the law leave no room for what they do not see (theory: 10.12).
  */
 #ifndef PD_MOMENTS_H
 #define PD_MOMENTS_H

@@ -1,5 +1,5 @@
 /* developed_flow: fully developed velocity profiles of inlets with any cross-section: a steady flow solve in a straight
- * periodic duct with the opening as its section, on the lattice of the run (theory: 4.3b).
+ * periodic duct with the opening as its section, on the lattice of the run (theory: 3.10).
  */
 #ifndef PD_DEVELOPED_FLOW_H
 #define PD_DEVELOPED_FLOW_H

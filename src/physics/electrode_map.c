@@ -41,7 +41,7 @@ PDI_FN int pdi_electrode_map_is_time_dependent(const pd_setup *setup)
     return timed;
 }
 
-/* Conductivity field [total] [S/m] of the electrolyte at fluid nodes, kappa = F^2/(R T) sum z^2 D c (theory: eq. 6b.7);
+/* Conductivity field [total] [S/m] of the electrolyte at fluid nodes, kappa = F^2/(R T) sum z^2 D c (theory: eq. 12.6);
  * negative concentrations count as 0. Other nodes get 0. user: a pd_electrode_map. */
 static void pdi_electrode_map_compute_conductivity(void *user, double *field)
 {

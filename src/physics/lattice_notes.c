@@ -15,7 +15,7 @@
 /* Finite-difference step for a normal, over the size of a subcell. */
 #define PDI_LATTICE_NOTES_NORMAL_STEP 1e-3
 /* J at which a crack of springs runs in balance over E s^2 h, with the critical stretch s, in strips 48 cells high and
- * higher (theory: 8.7). */
+ * higher (theory: 15.8). */
 #define PDI_LATTICE_NOTES_TOUGHNESS_FACTOR 3.1
 
 /* Signed distance [m], or a bound of the right sign, of x from metal k: its shape less walls and later metals. */
@@ -203,11 +203,11 @@ static void pdi_lattice_notes_print_toughness_error(const pd_model *m, pd_print_
     if (PD_DIM == 3)
         snprintf(text, sizeof text,
                  "springs: a crack in balance runs at more than the toughness: in 2D at 1.3 to 3 "
-                 "times it, in 3D this is not measured (theory: 8.7). Expected model = correspondence");
+                 "times it, in 3D this is not measured (theory: 15.8). Expected model = correspondence");
     else
         snprintf(text, sizeof text,
                  "springs: a crack in balance begins to run at about %.2g times the toughness, at "
-                 "more with fewer than 48 cells between what holds the metal (theory: 8.7). Expected model = "
+                 "more with fewer than 48 cells between what holds the metal (theory: 15.8). Expected model = "
                  "correspondence",
                  PDI_LATTICE_NOTES_TOUGHNESS_FACTOR * unit);
     print(user, PD_PRINT_NOTE, text);

@@ -171,7 +171,7 @@ typedef struct pdi_mechanical_bc_metal_run {
     int layers;
     int spans_box;  /* 1: the run ends at the opposite side of the box */
     int has_mirror; /* 1: that side is a plane of symmetry */
-    int thin;    /* 1: with its mirror image it is thinner than the surface layers of (8.5) of both faces together */
+    int thin;    /* 1: with its mirror image it is thinner than the surface layers of (14.5) of both faces together */
 } pdi_mechanical_bc_metal_run;
 
 /* Number of layers from a side in which points may carry a part of its traction. */
@@ -216,14 +216,14 @@ PDI_FN double pdi_mechanical_bc_get_surface_coefficient(const pd_mechanical_bc *
 
 /* Load weights of a point for a traction on a side. */
 typedef struct pdi_mechanical_bc_load_weights {
-    double surface[PD_DIM];         /* [1/m] weight by c of (8.5) for each component: load density over traction */
+    double surface[PD_DIM];         /* [1/m] weight by c of (14.5) for each component: load density over traction */
     double takes_remainder[PD_DIM]; /* 1: the point takes part in the even distribution of the remaining load */
 } pdi_mechanical_bc_load_weights;
 
 /* Load weights of point i for the traction of condition k. Returns 1; 0: it carries none. In thick metal they are the c
- * of (8.5). In thinner metal the c of both faces overlap: if the opposite side holds a component, free layers carry all
- * of c, held layers the remainder; behind a plane of symmetry the image is the other part along the axis; else each
- * half carries its own c, and the remainder is spread evenly (theory: 8.7). */
+ * of (14.5). In thinner metal the c of both faces overlap: if the opposite side holds a component, free layers carry
+ * all of c, held layers the remainder; behind a plane of symmetry the image is the other part along the axis; else each
+ * half carries its own c, and the remainder is spread evenly (theory: 14.9). */
 static int pdi_mechanical_bc_compute_load_weights(const pd_mechanical_bc *g, int k, int32_t i,
                                                   pdi_mechanical_bc_load_weights *part)
 {
@@ -437,7 +437,7 @@ static pd_status pdi_mechanical_bc_get_displacement(pd_ctx *ctx, const pd_mechan
 }
 
 /* Displacement component d of point i in the held layers of two or three sides at once, where no layer is free: blends
- * the prescribed fields U_a + U_b - (U_a(0) + U_b(0))/2 (theory: eq. 8.16b); of three sides, the mean over pairs.
+ * the prescribed fields U_a + U_b - (U_a(0) + U_b(0))/2 (theory: eq. 14.21); of three sides, the mean over pairs.
  * Writes u[i PD_DIM + d] [m]. */
 static pd_status pdi_mechanical_bc_set_corner_displacement(pd_ctx *ctx, const pd_mechanical_bc *g, const int *holders,
                                                            int count, int32_t i, int d, double t, double *u)

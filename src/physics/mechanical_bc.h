@@ -1,5 +1,5 @@
 /* mechanical_bc: mechanical boundary conditions of the metal: prescribed displacements of box sides and shapes
- * (Dirichlet), tractions and pressures on box sides (Neumann), body forces. Theory: 8.7. */
+ * (Dirichlet), tractions and pressures on box sides (Neumann), body forces. Theory: 14.9. */
 #ifndef PD_MECHANICAL_BC_H
 #define PD_MECHANICAL_BC_H
 #include "couple/solid_coupling.h"
@@ -12,7 +12,7 @@ typedef struct pd_mechanical_bc {
     /* layers of nodes beside a side whose displacement is prescribed: two horizons */
     int held_layers[PD_SETUP_MECHANICAL_BCS];
     double initial_area[PD_SETUP_MECHANICAL_BCS];          /* [m^(d-1)] area of metal on a side at the start */
-    double weighted_area[PD_SETUP_MECHANICAL_BCS][PD_DIM]; /* [m^(d-1)] part of that area that the vectors c of (8.5)
+    double weighted_area[PD_SETUP_MECHANICAL_BCS][PD_DIM]; /* [m^(d-1)] part of that area that the vectors c of (14.5)
                                                             * load, at the start, for each component of a traction */
     /* bit d: the opposite side prescribes displacement component d */
     int opposite_held[PD_SETUP_MECHANICAL_BCS];
@@ -49,11 +49,11 @@ PDI_FN int pdi_mechanical_bc_find_sides(const pd_mechanical_bc *grips, int32_t i
 /* Number of node layers beside a side that its condition prescribes: two horizons, 2 (ceil(m + 1/2) - 1) for m cells,
  * where families are truncated by the side. */
 PDI_FN int pdi_mechanical_bc_count_held_layers(const pd_mechanical_bc *grips);
-/* [1/m] The component of the surface vector c of point i (eq. 8.5) along the normal of a side, positive inward. The
+/* [1/m] The component of the surface vector c of point i (eq. 14.5) along the normal of a side, positive inward. The
  * load of a uniform traction t is t times it. */
 PDI_FN double pdi_mechanical_bc_get_surface_coefficient(const pd_mechanical_bc *grips, int32_t i, int side);
 /* Add the nodal loads of the traction and pressure of condition k at time t [s] to load [points][PD_DIM] [N/m3], by
- * (8.5). They are scaled so that the total force is that on the initial area. For a nonuniform traction they are
+ * (14.5). They are scaled so that the total force is that on the initial area. For a nonuniform traction they are
  * corrected so that force and moments are those of the traction. PD_ERR_STATE: a value is not finite, or too little
  * metal is left. */
 PDI_FN pd_status pdi_mechanical_bc_add_traction(pd_ctx *ctx, const pd_mechanical_bc *grips, int k, double t,

@@ -3,7 +3,7 @@
  * The SDIRK2 stages of a step evaluate such a law at two times. The step may be as long as that quadrature rule gives
  * the integral of the law over the step within the tolerance, at each surface site, with species and states of its
  * start or end held fixed. The reference integral is adaptive Gauss quadrature with bounds by interval arithmetic, so
- * that no peak or jump between the abscissae is missed (theory: 6.1).
+ * that no peak or jump between the abscissae is missed (theory: 10.12).
  */
 #ifndef PD_RATE_STEP_LIMIT_H
 #define PD_RATE_STEP_LIMIT_H

@@ -19,7 +19,7 @@ static pd_status pdi_reaction_force_compute_applied_load(pd_ctx *ctx, const pd_m
 }
 
 /* Least-squares fit of the stress at an edge or corner: where several sides prescribe a component, the force density on
- * a point is f = sum P_a c_a by (8.5), c_a the part of c along the normal of side a. Normal equations for P_a. */
+ * a point is f = sum P_a c_a by (14.5), c_a the part of c along the normal of side a. Normal equations for P_a. */
 typedef struct pdi_reaction_force_corner_fit {
     double matrix[PD_DIM][PD_DIM], rhs[PD_DIM]; /* [1/m2], [N/m4] matrix and right side */
     double stress[PD_DIM]; /* [Pa] solution: stress component d on each of the sides */

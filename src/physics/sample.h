@@ -17,7 +17,7 @@ PD_API double pd_sample_get_node(const pd_model *m, pd_field field, int32_t node
  * pd_sample_get_point, and before pd_sample_get_node of such a field, at each output time. */
 PD_API void pd_sample_prepare(pd_ctx *ctx, pd_model *m, pd_fields fields);
 /* Value of a field at the point x [m] of the box. C, species and v (its component): a least-squares quadratic through
- * nodes and surfaces around x; p along its gradient (theory: 3.6). Of a gas, pH and potentials: linear between fluid
+ * nodes and surfaces around x; p along its gradient (theory: 1.7). Of a gas, pH and potentials: linear between fluid
  * nodes. The mean over the fluid cells that x touches; in a closed cell near a smooth surface the nearest fluid nodes;
  * behind it in a fluid cell: from the surface. NaN: no fluid with a value. Rates, current densities and states: mean of
  * the cells with one; other fields: of the cell. */

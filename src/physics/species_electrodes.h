@@ -1,5 +1,5 @@
 /* species_electrodes: electrodes in an electrolyte with migrating ions: polarisation curves as a boundary condition of
- * the species solver, and the currents that result (theory: 5c.5).
+ * the species solver, and the currents that result (theory: 9.5).
  *
  * The potential solver (pd_cell) only provides contacts and circuits here. Currents and potentials are solved with the
  * steps of the species (react/levels.h).

@@ -1,5 +1,5 @@
 /* surface_states: state variables of metal surfaces (film coverage, thickness) of a setup on its lattice: where they
- * are, the inputs of their rate laws, and their values for laws and polarisation curves (theory: 5c.4). */
+ * are, the inputs of their rate laws, and their values for laws and polarisation curves (theory: 9.10). */
 #ifndef PD_SURFACE_STATES_H
 #define PD_SURFACE_STATES_H
 #include "potential/cell.h"

@@ -174,7 +174,7 @@ static void pdi_transport_physics_add_statistics(const pd_model *m, pd_model_sta
     e->mass_defect = r->defect;
 }
 
-/* Copies the concentration to ghosts from their sources, also behind outlets, where there is no gradient (eq. 5.1);
+/* Copies the concentration to ghosts from their sources, also behind outlets, where there is no gradient (eq. 6.1);
  * inlets hold their own values. */
 static void pdi_transport_physics_prepare_samples(pd_ctx *ctx, pd_model *m, pd_fields fields)
 {

@@ -1,7 +1,7 @@
 /* balance: what the rows of electrolyte and circuits lack, and the search along a step.
  *
  * The energy 1/2 sum kappa a (phi_i - phi_j)^2 + sum area int i du - sum I E is convex. The balances are its
- * derivatives, negated, over the volume of a cell; rows of nodes count the circumference on rings (theory: eq. 6b.4).
+ * derivatives, negated, over the volume of a cell; rows of nodes count the circumference on rings (theory: eq. 12.4).
  */
 #ifndef PD_BALANCE_H
 #define PD_BALANCE_H

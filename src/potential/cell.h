@@ -3,7 +3,7 @@
  * The potential is found at the start and at the end of each step, with the surface as it is then, given values of that
  * time and the conductivity of that state. Where these change in time, it is found in the middle, too. Laws of
  * dissolution, reactions of electrodes and charges take current densities from there: from the middle, else from the
- * start (theory: 6b.5).
+ * start (theory: 12.5).
  */
 #ifndef PD_CELL_H
 #define PD_CELL_H
@@ -103,7 +103,7 @@ PD_API const pd_electrode_term *pd_cell_table(const pd_cell *cell, int electrode
 /* u [V] is met at time t [s]. */
 PDI_FN void pdi_cell_meet(const pd_electrode_term *table, double u, double t, pd_cell_range *met);
 /* The fluid beside metal is known. Areas of contacts and those of dissolution differ on uneven surfaces: what laws get
- * of the current density of an electrode is multiplied so that they get all of what leaves it (theory: 6b.5). */
+ * of the current density of an electrode is multiplied so that they get all of what leaves it (theory: 12.5). */
 PDI_FN void pdi_cell_match(pd_cell *cell);
 /* Beside fluid node i: current density [A/m2] and E - phi at the surface [V] of electrodes with metal `kind`, means
  * over the area of its contacts; where it has none, of those nearest within two cells. 0: there is none. */
@@ -114,7 +114,7 @@ PDI_FN pd_status pdi_cell_bring(pd_ctx *ctx, pd_cell *cell, double t);
 /* Current density [A/m2] at the contacts of fluid node i, of all electrodes; NaN where it has none. */
 PDI_FN double pdi_cell_density(const pd_cell *cell, int32_t i);
 /* Current density j[PD_DIM] [A/m2] in fluid node i: the first moment of what its bonds and contacts carry, which a
- * linear field has exactly (theory: eq. 6b.8). */
+ * linear field has exactly (theory: eq. 12.8). */
 PDI_FN void pdi_cell_current(const pd_cell *cell, int32_t i, double *j);
 /* Its arrays, but for those of the potential. */
 PDI_FN void pdi_cell_list(pdi_array_visitor *owner, void *object);

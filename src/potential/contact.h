@@ -2,7 +2,7 @@
  *
  * A bond of the fluid that ends on metal would carry a(n) (xi.N) times the slope of the potential to its node. That is
  * the area which it stands for, over the volume of the node. The sum over all bonds that cross a plane is exactly its
- * area, whatever its direction, since the second moments of a(n) are those of the Laplacian (theory: eq. 6b.3). The
+ * area, whatever its direction, since the second moments of a(n) are those of the Laplacian (theory: eq. 12.3). The
  * normal N is that of the shape where the surface is known, else that of the cells around.
  */
 #ifndef PD_CONTACT_H
@@ -19,7 +19,7 @@ typedef struct pd_contact {
     double area; /* [1/m] over the volume of the node */
     double way;  /* [m] from the node to the surface */
     double share; /* [-] factor of the curve, at least 0: 1, or as the caller sets it */
-    double moment[PD_DIM]; /* [-] a current density of 1 carries that through the node (theory: eq. 6b.8) */
+    double moment[PD_DIM]; /* [-] a current density of 1 carries that through the node (theory: eq. 12.8) */
 } pd_contact;
 
 typedef struct pd_contacts {

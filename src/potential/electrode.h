@@ -1,5 +1,5 @@
 /* electrode: current density of a metal surface as a function of its overpotential: a sum of reactions, each of them
- * Butler-Volmer, Tafel, linear or a measured curve, with limiting currents (theory: 6b.1).
+ * Butler-Volmer, Tafel, linear or a measured curve, with limiting currents (theory: 12.2).
  *
  * The argument of all curves is u = E - phi, the potential of the metal less that of the electrolyte at its surface. It
  * is what a reference electrode beside the surface measures. Currents are positive where they leave the metal (anodic).

@@ -3,7 +3,7 @@
  * div(kappa grad phi) = 0 in the fluid. At metal kappa dphi/dn = -i(E - phi), with the curve i of its electrode and the
  * potential E of the metal. Metals that touch, or are wired to each other, form a circuit: they share one E, which is
  * given, or follows from a given current, or from no net current (free corrosion, galvanic couples). Other surfaces
- * insulate (theory: 6b). Newton's method minimises the convex energy of the field, all E included; linear systems are
+ * insulate (theory: 12). Newton's method minimises the convex energy of the field, all E included; linear systems are
  * solved by conjugate gradients with multigrid.
  *
  * Where neither a side of the box nor a circuit has a given potential, the mean of phi over the electrolyte is 0.

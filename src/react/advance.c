@@ -473,7 +473,7 @@ static void pdi_advance_between(pd_reactive *r, double ratio)
     }
 }
 
-/* [s] The second stage of a step of dt, after a first one of `stage`. Where (5.9) asks for what no concentrations have
+/* [s] The second stage of a step of dt, after a first one of `stage`. Where (6.12) asks for what no concentrations have
  * and minerals cannot give, it has no solution: it goes on from the first one, as backward Euler over the rest. */
 static double pdi_advance_rest(const pd_reactive *r, double dt, double stage)
 {
@@ -510,7 +510,7 @@ static void pdi_advance_pass(pd_reactive *r, double dt)
     if (r->surface) pdi_etch_pass(r->surface, dt);
 }
 
-/* A step of two stages (eq. 5.9). PD_NOT_CONVERGED: it is no step, and the balance is as before. */
+/* A step of two stages (eq. 6.12). PD_NOT_CONVERGED: it is no step, and the balance is as before. */
 static pd_status pdi_advance_second(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_result *result)
 {
     double in[PD_SPECIES_MAX], out[PD_SPECIES_MAX], stage = PDI_SDIRK_GAMMA * dt;

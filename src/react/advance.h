@@ -1,4 +1,4 @@
-/* advance: steps in time of species that flow, diffuse and react (theory: 5c).
+/* advance: steps in time of species that flow, diffuse and react (theory: 8).
  */
 #ifndef PD_ADVANCE_H
 #define PD_ADVANCE_H

@@ -1,4 +1,4 @@
-/* bare: the share of metal that minerals on it leave bare (theory: 5b.6). */
+/* bare: the share of metal that minerals on it leave bare (theory: 8.6). */
 #ifndef PD_BARE_H
 #define PD_BARE_H
 #include "react/reactive.h"

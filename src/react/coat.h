@@ -1,5 +1,5 @@
 /* coat: what surfaces of metal carry besides the species beside them, such as the cover and the thickness of a film:
- * states with laws for their rates, stepped with the species (theory: 5c.4).
+ * states with laws for their rates, stepped with the species (theory: 9.10).
  *
  * The states of a place are ordinary differential equations in the concentrations at the surface, which are those of
  * the node behind what metal gives (etch.h). A step of the species is one of the states: they are first taken to its

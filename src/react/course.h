@@ -1,4 +1,4 @@
-/* course: species in time as a process, in steps of two stages with a controlled error (theory: 5c).
+/* course: species in time as a process, in steps of two stages with a controlled error (theory: 8).
  *
  * Metal that dissolves gives amounts by node; they enter by the stoichiometry of a reaction, in the steps that follow
  * up to the end of the step of the run. Nodes that turn fluid begin as water without solutes, with migration with a

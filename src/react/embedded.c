@@ -244,7 +244,7 @@ static void pdi_embedded_comes(pd_reactive *r, double *size)
     }
 }
 
-/* Embedded estimate of the error of a step of dt [s], over the largest sum of the terms of totals (eq. 5.10, 5c.3b). Of
+/* Embedded estimate of the error of a step of dt [s], over the largest sum of the terms of totals (eq. 6.13, 8.8). Of
  * two steps of backward Euler it is what their slopes differ by, times sqrt(2) - 1 of dt. */
 PDI_FN pd_status pdi_embedded_error(pd_ctx *ctx, pd_reactive *r, double dt, int euler, double *error, int *krylov)
 {

@@ -1,4 +1,4 @@
-/* embedded: the estimate of the error of a step of two stages (theory: eq. 5c.3b).
+/* embedded: the estimate of the error of a step of two stages (theory: eq. 8.8).
  */
 #ifndef PD_EMBEDDED_H
 #define PD_EMBEDDED_H

@@ -1,14 +1,14 @@
 /* etch: metal that dissolves by a law in the species at its surface, solved with the step of the species
- * (theory: eq. 5c.4).
+ * (theory: eq. 8.2).
  *
  * The speed v of a node holds for the concentrations at the metal itself, behind a film that what dissolves diffuses
  * through. So v = max(law(c_s(v)), 0). Where a law falls there is one solution; where it jumps down, the speed between.
  *
  * With migration, metals may be electrodes: beside the law a polarisation curve brings its current into the species, by
  * a reaction of its own, and each circuit of metals has one potential, which is given, or follows from its total
- * current (levels.h, theory: 5c.5).
+ * current (levels.h, theory: 9.5).
  *
- * What metal leaves behind fills with the solution at its surface (theory: eq. 5c.9b). A cell of metal turns fluid as a
+ * What metal leaves behind fills with the solution at its surface (theory: eq. 9.2). A cell of metal turns fluid as a
  * whole, so until then that solution is kept beside the cells of the fluid.
  */
 #ifndef PD_ETCH_H

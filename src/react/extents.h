@@ -1,4 +1,4 @@
-/* extents: how far kinetic reactions go at a node in a step, by the balance of that node (theory: 5c). */
+/* extents: how far kinetic reactions go at a node in a step, by the balance of that node (theory: 8.9). */
 #ifndef PD_EXTENTS_H
 #define PD_EXTENTS_H
 #include "react/reactive.h"

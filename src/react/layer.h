@@ -1,5 +1,5 @@
 /* layer: the surface of metal behind the layer of fluid over it: what is there, what law and curve give, and how that
- * follows the fluid (theory: eq. 5c.4, 5c.9, 5c.14).
+ * follows the fluid (theory: eq. 8.2, 9.1, 9.4).
  */
 #ifndef PD_LAYER_H
 #define PD_LAYER_H

@@ -1,4 +1,4 @@
-/* levels: potentials of metals among ions that migrate, from the currents of their circuits (theory: 5c.5).
+/* levels: potentials of metals among ions that migrate, from the currents of their circuits (theory: 9.5).
  *
  * A circuit has a given potential, or the one at which its metal gives its given current, 0 where it corrodes freely.
  * That follows from the state of the nodes, at each residual of a step: the sum of the currents rises with it.

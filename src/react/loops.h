@@ -1,4 +1,4 @@
-/* loops: which metal lies on a closed loop of current among ions that migrate (theory: 5c.5).
+/* loops: which metal lies on a closed loop of current among ions that migrate (theory: 9.6).
  *
  * Current leaves the metal of a circuit, passes a pocket of fluid and enters metal, or it passes a side that holds a
  * potential. A surface that carries current one way only, into or out of a pocket or circuit that has no way back,

@@ -1,5 +1,5 @@
 /* migration: the potential that keeps species neutral as they diffuse, and its part in the linear systems (theory:
- * 5c.1).
+ * 8.7).
  *
  * A step changes totals T and psi = F phi/(R T) together, with sum z T = 0. Both are kept in one change x of totals: x
  * = dT + M z c dpsi. The neutral part of x is dT, and its charge is dpsi times the sum of z^2 c.
@@ -20,7 +20,7 @@ typedef struct pd_migration {
     double charge[PD_SPECIES_MAX]; /* [-] of solutes */
     double volt;            /* [V] of psi = 1 */
     int tied;               /* 1: an inlet or a wall that holds has psi = 0; else the mean of psi is 0 */
-    double excess;          /* [m2] tau of eq. 5.15 */
+    double excess;          /* [m2] tau of eq. 6.22 */
     double share;           /* [-] of the change of psi that a step of Newton takes */
     double pace[PD_SPECIES_MAX]; /* [-] of components: factors of the preconditioner's answers */
     double *psi;            /* [total] [-] */

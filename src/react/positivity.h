@@ -1,4 +1,4 @@
-/* positivity: whether a step of species takes no more of them than there is, and keeps their bounds (theory: 5c). */
+/* positivity: whether a step of species takes no more of them than there is, and keeps their bounds (theory: 8.3). */
 #ifndef PD_POSITIVITY_H
 #define PD_POSITIVITY_H
 #include "react/etch.h"

@@ -1,4 +1,4 @@
-/* reactive: several species that diffuse, are carried by a flow and react in the volume (theory: 5c).
+/* reactive: several species that diffuse, are carried by a flow and react in the volume (theory: 8).
  *
  * Implicit steps of any length solve for the totals of components (components.h), so reactions in equilibrium stay so
  * at every node, and nothing is split. Each species has its own D; fluxes are those of transport.h, upwinded. Amounts

@@ -1,4 +1,4 @@
-/* reclaim: what species have got of a metal beyond what was there goes back from where they are (theory: 5c.4).
+/* reclaim: what species have got of a metal beyond what was there goes back from where they are (theory: 9.7).
  *
  * A law gives what its speeds say, and the metal says afterwards what it had. Where it was used up within a step the
  * rest cannot come from the node beside it for long: its species have moved on. They give it back all over the fluid,

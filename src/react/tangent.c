@@ -228,7 +228,7 @@ static void pdi_tangent_spend(const pd_reactive *r, double *y)
         if (r->spent[at]) y[at] = 0.0;
 }
 
-/* With migration: the change x of totals of node i becomes that of neutral ones, and that of psi (theory: 5c.1). */
+/* With migration: the change x of totals of node i becomes that of neutral ones, and that of psi (theory: 8.12). */
 static void pdi_tangent_part(const pd_reactive *r, int32_t i, double *x)
 {
     const pd_components *s = &r->components;

@@ -1,4 +1,4 @@
-/* tangent: derivatives of the balances of a step, and the linear systems that follow (theory: 5c).
+/* tangent: derivatives of the balances of a step, and the linear systems that follow (theory: 8.9).
  */
 #ifndef PD_TANGENT_H
 #define PD_TANGENT_H
@@ -14,7 +14,7 @@ PDI_FN void pdi_tangent_images(const pd_reactive *reactive, double *fields);
  * change of c beside that of psi; NULL: that of psi alone. */
 PDI_FN void pdi_tangent_leave(const pd_ctx *ctx, pd_reactive *reactive, const double *fields, const double *wall,
                               double *y);
-/* What passes in the first of two stages is passed so often again before the second one begins (eq. 5.9). */
+/* What passes in the first of two stages is passed so often again before the second one begins (eq. 6.12). */
 #define PDI_TANGENT_BEYOND ((1.0 - PDI_SDIRK_GAMMA) / PDI_SDIRK_GAMMA)
 /* Node i at the start of a stage, as its minerals see it. */
 PDI_FN void pdi_tangent_law(const pd_reactive *reactive, int32_t i, double *n, pd_mineral_start *start);

@@ -1,4 +1,4 @@
-/* terms: what laws and curves at a surface see of the node beside it (theory: 5c.5).
+/* terms: what laws and curves at a surface see of the node beside it (theory: 9.5).
  */
 #ifndef PD_TERMS_H
 #define PD_TERMS_H

@@ -10,7 +10,7 @@
 #define PDI_MONITOR_REPORT_MIN_LAYER_CELLS 2.0
 /* Cell Peclet number v h/D at which the numerical diffusion v h/2 of upwinding equals D. */
 #define PDI_MONITOR_REPORT_MAX_PECLET 2.0
-/* [mol/L] Largest ionic strength for which Davies' equation holds (theory: 5b.2). */
+/* [mol/L] Largest ionic strength for which Davies' equation holds (theory: 7.3). */
 #define PDI_MONITOR_REPORT_MAX_IONIC_STRENGTH 0.5
 
 /* Relative difference of lost metal from Faraday's law above which a note is printed. */

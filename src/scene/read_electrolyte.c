@@ -215,7 +215,7 @@ static pd_status pdi_read_electrolyte_constant(pdi_read_electrolyte_state *s, in
 }
 
 /* Convert the equilibrium constant from 25 C to the temperature by van't Hoff, if its enthalpy is given (theory: eq.
- * 5b.12). Store the enthalpy [J/mol] of the reaction in work in the electrolyte, NaN: not given. PD_ERR_ARGUMENT: an
+ * 7.12). Store the enthalpy [J/mol] of the reaction in work in the electrolyte, NaN: not given. PD_ERR_ARGUMENT: an
  * enthalpy without K and log10_K. */
 static pd_status pdi_read_electrolyte_vant_hoff(pdi_read_electrolyte_state *s, int section, pd_reaction_desc *desc)
 {

@@ -1,7 +1,7 @@
 /* bond_extension: the two sums over bonds of the ordinary state-based model, for batches of points.
  *
  * The first one is the moment A = sum w V e r n n of the bond extensions e of a family. The second one is the force of
- * bonds from the tensors Q of both families: t = r n.(Q_i + Q_j) n + (alpha_i + alpha_j) e along Y (theory: 8.9). Both
+ * bonds from the tensors Q of both families: t = r n.(Q_i + Q_j) n + (alpha_i + alpha_j) e along Y (theory: 14.5). Both
  * use xi, r^2 and the change of r^2 only: no square root of a length is needed.
  */
 #ifndef PD_BOND_EXTENSION_H

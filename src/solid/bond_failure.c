@@ -52,7 +52,7 @@ static double pdi_bond_failure_crack_energy_of(const void *self, const double *n
 }
 
 /* Sets `critical`, the bond energy for the wanted fracture energy as a mean over all crack directions (theory: eq.
- * 8.29), and `anisotropy`. */
+ * 15.11), and `anisotropy`. */
 static void pdi_bond_failure_calibrate(pd_bond_failure *c)
 {
     static const double mean[3] = {1.0, 2.0 / PD_PI, 0.5}; /* of |n.e| */

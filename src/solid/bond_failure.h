@@ -3,7 +3,7 @@
  *
  * A bond breaks when its measure reaches a critical value: its stretch, its energy (Foster, Silling and Chen 2011),
  * or the stress of its ends. The critical energy follows from the energy of a crack by sums over the lattice, so that
- * the mean over all directions of the crack is exact (theory: eq. 8.29).
+ * the mean over all directions of the crack is exact (theory: eq. 15.11).
  */
 #ifndef PD_BOND_FAILURE_H
 #define PD_BOND_FAILURE_H

@@ -3,7 +3,7 @@
  * On a lattice a bond of a batch is one vector for all points. The sum over a family is taken for each quadrant
  * (octant) and half axis, from the middle outward, and the sums of opposite ones are added, axis by axis. A body and
  * its mirror image then have mirrored forces to the bit, and so has a body whose points come in another order (theory:
- * 8.2).
+ * 15.11).
  */
 #ifndef PD_BOND_FORCE_H
 #define PD_BOND_FORCE_H

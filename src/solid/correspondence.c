@@ -164,7 +164,7 @@ static int pdi_correspondence_compute_family(const pd_correspondence *e, int32_t
 }
 
 /* Stiffness, gradient, force tensor and plastic stress fields of point i for the surface vectors: these are the forces
- * of the displacements u = x with 1/w_0, A = (1 - M) K^-1, lambda = -1 and mu = 1 (theory: eq. 8.5). */
+ * of the displacements u = x with 1/w_0, A = (1 - M) K^-1, lambda = -1 and mu = 1 (theory: eq. 14.5). */
 static void pdi_correspondence_set_surface_fields(const pd_correspondence *e, int32_t i)
 {
     const double *mean = e->second_moment + (int64_t)i * PDI_CORRESPONDENCE_TENSOR;
@@ -332,7 +332,7 @@ static void pdi_correspondence_compute_nonuniform_moment(const pd_correspondence
         }
 }
 
-/* Fields of point i, number n of its batch, that bonds read: the tensors of eq. 8.4 for the gradient h; subtracts the
+/* Fields of point i, number n of its batch, that bonds read: the tensors of eq. 14.4 for the gradient h; subtracts the
  * plastic stress that is set. */
 static void pdi_correspondence_set_force_fields(const pd_correspondence *e, const pdi_point_batch_sums *sums, int32_t i,
                                                 int32_t n, const double *h)

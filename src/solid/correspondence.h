@@ -64,17 +64,17 @@ PD_API pd_status pd_correspondence_build(pd_ctx *ctx, pd_body *body, const pd_co
                                          pd_correspondence *elastic);
 /* Bonds or stiffness factors have changed: recomputes shape tensors and surface vectors c. A uniform stress P gives the
  * point the force density P c: zero in the bulk, and over the layer at a surface of normal n sum V c = -n per area: a
- * traction P n is the load -P c, in balance to rounding (theory: eq. 8.5). PD_ERR_GEOMETRY: the unbroken bonds of a
+ * traction P n is the load -P c, in balance to rounding (theory: eq. 14.5). PD_ERR_GEOMETRY: the unbroken bonds of a
  * point do not span all directions (least pivot of K up to 1e-6 of its largest entry), or there are none; the material
  * is then of no use. With detach_singular such points lose their bonds instead, which detached_bonds counts. */
 PD_API pd_status pd_correspondence_update(pd_ctx *ctx, pd_correspondence *elastic);
-/* force [count][PD_DIM] [N/m3] of displacements u [count][PD_DIM] [m] (theory: eq. 8.4). Entries of images behind
+/* force [count][PD_DIM] [N/m3] of displacements u [count][PD_DIM] [m] (theory: eq. 14.4). Entries of images behind
  * planes of symmetry are of no use, and stay where a batch has images alone. With plasticity the plastic strain is that
- * of a step from the last committed state to u (theory, 8.1); the state stays. */
+ * of a step from the last committed state to u (theory, 14.3); the state stays. */
 PD_API void pd_correspondence_force(const pd_ctx *ctx, const pd_correspondence *elastic, const double *u,
                                     double *force);
-/* Elastic energy [J] (per m in 2D, per m2 in 1D) of displacements u [count][PD_DIM] [m] (theory: eq. 8.3), sum over all
- * points, mirror images too. With plasticity less what the plastic strain of the step to u relieves. Points without
+/* Elastic energy [J] (per m in 2D, per m2 in 1D) of displacements u [count][PD_DIM] [m] (theory: eq. 14.3), sum over
+ * all points, mirror images too. With plasticity less what the plastic strain of the step to u relieves. Points without
  * bonds have none. */
 PD_API double pd_correspondence_energy(const pd_ctx *ctx, const pd_correspondence *elastic, const double *u);
 /* stress [count][PD_DIM^2] [Pa] of all points at displacements u [count][PD_DIM] [m], times their stiffness factors: by

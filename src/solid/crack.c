@@ -103,7 +103,7 @@ static int pdi_crack_needs_gradient(const pdi_crack_fields *c, int32_t i)
     return 0;
 }
 
-/* Displacement gradient of u at point i by its unbroken bonds, into c->gradient (theory: eq. 8.1). Returns 1; 0: the
+/* Displacement gradient of u at point i by its unbroken bonds, into c->gradient (theory: eq. 14.1). Returns 1; 0: the
  * shape tensor is singular, and it stays zero. */
 static int pdi_crack_compute_gradient(const pdi_crack_fields *c, const double *u, int32_t i)
 {
@@ -166,7 +166,7 @@ static void pdi_crack_derivative_along(const pdi_crack_fields *c, int64_t i, dou
         along[a] = pdi_vec_dot(c->gradient + i * PDI_CRACK_TENSOR + a * PD_DIM, c->desc.direction);
 }
 
-/* Integrand of J at point i [J/m4] by its stress: equivalent domain integral (theory: eq. 8.10). */
+/* Integrand of J at point i [J/m4] by its stress: equivalent domain integral (theory: eq. 15.14). */
 static double pdi_crack_local_integrand(const pdi_crack_fields *c, int64_t i)
 {
     const double *stress = c->stress + i * PDI_CRACK_TENSOR, *slope = c->q_gradient + i * PD_DIM;
@@ -179,7 +179,7 @@ static double pdi_crack_local_integrand(const pdi_crack_fields *c, int64_t i)
     return sum - density * pdi_vec_dot(slope, c->desc.direction);
 }
 
-/* Integrand of J at point i [J/m4] by its bond forces (theory: eq. 8.11; Silling and Lehoucq 2010). */
+/* Integrand of J at point i [J/m4] by its bond forces (theory: eq. 15.15; Silling and Lehoucq 2010). */
 static double pdi_crack_bond_integrand(const pdi_crack_fields *c, const double *u, int32_t i)
 {
     const pd_body *body = c->solid->body;

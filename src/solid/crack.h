@@ -22,8 +22,8 @@ typedef struct pd_crack_desc {
 #define pd_crack_tip PD_NAME(pd_crack_tip)
 #define pd_crack_find_tip PD_NAME(pd_crack_find_tip)
 
-/* *j [J/m2] (1D: [N]) of displacements u [count][PD_DIM] [m] (theory: eqs. 8.10 and 8.11). PD_ERR_ARGUMENT: a place, a
- * direction or a radius out of range, or a material with neither force states and densities nor a linear stress.
+/* *j [J/m2] (1D: [N]) of displacements u [count][PD_DIM] [m] (theory: eqs. 15.14 and 15.15). PD_ERR_ARGUMENT: a place,
+ * a direction or a radius out of range, or a material with neither force states and densities nor a linear stress.
  * PD_ERR_GEOMETRY: no points lie between the radii, their bonds do not span all directions, or a surface lies there
  * that is not parallel to the crack. PD_RETRY: u is no state of the material. *j is set with PD_OK alone. A later
  * tangent of the material is that of u. */

@@ -5,7 +5,7 @@
 #include <string.h>
 
 /* First mass over the stiffness block of a point. The Rayleigh quotient of stiffness and mass of springs is then at
- * most 2/0.6, below the stability limit 4 (theory: eq. 8.12). */
+ * most 2/0.6, below the stability limit 4 (theory: eq. 14.26). */
 #define PDI_DYNAMIC_RELAXATION_INITIAL_MASS 0.6
 /* Rayleigh quotient beyond which a step counts as unstable, and the margin by which the mass then grows. */
 #define PDI_DYNAMIC_RELAXATION_SAFE_QUOTIENT 3.8
@@ -46,7 +46,7 @@ static pd_status pdi_dynamic_relaxation_restart(pdi_dynamic_relaxation *r, const
     return PD_OK;
 }
 
-/* One step of length 1 of the damped motion of u (theory: eq. 8.12). *norm [N]: residual after it; *quotient: Rayleigh
+/* One step of length 1 of the damped motion of u (theory: eq. 14.26). *norm [N]: residual after it; *quotient: Rayleigh
  * quotient of stiffness and mass along the step, 0 where the step has no inertia. PD_RETRY: the new u is no state of
  * the material, and *quotient stays. */
 static pd_status pdi_dynamic_relaxation_step(pdi_dynamic_relaxation *r, double *u, double *norm, double *quotient)

@@ -691,7 +691,7 @@ static double pdi_finite_strain_max_eigenvalue(const pd_finite_strain *f, int32_
 }
 
 /* pd_material_interface.stable_step: a bond stores no more energy than a spring of stiffness M w V_i V_j (1/(w_i r^2) +
- * k_i), k from the eigenvalue above, and the same of its other end, with the largest modulus M (theory: eq. 8.24). */
+ * k_i), k from the eigenvalue above, and the same of its other end, with the largest modulus M (theory: eq. 14.13). */
 static double pdi_finite_strain_ops_stable_step(const void *self, double density)
 {
     const pd_finite_strain *f = (const pd_finite_strain *)self;

@@ -2,7 +2,7 @@
  *
  * The family of point i has the gradient  F = 1 + (sum w V_j eta xi^T) K^-1  and a bond its own,
  * F_b = F + (Y - F xi) xi^T/r^2,  Y = xi + eta.  The energy of a point is the mean of  psi(F_b)  over its bonds, and
- * forces are its derivative (theory: 8.8). Plain correspondence, which takes F for all bonds, has zero-energy
+ * forces are its derivative (theory: 14.4). Plain correspondence, which takes F for all bonds, has zero-energy
  * modes; it is here with the stabilisation of Silling, and without.
  *
  * Under J2 each bond of a family has its own plastic state, with plain correspondence each point. Broken bonds change

@@ -8,7 +8,7 @@
 #include <string.h>
 
 /* Height of the strip between its held edges, initial crack length and length ahead, in horizons. In 2D the result
- * converges with one over the height, and is 3 % low here; in 3D it does not depend on it (theory: 8.9). */
+ * converges with one over the height, and is 3 % low here; in 3D it does not depend on it (theory: 15.7). */
 #define PDI_FRACTURE_CALIBRATION_HEIGHT 12
 #define PDI_FRACTURE_CALIBRATION_HEIGHT_3D 8
 /* In 3D: layers of points from one step of the crack front to the next, of one cell. With more layers the result

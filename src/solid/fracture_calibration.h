@@ -1,13 +1,13 @@
 /* fracture_calibration: calibration of the critical bond energy, so that a crack grows at a given fracture energy.
  *
- * Sums over a lattice (criterion, eq. 8.29) give the energy of the bonds that a crack cuts. In state-based models the
+ * Sums over a lattice (criterion, eq. 15.11) give the energy of the bonds that a crack cuts. In state-based models the
  * other bonds of a family take over the load of a broken one, so a crack needs more energy. How much follows from
  * a simulated crack in a strip of the same lattice, whose edges are moved apart: J does not depend on its length (Rice
  * 1968). Bonds break until the tip has advanced by some cells, and the largest J on the way is the effective fracture
  * energy. Forces are linear, so that J over the critical energy does not depend on either. In 3D the strip repeats
  * along the front of the crack after two layers of points, and is in plane strain. From period to period the front is a
  * cell ahead: a straight front has no step at which a bond is near to breaking, and needs more than those of any body
- * (theory: 8.9).
+ * (theory: 15.7).
  */
 #ifndef PD_FRACTURE_CALIBRATION_H
 #define PD_FRACTURE_CALIBRATION_H

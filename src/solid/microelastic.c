@@ -85,7 +85,7 @@ static double pdi_microelastic_axial_modulus(const pd_microelastic *m)
 }
 
 /* Sets isotropy (2D, 3D), modulus (micromodulus), critical (stretch, 0 for `fracture` 0) and anisotropy of the material
- * from sums over a complete family of the lattice (theory: 8.2). */
+ * from sums over a complete family of the lattice (theory: 15.2). */
 static void pdi_microelastic_calibrate(pd_microelastic *m)
 {
     static const double mean[3] = {1.0, 2.0 / PD_PI, 0.5}; /* of |n.e| over all directions */
@@ -187,8 +187,8 @@ static double pdi_microelastic_stiffness_bound(const pd_microelastic *m, int32_t
     return most;
 }
 
-/* Computes the weights of all bonds, broken ones too, with the surface correction (theory: 8.2); sets multiplier, where
- * there is one, and stiffness_bound (1D: it stays). work [count][PD_DIM] is overwritten; it may be last_u. */
+/* Computes the weights of all bonds, broken ones too, with the surface correction (theory: 15.3); sets multiplier,
+ * where there is one, and stiffness_bound (1D: it stays). work [count][PD_DIM] is overwritten; it may be last_u. */
 static pd_status pdi_microelastic_compute_weights(pd_ctx *ctx, pd_microelastic *m, double *work)
 {
     const pd_body *body = m->body;

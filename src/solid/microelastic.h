@@ -3,7 +3,7 @@
  * The bond of the points i and j puts the force density  c w s Y/|Y| V_j  on i, with the stretch s = (|Y| - r)/r and
  * Y = xi + eta. Its modulus c, the weights and the critical stretch follow from sums over the lattice, not from
  * integrals over a ball: the Young modulus of an infinite lattice is exact, it is the same in all directions, and so is
- * the mean energy that a crack takes (theory: 8.2). Poisson's ratio is 1/4, in plane stress 1/3.
+ * the mean energy that a crack takes (theory: 15.2). Poisson's ratio is 1/4, in plane stress 1/3.
  *
  * Sources: Silling and Askari 2005 (prototype microelastic brittle material); Le and Bobaru 2018 (energy and volume
  * methods).
@@ -16,9 +16,9 @@
 
 /* Surface correction: how families at a surface, which lack bonds, get the stiffness of the bulk. */
 typedef enum pd_microelastic_surface {
-    /* factors restore the moments of a complete family (8.8a, surface_correction.h); 1D: energy */
+    /* factors restore the moments of a complete family (15.4, surface_correction.h); 1D: energy */
     PD_MICROELASTIC_MOMENTS = 0,
-    PD_MICROELASTIC_ENERGY, /* energy method: factors along each axis (8.8e) */
+    PD_MICROELASTIC_ENERGY, /* energy method: factors along each axis (15.8) */
     PD_MICROELASTIC_VOLUME, /* volume method: 2 V_0/(V_i + V_j), V: volumes of families */
     PD_MICROELASTIC_NONE    /* nothing */
 } pd_microelastic_surface;
@@ -61,7 +61,7 @@ PD_API pd_status pd_microelastic_build(pd_ctx *ctx, pd_body *body, const pd_micr
                                        pd_microelastic *material);
 /* force [count][PD_DIM] [N/m3] of displacements u [count][PD_DIM] [m] of any size. breaks 1: bonds whose stretch is >
  * the critical one break, have no force, and add their energy at u to `released`; none where `critical` is 0. Returns
- * how many broke, each counted once. Forces that are not finite are not reported. Source: theory, eq. 8.6. */
+ * how many broke, each counted once. Forces that are not finite are not reported. Source: theory, eq. 15.1. */
 PD_API int64_t pd_microelastic_force(const pd_ctx *ctx, pd_microelastic *material, const double *u, int breaks,
                                      double *force);
 /* Energy [J] (per m in 2D, per m2 in 1D) of the unbroken bonds at displacements u [count][PD_DIM] [m]; sum over all
@@ -78,7 +78,7 @@ PD_API void pd_microelastic_free(pd_ctx *ctx, pd_microelastic *material);
 PDI_FN void pdi_microelastic_list(pdi_array_visitor *owner, void *material);
 /* Fracture energy [J/m2] of a crack with the normal n (any length) through the lattice, mean over its positions. */
 PDI_FN double pdi_microelastic_crack_energy(const pd_microelastic *material, const double *n);
-/* Surface vector c [1/m] of point i: a uniform stress P has about the force density P c (theory: eq. 8.8f). Broken
+/* Surface vector c [1/m] of point i: a uniform stress P has about the force density P c (theory: eq. 15.9). Broken
  * bonds count. */
 PDI_FN void pdi_microelastic_compute_edge(const pd_microelastic *material, int32_t i, double *edge);
 /* Longest stable explicit step [s] for a density [kg/m3], by the larger stiffness of a complete family and of

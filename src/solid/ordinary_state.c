@@ -133,8 +133,8 @@ static int pdi_ordinary_state_compute_moment(const pd_ordinary_state *o, int32_t
     return 1;
 }
 
-/* Law of the position-aware family i: L = M^-1 (C M^-1 - alpha), with n = m M^-1, m: size [m^(d+2)] (theory: eq. 8.27).
- * Sets `law` and `energy_bound` of the point; alpha is set before. */
+/* Law of the position-aware family i: L = M^-1 (C M^-1 - alpha), with n = m M^-1, m: size [m^(d+2)] (theory: eq.
+ * 14.16). Sets `law` and `energy_bound` of the point; alpha is set before. */
 static void pdi_ordinary_state_compute_position_law(const pd_ordinary_state *o, int32_t i, double size, const double *n)
 {
     double row[PDI_SYM_COMPONENTS], carried[PDI_SYM_COMPONENTS * PDI_SYM_COMPONENTS],
@@ -175,7 +175,7 @@ static int pdi_ordinary_state_compute_law(const pd_ordinary_state *o, int32_t i)
 }
 
 /* Upper bound [Pa/m2] of density times the squared angular frequency, from the unbroken bonds of point i and the energy
- * bounds of both ends (theory: 8.9); 0 without bonds. */
+ * bounds of both ends (theory: 14.5); 0 without bonds. */
 static double pdi_ordinary_state_frequency_bound(const pd_ordinary_state *o, int32_t i)
 {
     const pd_body *body = o->body;
@@ -487,8 +487,8 @@ static void pdi_ordinary_state_apply_uniform_stress(const pd_ctx *ctx, const pd_
     pdi_ordinary_state_compute_force(ctx, o, 1, u, o->state, force);
 }
 
-/* Surface vectors c, into surface_vector, that fit the forces of all uniform stresses P best by P c (theory: eq. 8.28).
- * u, force [count][PD_DIM]: work; o->state is overwritten. */
+/* Surface vectors c, into surface_vector, that fit the forces of all uniform stresses P best by P c (theory: eq.
+ * 14.17). u, force [count][PD_DIM]: work; o->state is overwritten. */
 static void pdi_ordinary_state_fit_edges(const pd_ctx *ctx, const pd_ordinary_state *o, double *u, double *force)
 {
     pdi_par_zero(ctx, (int64_t)o->body->count * PD_DIM, o->surface_vector);

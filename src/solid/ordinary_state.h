@@ -8,7 +8,7 @@
  *
  * In a family that is the same in all directions this is the solid of Silling et al. 2007, with the bulk modulus and
  * the shear modulus as its two constants. In any other, on a lattice or at a surface, it keeps Hooke's law for all
- * strains (theory: 8.9). Other surface corrections are there for comparison.
+ * strains (theory: 14.5). Other surface corrections are there for comparison.
  *
  * Sources: Silling, Epton, Weckner, Xu and Askari 2007 (linear peridynamic solid); Mitchell, Silling and Littlewood
  * 2015 (position-aware); Le and Bobaru 2018 (energy and volume methods).

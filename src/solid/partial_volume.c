@@ -28,7 +28,7 @@ static double pdi_partial_volume_integrate_asin(double a, double z, double rest)
 }
 
 /* Volume of the unit ball where all coordinates exceed a, b, c >= 0: divergence theorem with x/3, from the spherical
- * face and the three plane faces (theory: eq. 8.14). */
+ * face and the three plane faces (theory: eq. 14.19). */
 static double pdi_partial_volume_ball_corner_volume(double a, double b, double c)
 {
     double rest = 1.0 - a * a - b * b;

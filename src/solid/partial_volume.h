@@ -2,7 +2,7 @@
  *
  * The ball has its centre in a point, the cell is an interval, a square or a cube around another one. The fraction
  * follows in closed form from the volumes of the ball beyond the corners of the cell, which are integrals of arc sines
- * (theory: eq. 8.14).
+ * (theory: eq. 14.19).
  */
 #ifndef PD_PARTIAL_VOLUME_H
 #define PD_PARTIAL_VOLUME_H

@@ -272,8 +272,8 @@ PDI_FN int32_t pdi_point_batch_compute_sums(const pd_point_batch *band, int32_t 
     return count;
 }
 
-/* Adds the force of one bond on `count` points, T_i - T_j of eq. 8.4, to force [PD_DIM] [N/m3], with the fields of both
- * families. flows 1: with plastic stress. */
+/* Adds the force of one bond on `count` points, T_i - T_j of eq. 14.4, to force [PD_DIM] [N/m3], with the fields of
+ * both families. flows 1: with plastic stress. */
 PDI_INLINE_HOT void pdi_point_batch_add_bond_force(const double *PD_RESTRICT own, const double *PD_RESTRICT other,
                                                    int64_t stride, const double *shift, double w, uint32_t mask,
                                                    double lambda, double mu, int flows, int count,

@@ -53,7 +53,7 @@ enum {
     PDI_POINT_BATCH_STIFFNESS = PDI_POINT_BATCH_DISPLACEMENT + PD_DIM,
     /* s/w_0 H^T [1/m^d], H: displacement gradient */
     PDI_POINT_BATCH_GRADIENT = PDI_POINT_BATCH_STIFFNESS + 1,
-    PDI_POINT_BATCH_FORCE_TENSOR = PDI_POINT_BATCH_GRADIENT + PDI_POINT_BATCH_TENSOR, /* A [Pa/m^(d+2)] of eq. 8.4 */
+    PDI_POINT_BATCH_FORCE_TENSOR = PDI_POINT_BATCH_GRADIENT + PDI_POINT_BATCH_TENSOR, /* A [Pa/m^(d+2)] of eq. 14.4 */
     /* s/w_0 times the plastic stress [Pa/m^d] */
     PDI_POINT_BATCH_PLASTIC_STRESS = PDI_POINT_BATCH_FORCE_TENSOR + PDI_POINT_BATCH_TENSOR,
     PDI_POINT_BATCH_FIELDS = PDI_POINT_BATCH_PLASTIC_STRESS + PDI_POINT_BATCH_TENSOR
@@ -83,7 +83,7 @@ PDI_FN void pdi_point_batch_set_displacements(const pd_ctx *ctx, const pd_point_
 /* Sums over the unbroken bonds of the points of batch k, of the displacements that are set, into sums, which is
  * overwritten. Returns how many points the batch has. */
 PDI_FN int32_t pdi_point_batch_compute_sums(const pd_point_batch *band, int32_t k, pdi_point_batch_sums *sums);
-/* force [count][PD_DIM] [N/m3] of the points of batch k (theory, eq. 8.4), with Lame's moduli lambda and mu [Pa], from
+/* force [count][PD_DIM] [N/m3] of the points of batch k (theory, eq. 14.4), with Lame's moduli lambda and mu [Pa], from
  * fields that are set; other entries stay. */
 PDI_FN void pdi_point_batch_compute_force(const pd_point_batch *band, int32_t k, double lambda, double mu,
                                           double *force);

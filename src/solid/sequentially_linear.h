@@ -6,7 +6,7 @@
  * with those that tie with it, and so on. Factors may fall and so may displacements: the path follows what arc length
  * follows, and needs no iteration. Force F and displacement q are conjugate: F works along q. Of moved points q is the
  * factor, of loads F is. Bonds break while q stays: what is stored less then is what they have taken. Then q goes on,
- * forward or back, to the next event (theory: 8.7).
+ * forward or back, to the next event (theory: 15.14).
  *
  * Source: Rots and Invernizzi 2004 (sequentially linear analysis).
  */

@@ -32,7 +32,7 @@ enum { PDI_SURFACE_CORRECTION_PACKED = PD_SURFACE_CORRECTION_MOMENTS * (PD_SURFA
 static inline double pdi_surface_correction_round_to_grid(double x, double grid) { return x + grid - grid; }
 
 /* f [PD_SURFACE_CORRECTION_MOMENTS]: the functions of the bond xi whose moments are corrected: fourth powers of its
- * direction, products of two components, harmonics of third order times length/r (eq. 8.8a). Returns r [m]. */
+ * direction, products of two components, harmonics of third order times length/r (eq. 15.4). Returns r [m]. */
 static inline double pdi_surface_correction_compute_moments(const pdi_surface_correction *o, const double *xi,
                                                             double *f)
 {
@@ -94,7 +94,7 @@ static inline double pdi_surface_correction_get_penalty(int k)
 }
 
 /* Residual of the moments of point i over axial_moment, regularised, into gap [moments]; and, unless NULL, the lower
- * triangle of the matrix [moments][moments] of (8.8d). */
+ * triangle of the matrix [moments][moments] of (15.7). */
 static void pdi_surface_correction_compute_residual(const pdi_surface_correction *o, const double *share, int32_t i,
                                                     double *gap, double *matrix)
 {

@@ -5,7 +5,7 @@
  * traceless part of n n n. Bond factors restore the moments of a complete family. Then a uniform stress is in balance
  * at a free surface of any direction, and energies are those of the bulk. Each point has a multiplier (share) for each
  * moment. The factor of a bond is a bounded exponential of the multipliers of both ends; a complete family needs none
- * (theory: eq. 8.8a to 8.8d).
+ * (theory: eq. 15.4 to 15.7).
  *
  * Sums take terms rounded to a grid, so that they are exact: they do not depend on the order, and a body and its mirror
  * image get the same bits. Multipliers depend on those of all points around, however far: mirror images behind planes

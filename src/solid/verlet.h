@@ -1,7 +1,7 @@
 /* verlet: elastodynamics of a body of any material by the velocity Verlet scheme.
  *
  * Explicit steps of second order. The longest stable one is that of the material as the motion is built (theory: eq.
- * 8.9 for springs). What loads have done is kept: it is kinetic, is stored in the material, or was lost in it, as to
+ * 14.27 for springs). What loads have done is kept: it is kinetic, is stored in the material, or was lost in it, as to
  * bonds that broke.
  */
 #ifndef PD_VERLET_H

@@ -2,8 +2,8 @@
  * lattice.
  *
  * w = omega(r) beta (1 + a q) g. omega: influence function, beta: cell fraction within the horizon. q is the cubic
- * harmonic of the direction; a makes the shear modulus of a lattice isotropic (theory: eq. 8.7, with r^2 for r). g is
- * the surface correction of families at a surface, which lack bonds (theory: eq. 8.8e).
+ * harmonic of the direction; a makes the shear modulus of a lattice isotropic (theory: eq. 15.2, with r^2 for r). g is
+ * the surface correction of families at a surface, which lack bonds (theory: eq. 15.8).
  */
 #ifndef PD_WEIGHT_CALIBRATION_H
 #define PD_WEIGHT_CALIBRATION_H

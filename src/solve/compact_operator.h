@@ -67,7 +67,7 @@ PDI_FN int pdi_compact_operator_is_stretched(const double *h);
  * 0. */
 PDI_FN void pdi_compact_operator_multigrid_desc(const pd_grid *grid, pd_multigrid_desc *desc);
 /* Difference [m2] between the inverse symbols of the peridynamic and the compact Laplacian at short wavelengths, where
- * that of a wide family is nearly constant: 1 / lap_sum - 1 / sum_d (2 / h_d^2) (theory, eq. 5.15). 0 where that is
+ * that of a wide family is nearly constant: 1 / lap_sum - 1 / sum_d (2 / h_d^2) (theory, eq. 6.22). 0 where that is
  * negative. */
 PDI_FN double pdi_compact_operator_inverse_excess(const pd_stencil *stencil);
 /* Cell number, axis 0 fastest, of the node with indices i [PD_DIM] inside the box. */

@@ -3,7 +3,7 @@
  *
  * An interval is accepted where two-point Gauss quadrature, Simpson's rule and Gauss quadrature over both halves agree,
  * and where interval bounds of the function exclude peaks between the quadrature points and become narrower with the
- * interval (theory: 6.1). Bounds come from interval arithmetic (Moore, Kearfott and Cloud, Introduction to Interval
+ * interval (theory: 10.12). Bounds come from interval arithmetic (Moore, Kearfott and Cloud, Introduction to Interval
  * Analysis, SIAM 2009).
  */
 #ifndef PD_TIME_QUADRATURE_H

@@ -14,7 +14,7 @@ PD_API double pd_transport_carried(pd_ctx *ctx, const pd_transport *transport);
 #ifdef PDI_INTERNAL
 /* Flux [mol/s, per m in planar 2D] towards + of all bonds that cross the plane between cells index - 1 and index of
  * `axis` (index 1 .. n-1) at the end of the last step, antidiffusive fluxes included: what the scheme conserves (eq.
- * 5.1, 5.4). Along a periodic axis up to the tolerance of the limiter. */
+ * 6.1, 6.15). Along a periodic axis up to the tolerance of the limiter. */
 PDI_FN double pdi_amount_section(pd_ctx *ctx, pd_transport *transport, int axis, int index);
 #endif
 

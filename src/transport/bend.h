@@ -1,4 +1,4 @@
-/* bend: the antidiffusive flux of a bond, and its derivatives (theory: eq. 5.4).
+/* bend: the antidiffusive flux of a bond, and its derivatives (theory: eq. 6.15).
  *
  * A Newton step takes the derivative along many directions at one field. Where there is room, what depends on the field
  * alone is kept for it, in single precision: an iteration of GMRES leaves three digits at most.
@@ -17,7 +17,7 @@ typedef struct pd_bend {
 } pd_bend;
 
 #ifdef PDI_INTERNAL
-/* Share of xi.(G_u - G_v) in the bend of a bond: third order in a uniform stream (theory: 5.4b). */
+/* Share of xi.(G_u - G_v) in the bend of a bond: third order in a uniform stream (theory: eq. 6.16). */
 #define PDI_BEND_SHARE (1.0 / 3.0)
 /* Share of what its step lacks against the mean gradient of its ends: damps what alternates from node to node, which a
  * central flux does not see. */
@@ -28,13 +28,13 @@ typedef struct pdi_bend_terms {
     double step, bend, alpha;
 } pdi_bend_terms;
 
-/* m of a bond, from xi.G of the upwind end and of the other one (eq. 5.4). */
+/* m of a bond, from xi.G of the upwind end and of the other one (eq. 6.15). */
 static inline double pdi_bend_of(double step, double upwind, double other)
 {
     return PDI_BEND_SHARE * (upwind - other) + PDI_BEND_LEAN * (0.5 * (upwind + other) - step);
 }
 
-/* alpha d (e + the limited bend) of one bond, d being what upwinding adds to the conductance `least` (eq. 5.4). share:
+/* alpha d (e + the limited bend) of one bond, d being what upwinding adds to the conductance `least` (eq. 6.15). share:
  * 0: without the bend. by: NULL, or room for its derivatives by what it is made of. Squares that are no normal numbers
  * do not show how step and bend compare: such bends count in full. */
 PDI_INLINE double pdi_bend_flux(double flux, double least, double share, const pdi_bend_terms *of,

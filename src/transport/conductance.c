@@ -26,7 +26,7 @@ static double pdi_conductance_entry(const pd_bonds *bonds, int32_t i, int k)
     return fraction;
 }
 
-/* ---- the ends of inlets (theory: eq. 5.16, 5.17) ---- */
+/* ---- the ends of inlets (theory: eq. 6.5, 6.6) ---- */
 
 /* The node behind the side of axis d, the upper one or not, that node i of the box lies next to; -1: no side with ends
  * of inlets is there. */
@@ -79,7 +79,7 @@ static double pdi_conductance_past(const pd_grid *grid, int32_t i, int d, int up
 }
 
 /* What the first cell behind the end of an inlet, or the last one before it, conducts to the inlet over 2 D/h^2 (eq.
- * 5.16). h: across the side, along: towards the end, which lies `past` cells behind the face between both. */
+ * 6.5). h: across the side, along: towards the end, which lies `past` cells behind the face between both. */
 static double pdi_conductance_reach(double h, double along, double past, int last)
 {
     double r = sqrt(1.0 + h * h / (along * along)), root = sqrt((r - 1.0) / (r + 1.0));

@@ -61,7 +61,7 @@ static inline const double *pdi_conductance_of(const pd_conductance *c, int32_t 
     return space;
 }
 /* What bond k of node i conducts, that would conduct `bond` in the fluid: more to the side of the box behind which an
- * inlet ghost lies, and beside the ends of inlets (eq. 5.16, 5.17). */
+ * inlet ghost lies, and beside the ends of inlets (eq. 6.5, 6.6). */
 PDI_FN double pdi_conductance_beside(const pd_bonds *bonds, int32_t i, int k, double bond);
 PDI_FN void pdi_conductance_list(pdi_array_visitor *owner, void *object);
 /* Room for the rows of the bonds. */

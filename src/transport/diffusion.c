@@ -79,7 +79,7 @@ static void pdi_diffusion_offset(const pd_diffusion *d, int k, double *xi)
 }
 
 /* Share of a bond along e that counts as lying along a surface of metal: 1 within it, 0 where it leaves it as steeply
- * as the flattest bond of the family leaves a plane of the lattice (eq. 5.7b). */
+ * as the flattest bond of the family leaves a plane of the lattice (eq. 6.9). */
 static double pdi_diffusion_along(const pd_diffusion *d, const double *normal, const double *e)
 {
     double across = pdi_vec_dot(normal, e), steep = across * across * d->flattest, along = 1.0 - steep * steep;
@@ -154,8 +154,8 @@ static void pdi_diffusion_moments(const pd_diffusion *d, int32_t r, const double
 }
 
 /* X of one row: sum over its bonds to rows of a (e^T X e) xi xi^T = `lack`, what the moments of the bonds that walls
- * cut, or metal, leave out (eq. 5.7), in the sense of least squares. normal: that of metal. Its cut bonds carry what
- * dissolves (eq. 6.2c), so they lack in nothing but along the surface. NULL: of walls. */
+ * cut, or metal, leave out (eq. 6.8), in the sense of least squares. normal: that of metal. Its cut bonds carry what
+ * dissolves (eq. 10.3), so they lack in nothing but along the surface. NULL: of walls. */
 static void pdi_diffusion_row(const pd_diffusion *d, int32_t r, const double *lack, const double *normal, double *x)
 {
     enum { N = PD_DIFFUSION_TENSOR };
@@ -342,7 +342,7 @@ PDI_FN double pdi_diffusion_through(const pd_diffusion *d, const double *c, cons
     return pdi_compensated_sum_total(&sum) * bonds->stencil->volume;
 }
 
-/* Conductance of row r to the values held where its cut bonds meet walls, by linear extension (eq. 3.2 without
+/* Conductance of row r to the values held where its cut bonds meet walls, by linear extension (eq. 2.2 without
  * bending), and which of its bonds those are. */
 static void pdi_diffusion_hold(pd_diffusion *d, int32_t r, uint8_t *held)
 {

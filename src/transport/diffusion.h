@@ -2,8 +2,8 @@
  *
  * Far from everything a bond conducts D a(n). The bonds that a wall cuts are missing, also for diffusion along the
  * wall, so bonds between two nodes of cut families conduct more, by a factor that restores the second moments of the
- * family on average over the layers (theory: eq. 5.6, 5.7). Between two diffusivities the parts of a bond are
- * resistances in series (eq. 5.8). Conductances are symmetric and positive: what they do is conservative and keeps the
+ * family on average over the layers (theory: eq. 6.7, 6.8). Between two diffusivities the parts of a bond are
+ * resistances in series (eq. 6.3). Conductances are symmetric and positive: what they do is conservative and keeps the
  * maximum principle.
  */
 #ifndef PD_DIFFUSION_H
@@ -35,7 +35,7 @@ typedef struct pd_diffusion {
                                          * that stands for one; -1: it has none */
     int32_t capacity, used;             /* of places; those from `used` on were never taken */
     int32_t *spare, spares;             /* [capacity] places that nodes have left */
-    float *tensor;                      /* [capacity][PD_DIFFUSION_TENSOR] [-] K - I of rows (eq. 5.7): xx, xy, yy, xz,
+    float *tensor;                      /* [capacity][PD_DIFFUSION_TENSOR] [-] K - I of rows (eq. 6.8): xx, xy, yy, xz,
                                          * yz, zz */
     float *metal;                       /* [capacity][PD_DIFFUSION_TENSOR] [-] the same for what metal cuts, along its
                                          * surface; or NULL */

@@ -1,4 +1,4 @@
-/* explicit: forward Euler steps of transport, and how long they may be (theory: eq. 5.3). */
+/* explicit: forward Euler steps of transport, and how long they may be (theory: eq. 6.10). */
 #ifndef PD_EXPLICIT_H
 #define PD_EXPLICIT_H
 #include "transport/transport.h"

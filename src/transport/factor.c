@@ -121,7 +121,7 @@ PDI_FN pd_status pdi_factor_return(pd_ctx *ctx, pd_arena *arena, pd_status statu
 }
 PDI_COLD_END
 
-/* Derivatives of alpha of fluid node i (eq. 5.4), into the first three lines of `near`. */
+/* Derivatives of alpha of fluid node i (eq. 6.15), into the first three lines of `near`. */
 static void pdi_factor_alpha(const pd_factor *f, const pdi_factor_order *o, const double *c, double least, int32_t i,
                              const int *open, float *near)
 {
@@ -152,7 +152,7 @@ static void pdi_factor_alpha(const pd_factor *f, const pdi_factor_order *o, cons
     near[5] = (float)own;
 }
 
-/* The gradient of the node (eq. 3.5), behind it. */
+/* The gradient of the node (eq. 2.9), behind it. */
 static void pdi_factor_gradient(const pd_factor *f, const pdi_factor_order *o, int32_t i, const int *open, float *near)
 {
     const pd_bonds *bonds = f->flux->bonds;

@@ -1,5 +1,5 @@
 /* factor: an incomplete factorisation of the linearised equations of limited transport, on a plane lattice whose bonds
- * end on the eight nodes around (theory: 5.2).
+ * end on the eight nodes around (theory: 6.14).
  *
  * The derivative of the limiter joins a node with the 24 others of the square of five by five around it. Column by
  * column, along the stream, elimination within these squares leaves out next to nothing.

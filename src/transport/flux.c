@@ -31,14 +31,14 @@ static inline double *pdi_flux_slot(const pd_flux *t, int32_t i, int k, double *
     return t->flux + (int64_t)(count - 1 - k) * grid->total + j;
 }
 
-/* Conductance of a bond with upwinding: no less than |F|/2 = |half| (eq. 5.1). */
+/* Conductance of a bond with upwinding: no less than |F|/2 = |half| (eq. 6.1). */
 static inline double pdi_flux_upwind(double half, double least)
 {
     double size = fabs(half);
     return size > least ? size : least;
 }
 
-/* What leaves through a bond of half the volume flux F: F (c_i + c_j)/2 - (D a + d) (c_j - c_i) (eq. 5.1). */
+/* What leaves through a bond of half the volume flux F: F (c_i + c_j)/2 - (D a + d) (c_j - c_i) (eq. 6.1). */
 static inline double pdi_flux_leave(double half, double least, double near, double far)
 {
     return half * (near + far) - pdi_flux_upwind(half, least) * (far - near);
@@ -85,7 +85,7 @@ static void pdi_flux_ratio(pd_flux *t)
 }
 
 /* F of a bond is g.(w_i + w_j) - a (q_j - q_i), less what the pressure gradients leave in uneven lattices: w and q hold
- * advecting, pressure, its gradient and the potential of the flow (eq. 4.4, 4.10b). */
+ * advecting, pressure, its gradient and the potential of the flow (eq. 3.7, 3.34). */
 static void pdi_flux_stream_share(const pd_flux *t)
 {
     const pd_flow *f = t->flow;
@@ -694,7 +694,7 @@ static double pdi_flux_section_bond(const void *user, int32_t i, int k)
     return -over * pdi_flux_bond_flux(t, section->c, j, t->bonds->stencil->count - 1 - k);
 }
 
-/* What node i gains by the antidiffusive flux of bond k (eq. 5.4), computed from the end that is fluid. */
+/* What node i gains by the antidiffusive flux of bond k (eq. 6.15), computed from the end that is fluid. */
 static double pdi_flux_section_anti(const void *user, int32_t i, int k)
 {
     const pdi_flux_section *section = (const pdi_flux_section *)user;

@@ -1,5 +1,5 @@
 /* flux: advection and diffusion at a bond: upwinded fluxes from node to node, and the antidiffusive fluxes that take
- * back what upwinding adds (theory: eq. 5.1, 5.4).
+ * back what upwinding adds (theory: eq. 6.1, 6.15).
  */
 #ifndef PD_FLUX_H
 #define PD_FLUX_H
@@ -47,7 +47,7 @@ typedef struct pdi_flux_fields {
     const double *pass;   /* [total] [-] of nodes: bonds conduct its harmonic mean as a share; NULL: all of it */
     double *y;            /* [sums][total] [mol/m3/s] */
 } pdi_flux_fields;
-/* y: the sums of what leaves each fluid node through its bonds and into held walls, upwinded (eq. 5.1). None of
+/* y: the sums of what leaves each fluid node through its bonds and into held walls, upwinded (eq. 6.1). None of
  * them `rests`. */
 PDI_FN void pdi_flux_apply_fields(const pd_ctx *ctx, const pd_flux *t, const pdi_flux_fields *fields);
 /* Bond k of the nodes i .. i+count-1, of a block of pdi_node_loop_by_blocks: volume fluxes F to the far ends and
@@ -64,15 +64,15 @@ PDI_FN pd_status pdi_flux_fit(pd_ctx *ctx, pd_flux *t);
 PDI_FN pd_status pdi_flux_refresh(pd_ctx *ctx, pd_flux *t);
 PDI_FN void pdi_flux_free(pd_ctx *ctx, pd_flux *t);
 /* y [total] [mol/m3/s] = rate c + absorb c + what leaves each fluid node through its bonds and into held walls,
- * upwinded (eq. 5.1); c [total] with its images and inlets, and unless `exact` 0 in metal and walls at rest. */
+ * upwinded (eq. 6.1); c [total] with its images and inlets, and unless `exact` 0 in metal and walls at rest. */
 PDI_FN void pdi_flux_apply(const pd_ctx *ctx, const pd_flux *t, const double *c, double *y);
 /* y [total] [1/s]: the rate at which each fluid node exchanges its content, with `room` times the part of upwinding. */
 PDI_FN void pdi_flux_rates(const pd_ctx *ctx, const pd_flux *t, double room, double *y);
 /* A sweep of Gauss and Seidel over c [total] for A c = b with the operator above, forwards or (back = 1) backwards: one
  * thread. Inlets count as zero: b and c are a residual and a correction. */
 PDI_FN void pdi_flux_relax(const pd_flux *t, const double *b, int back, double *c);
-/* y [total] [mol/m3/s]: what each fluid node gains by the antidiffusive fluxes of its bonds (eq. 5.4), with the present
- * limiter. Inlets have some, outlets none. */
+/* y [total] [mol/m3/s]: what each fluid node gains by the antidiffusive fluxes of its bonds (eq. 6.15), with the
+ * present limiter. Inlets have some, outlets none. */
 PDI_FN void pdi_flux_anti(const pd_ctx *ctx, const pd_flux *t, const double *c, double *y);
 /* Keep the derivatives of antidiffusive fluxes where `bend` has room: of c with its images and the present limiter. */
 PDI_FN void pdi_flux_differentiate(const pd_ctx *ctx, const pd_flux *t, const double *c);
@@ -85,7 +85,7 @@ PDI_FN void pdi_flux_anti_by(const pd_ctx *ctx, const pd_flux *t, const double *
 PDI_FN double pdi_flux_through(const pd_flux *t, const double *c, const double *anti, int axis, int index);
 /* Of bond k of node i: volume flux F [1/s] to the far end, conductance [1/s], and what upwinding adds to it [1/s]. */
 PDI_FN void pdi_flux_bond(const pd_flux *t, int32_t i, int k, double *flux, double *bond, double *upwind);
-/* Amount per volume and time [mol/m3/s] that leaves i through bond k, upwinded (eq. 5.1). */
+/* Amount per volume and time [mol/m3/s] that leaves i through bond k, upwinded (eq. 6.1). */
 PDI_FN double pdi_flux_bond_flux(const pd_flux *t, const double *c, int32_t i, int k);
 /* F and the conductance of bond k of node i [1/s], as sweeps see them. */
 PDI_FN void pdi_flux_one(const pd_flux *t, int32_t i, int k, double *flux, double *bond);

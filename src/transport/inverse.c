@@ -40,7 +40,7 @@ static double pdi_inverse_own(const pd_inverse *v, int32_t i)
     return v->rate + pd_max(v->flux->absorb[i] + (hold ? hold[i] : 0.0), 0.0);
 }
 
-/* S of eq. 5.15 at node i; *direct: tau S [s]. */
+/* S of eq. 6.22 at node i; *direct: tau S [s]. */
 static double pdi_inverse_share(const pd_inverse *v, int32_t i, double *direct)
 {
     const pd_diffusion *d = v->flux->diffusion;

@@ -1,7 +1,7 @@
 /* inverse: the preconditioner of transport, near the inverse of its operator.
  *
  * It is a multigrid cycle on the compact operator and, at rest, what wide families answer to short waves (theory: eq.
- * 5.15).
+ * 6.22).
  */
 #ifndef PD_INVERSE_H
 #define PD_INVERSE_H
@@ -11,7 +11,7 @@
 typedef struct pd_inverse {
     const pd_flux *flux;    /* the operator, its diffusivities and what absorbs. Borrowed */
     double rate;            /* [1/s] of the term in time */
-    double excess;          /* [m2] tau D of eq. 5.15; 0 with a flow */
+    double excess;          /* [m2] tau D of eq. 6.22; 0 with a flow */
     double spread;          /* [-] share of the spreading of upwind fluxes that the operator keeps */
     int fresh;              /* 1: it is that of this step */
     pd_compact_operator compact;

@@ -47,7 +47,7 @@ static inline double pdi_limiter_size_by(double step, double step_by)
     return step > 0.0 ? step_by : step < 0.0 ? -step_by : 0.0;
 }
 
-/* What held walls add to the sums and to the gradient of a node, or the moments of its open bonds (eq. 3.5). */
+/* What held walls add to the sums and to the gradient of a node, or the moments of its open bonds (eq. 2.9). */
 static void pdi_limiter_walls(const pdi_limiter_sweep *s, pdi_limiter_piece *p, int b)
 {
     const pd_limiter *l = s->limiter;
@@ -83,7 +83,7 @@ static void pdi_limiter_walls(const pdi_limiter_sweep *s, pdi_limiter_piece *p, 
     }
 }
 
-/* The share that the sums leave (eq. 5.4). */
+/* The share that the sums leave (eq. 6.15). */
 static inline double pdi_limiter_factor(double bend, double size, double floor_size)
 {
     double below = size + floor_size, ratio = below > 0.0 ? (fabs(bend) + floor_size) / below : 1.0;
@@ -178,7 +178,7 @@ static void pdi_limiter_piece_end(const pdi_limiter_sweep *s, pdi_limiter_piece 
 }
 
 /* Rows, runs shorter than a block, and (compiled for these) single nodes at `place` of the list beside inlets and
- * outlets. Outlets show the value of the node; inlets are no part of the moments of eq. 3.5. */
+ * outlets. Outlets show the value of the node; inlets are no part of the moments of eq. 2.9. */
 PDI_INLINE_HOT void pdi_limiter_bonds(const pdi_limiter_sweep *of, int32_t i, int32_t row, int32_t place, int count)
 {
     const pd_limiter *l = of->limiter;

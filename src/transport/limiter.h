@@ -1,7 +1,7 @@
 /* limiter: the gradient of a concentration, and the share of its antidiffusive fluxes that a node may keep.
  *
  * factor = 1 - rho^4 with the ratio rho of the sum of all weighted steps along the bonds to that of their sizes
- * (theory: eq. 5.4): 1 where the field is nearly linear, 0 where the node is a maximum or minimum of its family.
+ * (theory: eq. 6.15): 1 where the field is nearly linear, 0 where the node is a maximum or minimum of its family.
  * Wall values count by linear extension. Both change continuously with the field, so Newton's method applies.
  */
 #ifndef PD_LIMITER_H

@@ -1,5 +1,5 @@
 /* migrate: what bonds carry of several charged fields by diffusion, by a flow and by an electric field, fitted by
- * exponentials (theory: eq. 5c.6).
+ * exponentials (theory: eq. 8.4).
  *
  * A bond carries what leaves one of its ends and enters the other, bit for bit. It takes from each end a share that is
  * not negative: matrices are M-matrices for any potential, and steps of any length keep concentrations positive.

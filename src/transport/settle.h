@@ -3,7 +3,7 @@
  * Steps of a length beyond all times of the domain, then corrections for what the balances of the nodes lack. What all
  * of them lack together, over what passes the domain, is the most by which fluxes through two planes differ, and that
  * decides. Beside a good conductor a poor one rules the flux, which is then below the rounding of the field: what
- * rounding takes is kept beside it (theory: 5.2).
+ * rounding takes is kept beside it (theory: 6.15).
  */
 #ifndef PD_SETTLE_H
 #define PD_SETTLE_H

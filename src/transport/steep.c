@@ -103,7 +103,7 @@ static inline double pdi_steep_raw(double step, double before, double at, double
     return 0.5 * step + (2.0 * before - 9.0 * at - 3.0 * after) / 60.0;
 }
 
-/* That of the upwind end within what keeps a monotone field monotone (eq. 5.4d). */
+/* That of the upwind end within what keeps a monotone field monotone (eq. 6.18). */
 static inline double pdi_steep_keep(double value, double step, double before, double at, double after)
 {
     double rise = step - at, middle = 0.5 * (step - pdi_steep_curve(at, after)), most = PDI_STEEP_RISE * rise;
@@ -184,7 +184,7 @@ static void pdi_steep_images(const pdi_steep *s)
 
 /* ---- what the bonds bring ---- */
 
-/* What node b gains through a bond by which `flux` leaves (eq. 5.4c): given is the value of its upwind end. */
+/* What node b gains through a bond by which `flux` leaves (eq. 6.17): given is the value of its upwind end. */
 static inline double pdi_steep_bring(double flux, double least, double step, double given)
 {
     double half = 0.5 * fabs(flux), more = half > least ? half - least : 0.0;

@@ -1,5 +1,5 @@
 /* steep: antidiffusive fluxes of sixth order, which keep summits and steep fronts, for explicit steps with families of
- * the nodes next to a node (theory: eq. 5.4c to 5.4e).
+ * the nodes next to a node (theory: eq. 6.17 to 6.19).
  *
  * A node knows the value at the middle of each of its bonds, from five nodes in a line. The mean of both ends counts,
  * within the limits of the upwind one, so that monotone profiles stay monotone. What the bonds then bring is scaled

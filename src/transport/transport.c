@@ -252,7 +252,7 @@ PDI_FN int pdi_transport_fresh(pd_ctx *ctx, pd_transport *t)
 static pd_status pdi_transport_correct(pd_ctx *ctx, pd_transport *t, int known, double atol,
                                        pd_transport_result *result, double *moved)
 {
-    /* beside a good conductor what is left is rounding (theory: 5.2) */
+    /* beside a good conductor what is left is rounding (theory: 6.14) */
     int most = t->diffusion.field ? 1 : PDI_TRANSPORT_SWEEPS;
     pd_status status = pdi_transport_solve(ctx, t, known, atol, result, moved);
     while (status > 0 && result->residual > PDI_TRANSPORT_MISSED * atol && t->sweeping < most) {

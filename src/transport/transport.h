@@ -3,7 +3,7 @@
  * dc/dt + sum_j F_ij (c_i + c_j)/2 - sum_j (D a + d)(c_j - c_i) = source - absorb c - sum_j alpha d s_ij  over open
  * bonds, with F_ij the volume flux of the flow and d = max(|F|/2 - D a, 0) the diffusion that makes the left side an
  * M-matrix (upwinding). The right side gives it back as antidiffusive fluxes along the steps s_ij of the field, where
- * the limiter alpha allows it (theory: eq. 5.1 to 5.5). Implicit steps are solved by Newton's method.
+ * the limiter alpha allows it (theory: eq. 6.1 to 6.15). Implicit steps are solved by Newton's method.
  * Bonds to solid and wall carry nothing. Every sum over bonds conserves to rounding, converged or not.
  */
 #ifndef PD_TRANSPORT_H
@@ -163,7 +163,7 @@ PDI_FN size_t pdi_transport_room(pd_transport *transport);
 /* Hold what a step needs from here on until the release. Returns `status`, or an error. */
 PDI_FN pd_status pdi_transport_hold(pd_ctx *ctx, pd_transport *transport);
 PDI_FN pd_status pdi_transport_release(pd_ctx *ctx, pd_transport *transport, pd_status status);
-/* (c - old - carry)/dt + F(c) = 0 for given old and carry (eq. 5.3), from the present c; outflow and inflow are those
+/* (c - old - carry)/dt + F(c) = 0 for given old and carry (eq. 6.10), from the present c; outflow and inflow are those
  * at the end. All is held. bounded: values outside of the bounds of old and inflow lose their antidiffusive fluxes.
  * carry stays. */
 PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *transport, double dt, int bounded,
@@ -176,7 +176,7 @@ PDI_FN pd_status pdi_transport_begin(pd_ctx *ctx, pd_transport *transport, doubl
 PDI_FN pd_status pdi_transport_end(pd_ctx *ctx, pd_transport *transport, double dt, pd_status status);
 /* out [total] [mol/m3/s]: residual of the last stage, what it left undone. */
 PDI_FN void pdi_transport_residual(const pd_ctx *ctx, const pd_transport *transport, double *out);
-/* out [total] [mol/m3/s]: limited antidiffusive fluxes of the field c (eq. 5.4), whose images are filled here. */
+/* out [total] [mol/m3/s]: limited antidiffusive fluxes of the field c (eq. 6.15), whose images are filled here. */
 PDI_FN void pdi_transport_anti(const pd_ctx *ctx, pd_transport *transport, double *c, double *out);
 /* Rounds of upwinding the nodes that leave their bounds before the whole step is upwinded. */
 #define PDI_TRANSPORT_ROUNDS 20

@@ -96,7 +96,7 @@ static pd_status pdi_two_stage_damp(pd_ctx *ctx, pd_two_stage *a, double *worst,
     return status < 0 ? status : PD_OK;
 }
 
-/* error = gamma dt max |f1 - f2| over the largest concentration (as eq. 4.17), damped; that is at least *largest, which
+/* error = gamma dt max |f1 - f2| over the largest concentration (as eq. 3.45), damped; that is at least *largest, which
  * follows. What the solvers of both stages leave undone of any field is no error of the step. */
 static pd_status pdi_two_stage_error(pd_ctx *ctx, pd_two_stage *a, double *largest, pd_transport_result *result)
 {

@@ -1,7 +1,7 @@
 /* two_stage: transport in time, of second order, with error-controlled steps.
  *
- * The two-stage L-stable SDIRK method of implicit.h on the implicit stages of transport.h (theory: eq. 5.9 to 5.11). No
- * linear method of second order keeps all fields within their bounds for all steps; a step that leaves them is taken
+ * The two-stage L-stable SDIRK method of implicit.h on the implicit stages of transport.h (theory: eq. 6.12 to 6.14).
+ * No linear method of second order keeps all fields within their bounds for all steps; a step that leaves them is taken
  * again by backward Euler, which does. Amounts are conserved to rounding either way.
  */
 #ifndef PD_TWO_STAGE_H

@@ -135,8 +135,8 @@ TEST(fourth_order)
     CHECK_LE(continuity, 2.1);
 }
 
-/* At walls the cubic gives friction of second order, where (3.3) and (3.4) are off by the same share on any lattice.
- * The tensor (4.2b) leaves an error of first order in the divergence, a tenth of that without sharpening. */
+/* At walls the cubic gives friction of second order, where (2.3) and (2.4) are off by the same share on any lattice.
+ * The tensor (3.4) leaves an error of first order in the divergence, a tenth of that without sharpening. */
 TEST(walls)
 {
     double momentum, continuity, before, after;
@@ -315,7 +315,7 @@ static int chosen(int n, pd_side side, double speed, int body)
     return order;
 }
 
-/* Fourth order by itself: walls meet, no body, and the flow and its cells are slow (eq. 4.6h). */
+/* Fourth order by itself: walls meet, no body, and the flow and its cells are slow (eq. 3.24). */
 TEST(paying)
 {
     CHECK(chosen(16, PD_SIDE_WALL, 0.01, 0) == 4);

@@ -471,7 +471,7 @@ static int lost_nodes(const scene *s, double dt)
 }
 
 /* A forward step of first order up to the limit keeps density and pressure positive from any state, beside walls and a
- * staircase too (eq. 4.26), and one of a few times the limit does not. */
+ * staircase too (eq. 4.10), and one of a few times the limit does not. */
 TEST(limit_of_positivity)
 {
     int beyond = 0;

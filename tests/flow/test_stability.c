@@ -1,5 +1,5 @@
 /* test_stability: the longest stable step of a flow with sound against a search of its waves, by many more wave vectors
- * and with the eigenvalues of (4.14) from complex roots.
+ * and with the eigenvalues of (3.38) from complex roots.
  * dims: 1 2 3 */
 #include <complex.h>
 #include "fixture.h"

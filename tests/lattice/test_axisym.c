@@ -567,7 +567,7 @@ TEST(bodies_shrink_at_the_speed)
     double ball = shrink(1, 8, &ledger), rounder = shrink(1, 16, &ledger);
     NOTE("wire off by %.4f, %.4f; ball by %.4f, %.4f; ledger %.1e", wire, finer, ball, rounder, ledger);
     CHECK_LE(ledger, 1e-12);
-    /* the share of the lead (theory: 6.4) is that of curved fronts; the rows of a wire leave as flat ones */
+    /* the share of the lead (theory: 10.7) is that of curved fronts; the rows of a wire leave as flat ones */
     CHECK_LE(wire, 0.03);
     CHECK_LE(finer, 0.5 * wire);
     CHECK_LE(ball, 0.025);

@@ -64,7 +64,7 @@ static void errors(const scene *s, double *velocity, double *pressure)
     }
 }
 
-/* The exact discrete solution (theory: 4.3) from rest; what the run cost into *evaluations. */
+/* The exact discrete solution (theory: 3.9) from rest; what the run cost into *evaluations. */
 static int channel(const double *h, const int *n, double m, int64_t *evaluations)
 {
     scene *s = &test_scene;
@@ -109,7 +109,7 @@ TEST(channels)
     }
 }
 
-/* (3.5) is exact on linear fields beside walls, whatever the ratio: only where the open bonds do not span space is the
+/* (2.9) is exact on linear fields beside walls, whatever the ratio: only where the open bonds do not span space is the
  * gradient across the wall closed. */
 TEST(linear_fields_beside_walls)
 {

@@ -276,7 +276,7 @@ TEST(symmetries)
 
 /* Lengths times a power of two: the weights follow bit for bit. */
 #if PD_DIM > 1
-/* Between 1 and 2 there is a horizon with isotropic fourth moments (theory: 2.3); in 2D its weights are those of the
+/* Between 1 and 2 there is a horizon with isotropic fourth moments (theory: 1.4); in 2D its weights are those of the
  * nine-point Laplacian. */
 TEST(isotropic_horizon)
 {

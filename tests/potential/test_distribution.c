@@ -161,7 +161,7 @@ TEST(flat_areas)
             }
 }
 
-/* Areas of discs are those by which metal dissolves (6.3), to the anisotropy of these. */
+/* Areas of discs are those by which metal dissolves (10.5), to the anisotropy of these. */
 TEST(areas_of_dissolution)
 {
     for (int r = 6; r <= 24; r *= 2)

@@ -92,7 +92,7 @@ TEST(transport_over_peclet_and_horizon)
 }
 
 /* Bonds to the eight nodes around: the matrix of Newton's method is factored along the stream, whichever way that is,
- * and a linear system takes a few iterations at any Peclet number (theory: 5.2). */
+ * and a linear system takes a few iterations at any Peclet number (theory: 6.14). */
 TEST(transport_along_the_stream)
 {
     static const double h[2] = {1e-5, 1e-5}, numbers[] = {10.0, 100.0, 1e3, 1e4, 1e6};
@@ -108,7 +108,7 @@ TEST(transport_along_the_stream)
 }
 
 /* Cells of 1 to 100 times as long as wide: a step in which the stream passes one of them, and at a Peclet number where
- * diffusion counts. Longer steps and longer horizons cost more between 3 and 30 to 1 (theory: 5.2). */
+ * diffusion counts. Longer steps and longer horizons cost more between 3 and 30 to 1 (theory: 6.14). */
 TEST(transport_over_spacings)
 {
     enum { SYSTEM = 3 }; /* iterations of the cheapest one of a step */

@@ -212,7 +212,7 @@ TEST(work)
 
 /* Energies of displacements at point i [Pa] where F is 1: [0] what bonds with gradients of their own hold,
  * (1/w) sum w V (mu eta^2 + (lambda + mu)(eta.n)^2)/(2 r^2);  [1] springs against strays; [2] nothing; [3] a solid of
- * springs of the same shear modulus (theory: eq. 8.6), nu = 1/4. */
+ * springs of the same shear modulus (theory: eq. 15.1), nu = 1/4. */
 static void patterns(const solid_case *c, const pd_finite_strain *f, int32_t i, const double *x, double *energy)
 {
     double modulus = 0.0, all = 0.0;

@@ -192,7 +192,7 @@ TEST(rotation)
     end(c);
 }
 
-/* Forces at u, bond by bond as (8.6) says, over the largest of them: how far the material is off. */
+/* Forces at u, bond by bond as (15.1) says, over the largest of them: how far the material is off. */
 static double off_by(const bar_case *c, const double *u, const double *force)
 {
     const pd_body *body = &c->body;
@@ -216,7 +216,7 @@ static double off_by(const bar_case *c, const double *u, const double *force)
     return off / most;
 }
 
-/* Random displacements of a lattice, a few of them large, with bonds that break: forces are those of (8.6). Of the
+/* Random displacements of a lattice, a few of them large, with bonds that break: forces are those of (15.1). Of the
  * mirror image of a body, of its points in another order and of any number of threads they have the same bits. */
 TEST(vectors)
 {

@@ -53,7 +53,7 @@ static double leaves(const scene *s, const pdi_flux_fields *f, int n, int32_t i,
             share = both > 0.0 ? 2.0 * f->pass[i] * f->pass[j] / both : 0.0;
         }
         bond *= f->ratio[n] * share;
-        /* F (c_i + c_j)/2 less what is conducted or upwinding needs (eq. 5.1) */
+        /* F (c_i + c_j)/2 less what is conducted or upwinding needs (eq. 6.1) */
         double part = 0.5 * flux * (c[i] + c[j]) - fmax(bond, 0.5 * fabs(flux)) * (c[j] - c[i]);
         sum += part;
         *size += fabs(part);

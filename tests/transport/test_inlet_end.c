@@ -74,7 +74,7 @@ static double root_error(double m, int n, int rows, double *early)
     return largest;
 }
 
-/* Wherever the end lies in its cell, and whatever the spacings. Without (5.16) and (5.17) an inlet that ends on a face
+/* Wherever the end lies in its cell, and whatever the spacings. Without (6.5) and (6.6) an inlet that ends on a face
  * is 0.22, 0.30 and 0.51 cells short, and 1.0e-2, 1.2e-2 and 1.8e-2 off with ten cells. */
 TEST(root_beside_the_end)
 {
@@ -161,7 +161,7 @@ static double disc_error(int n)
     return sum / (PD_DIM == 2 ? 4.0 : 1.0) - 1.0;
 }
 
-/* Without (5.16) and (5.17): 5.1 and 1.4 % too little with 8 and 32 cells on rings, 2.2 and 1.7 % with 8 and 16 in
+/* Without (6.5) and (6.6): 5.1 and 1.4 % too little with 8 and 32 cells on rings, 2.2 and 1.7 % with 8 and 16 in
  * space, where the disc is one of squares. */
 TEST(flux_of_a_disc)
 {

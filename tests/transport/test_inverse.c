@@ -19,7 +19,7 @@ static void symbols(const pd_stencil *s, const double *k, double *wide, double *
     for (int d = 0; d < PD_DIM; d++) *compact += 2.0 / (s->h[d] * s->h[d]) * (1.0 - cos(k[d]));
 }
 
-/* Largest over least eigenvalue of A^-1 of (5.15) times the wide operator, over all waves of n cells; mu over D. */
+/* Largest over least eigenvalue of A^-1 of (6.22) times the wide operator, over all waves of n cells; mu over D. */
 static double spread(const pd_stencil *s, double excess, double mu)
 {
     int n = PD_DIM == 3 ? 8 : 24, waves = 1;

@@ -141,7 +141,7 @@ static double linear(const double *x)
     return sum;
 }
 
-/* The gradient of a linear field is exact where families are cut by walls and sides, too (eq. 3.5). */
+/* The gradient of a linear field is exact where families are cut by walls and sides, too (eq. 2.9). */
 TEST(gradient_beside_walls)
 {
     for (int m = 1; m <= 3; m++) {

@@ -54,7 +54,7 @@ static int monotone(const scene *s, const double *c, int i)
     return up || down;
 }
 
-/* By (5.4d) the value at the middle of a bond of a monotone field is between those of its ends, and goes on by no more
+/* By (6.18) the value at the middle of a bond of a monotone field is between those of its ends, and goes on by no more
  * than four times the rise behind it. Steps of a fifth of a cell then end between a node and the one behind it. */
 TEST(stairs_keep_their_own_bounds)
 {

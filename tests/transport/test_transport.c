@@ -381,7 +381,7 @@ static int boundary_layer(scene *s, int cells, double peclet)
 
 #if PD_DIM == 1
 /* Exact values of (exp(Pe x) - 1)/(exp(Pe) - 1), which is phi(0) = 0, phi(1) = 1 with advection towards x = 1: textbook
- * (Patankar 1980, eq. 5.14), tabulated with nine digits. */
+ * (Patankar 1980, eq. 6.4), tabulated with nine digits. */
 TEST(boundary_layer_exact)
 {
     static const double peclet[4] = {1.0, 10.0, 50.0, 100.0};
