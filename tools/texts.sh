@@ -27,7 +27,7 @@ while :; do
     shift
 done
 [ $# -gt 0 ] || set -- README.md docs/architecture.md docs/crevice.md docs/decisions.md docs/guide.md docs/theory.md \
-    docs/paper/paper.md
+    docs/theory/*.md docs/paper/paper.md
 docs=${DOCS:-docs} build=${BUILD:-build}
 dir=$(mktemp -d) || exit 1
 trap 'rm -rf "$dir"' EXIT

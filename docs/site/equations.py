@@ -1,6 +1,6 @@
 """Equations of the texts, which are plain text that can be read anywhere, as LaTeX for the site.
 
-    u_i = G1 delta (1 - delta M/2) + Lambda delta^2/2.                                         (3.4b)
+    u_i = G1 delta (1 - delta M/2) + Lambda delta^2/2.                                          (2.7)
 
 Greek names, `sum_open`, `sqrt(..)`, fractions `a/b` without spaces, `|x|`, `x.y` for a dot product and words are known.
 Three spaces or more separate equations of a line; its number stands at the end.

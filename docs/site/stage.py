@@ -16,7 +16,7 @@ import reference
 
 ROOT = reference.ROOT
 DOCS = ROOT / "docs"
-WITH_EQUATIONS = ("theory.md", "crevice.md")
+WITH_EQUATIONS = ("theory.md", "crevice.md") # and the chapters of theory/
 PROJECT = {"contributing.md": ".github/CONTRIBUTING.md", "conduct.md": ".github/CODE_OF_CONDUCT.md",
            "security.md": ".github/SECURITY.md", "changes.md": "CHANGELOG.md"}
 GENERATED = ("keys.md", "api.md", "gallery.md")
@@ -50,6 +50,10 @@ class Site:
         self.written: set[Path] = set()
 
     # ---- texts
+    @staticmethod
+    def has_equations(source: Path) -> bool:
+        return source.name in WITH_EQUATIONS or source.parent.name == "theory"
+
     def label(self, path: Path, anchor: str) -> str:
         return f"{path.stem}-{anchor}"
 
@@ -105,7 +109,7 @@ class Site:
                 line = re.sub(r"<!--.*?-->", "", line)
                 line = re.sub(r'^<a id="([^"]+)"></a>$', lambda m: f"({self.label(source, m.group(1))})=", line)
                 parts = re.split(r"(`[^`]*`)", line)
-                if source.name in WITH_EQUATIONS:
+                if self.has_equations(source):
                     parts = [self.formula(p) if n % 2 else p for n, p in enumerate(parts)]
                 line = "".join(parts)
                 line = re.sub(r"\]\(([^()\s]+)\)", lambda m: f"]({self.link(source, m.group(1), here)})", line)
@@ -135,7 +139,7 @@ class Site:
     def block(source: Path, lines: list[str]) -> list[str]:
         text = [line.strip() for line in lines if line.strip()]
         command = any(re.match(r"(build/|make |cc |pd\dd |result |\[|python)", line) for line in text)
-        if source.name in WITH_EQUATIONS and not command:
+        if Site.has_equations(source) and not command:
             try:
                 return ["```{math}", *equations.display(text).splitlines(), "```"]
             except equations.Unknown:
@@ -206,6 +210,12 @@ class Site:
             lines += ["", "```{toctree}", ":hidden:", f":caption: {caption}", "", *pages, "```"]
         return "\n".join(lines) + "\n"
 
+    @staticmethod
+    def chapters(source: Path) -> str:
+        """The chapters of the theory in the order of its table."""
+        names = re.findall(r"^\| \d+ \|.*?\]\((theory/\w+)\.md\)", source.read_text(encoding="utf-8"), re.M)
+        return "\n".join(["", "```{toctree}", ":hidden:", "", *names, "```"]) + "\n"
+
     # ---- all of it
     def write(self, name: str, text: str) -> None:
         path = self.folder / name
@@ -221,7 +231,11 @@ class Site:
             if here.name in GENERATED:
                 continue
             text = self.text(source, here)
-            self.write(str(here), text + self.contents() if here.name == "index.md" else text)
+            if here.name == "index.md":
+                text += self.contents()
+            if here.name == "theory.md":
+                text += self.chapters(source)
+            self.write(str(here), text)
         header = reference.Header()
         self.write("keys.md", reference.keys(self.build / "pd2d"))
         self.write("api.md", header.index() + "\n```{toctree}\n:hidden:\n\n" + "\n".join(

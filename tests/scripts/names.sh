@@ -56,14 +56,15 @@ wrong_names() {
 }
 
 sources=$(find src drivers cases tests tools examples -name '*.[ch]' -o -name '*.sh' | sort)
-texts="README.md $(echo docs/*.md examples/scenes/*.scene examples/scenes/validation/*.scene)"
+pages="README.md $(echo docs/*.md docs/theory/*.md)"
+texts="$pages $(echo examples/scenes/*.scene examples/scenes/validation/*.scene)"
 # shellcheck disable=SC2086
 wrong_names $sources Makefile $texts > "$dir/log"
 check "texts and comments name what the code has" test ! -s "$dir/log"
 
 # Files. The tests of the tools make up some, and name none in comments.
 folder='(src|drivers|cases|tests|tools|examples|docs)'
-grep -noE "(^|[^A-Za-z0-9_/.-])$folder/[A-Za-z0-9_./-]*[A-Za-z0-9_/][*<\$%]*" README.md CHANGELOG.md docs/*.md \
+grep -noE "(^|[^A-Za-z0-9_/.-])$folder/[A-Za-z0-9_./-]*[A-Za-z0-9_/][*<\$%]*" CHANGELOG.md $pages \
     Makefile $(find src drivers cases examples tests/hard tests/embed tests/fuzz -type f) |
     sed 's/:[^:A-Za-z]*\([a-z]*\/\)/:\1/' | while IFS=: read -r file line path; do
     case $path in *[*\<\$%] | tests/ROOM/test_x.c | tests/hard/test_x.c) continue ;; esac
@@ -73,18 +74,18 @@ check "texts and comments name files that exist" test ! -s "$dir/log"
 
 # Modules, tests and cases, as the texts write them.
 modules=$(sed -n '/^#/d; /^c[ou]/s/^\(cut\|cold\) .*//; p' src/MODULES | cut -d' ' -f2-)
-grep -noE '[Mm]odules? `[a-z_]+`' README.md docs/*.md | sed 's/:[^:]*`\(.*\)`/:\1/' |
+grep -noE '[Mm]odules? `[a-z_]+`' $pages | sed 's/:[^:]*`\(.*\)`/:\1/' |
     while IFS=: read -r file line name; do
     case " $(echo $modules) " in *" $name "*) ;; *) echo "$file:$line: no module $name" ;; esac
 done > "$dir/log"
 check "texts name modules that exist" test ! -s "$dir/log"
 
-grep -noE '`test_[a-z0-9_]+`' README.md docs/*.md | sed 's/`//g' | while IFS=: read -r file line name; do
+grep -noE '`test_[a-z0-9_]+`' $pages | sed 's/`//g' | while IFS=: read -r file line name; do
     ls tests/*/"$name".c tests/scripts/"$name".sh 2> /dev/null | grep -q . || echo "$file:$line: no $name"
 done > "$dir/log"
 check "texts name tests that exist" test ! -s "$dir/log"
 
-grep -noE '`(validate|bench)[123]d [a-z0-9_ ]+`' README.md docs/*.md | tr -d '`' |
+grep -noE '`(validate|bench)[123]d [a-z0-9_ ]+`' $pages | tr -d '`' |
     while IFS=: read -r file line words; do
     set -- $words
     cases=cases/${1%[123]d}
@@ -93,7 +94,7 @@ grep -noE '`(validate|bench)[123]d [a-z0-9_ ]+`' README.md docs/*.md | tr -d '`'
 done > "$dir/log"
 check "texts name cases that exist" test ! -s "$dir/log"
 
-grep -noE '[a-z0-9_/]+\.(scene|cfg|csv)`' README.md docs/*.md | tr -d '`' | while IFS=: read -r file line name; do
+grep -noE '[a-z0-9_/]+\.(scene|cfg|csv)`' $pages | tr -d '`' | while IFS=: read -r file line name; do
     case $name in examples/*) [ -e "$name" ] || echo "$file:$line: no $name" ;; esac
 done > "$dir/log"
 check "texts name scenes that exist" test ! -s "$dir/log"

@@ -11,8 +11,13 @@ verdict "the site builds" $status
 check "the start page" grep -q "Four ways in" "$dir/site/index.html"
 check "a page for a room of the header" grep -q 'id="pd-grid-build"' "$dir/site/api/lattice.html"
 check "the keys of the parser" grep -q "<code.*boundary_width" "$dir/site/keys.html"
-[ "$(grep -c '<div class="math' "$dir/site/theory.html")" -gt 140 ]
+[ "$(cat "$dir"/site/theory/*.html | grep -c '<div class="math')" -gt 400 ]
 verdict "the theory has its equations"
+for chapter in docs/theory/*.md; do
+    name=$(basename "$chapter" .md)
+    check "theory.md lists the chapter $name" grep -q "](theory/$name.md)" docs/theory.md
+    check "the chapter $name has its equations" grep -q '<div class="math' "$dir/site/theory/$name.html"
+done
 check "the site is small: below 30 MB" [ "$(du -sm "$dir/site" | cut -f 1)" -lt 30 ]
 
 # The checks find what is wrong.
@@ -55,7 +60,8 @@ END
 verdict "equations as LaTeX"
 
 if command -v chromium > /dev/null; then
-    for page in theory crevice; do
+    mkdir -p "$dir/theory"
+    for page in crevice $(cd "$dir/site" && ls theory/*.html | sed 's/\.html//'); do
         timeout 120 chromium --headless --no-sandbox --disable-gpu --virtual-time-budget=10000 --dump-dom \
             "file://$dir/site/$page.html" > "$dir/$page.html" 2> /dev/null
         check "$page: formulas are drawn" grep -q 'class="katex-display"' "$dir/$page.html"
