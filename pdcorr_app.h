@@ -12893,7 +12893,7 @@ static const pd_key pdi_keys_of_grid[] = {
     {"h", "m", "required", PDI_DOC("spacing, one or one an axis"), PD_KEY_ANY_TEXT},
     {"m", "-", "1; beside `[corrode]` that of its bonds",
      PDI_DOC("horizon of the fluid over h, 1 to 6; 1.328 in 2D and 1.387 in 3D make diffusion isotropic, as "
-             "viscosity is with 1 (theory: 2.3)"),
+             "viscosity is with 1 (theory: 1.4)"),
      PD_KEY_FROM(1.0, 6.0)},
     {"box", "m", "required", PDI_DOC("extent, a range an axis, whole numbers of cells"), PD_KEY_ANY_TEXT},
     {"geometry", "-", "planar",
@@ -13003,19 +13003,19 @@ static const pd_key pdi_keys_of_flow[] = {
     {"rho", "kg/m3", "required", PDI_DOC("density"), PD_KEY_POSITIVE},
     {"mu", "Pa s", "required", PDI_DOC("viscosity"), PD_KEY_POSITIVE},
     {"steady_tolerance", "-", "1e-6",
-     PDI_DOC("residual at which the flow is steady (theory: eq. 4.7, 4.8), up to 0.1, against scales of the flow "
+     PDI_DOC("residual at which the flow is steady (theory: eq. 3.25, 3.26), up to 0.1, against scales of the flow "
              "itself"),
      PD_KEY_ABOVE(0.0, 0.1)},
     {"order", "-", "auto",
-     PDI_DOC("order of the error in the spacing, 2 or 4 (theory: 4.1b): 4 takes `m = 1`, a planar box, and `time = "
+     PDI_DOC("order of the error in the spacing, 2 or 4 (theory: 3.8): 4 takes `m = 1`, a planar box, and `time = "
              "steady` or `implicit`. `auto`: 4 in steady flow in closed boxes without shapes whose walls meet, "
              "with `m = 1`, a Reynolds number of at most 1000 and one of a cell of at most 16; else 2. The summary "
              "names order 4"),
      PD_KEY_ONE_OF("auto, 2, 4")},
     {"body_force", "m/s2", "0", PDI_DOC("body force per mass, an expression in x, y, z, t an axis"), PD_KEY_ANY_TEXT},
-    {"reference_speed", "m/s", "mean speed of the inlet, else a scale of the flow (theory: eq. 4.5b)",
+    {"reference_speed", "m/s", "mean speed of the inlet, else a scale of the flow (theory: eq. 3.9)",
      PDI_DOC("reference value that residuals and `Re` are reported with; nothing else depends on it"), PD_KEY_POSITIVE},
-    {"reference_length", "m", "width of the inlet, else a scale of the flow (theory: eq. 4.5b)",
+    {"reference_length", "m", "width of the inlet, else a scale of the flow (theory: eq. 3.9)",
      PDI_DOC("as `reference_speed`"), PD_KEY_POSITIVE},
     {"time", "-", "steady",
      PDI_DOC("`steady`; `implicit`: incompressible flow in time, steps by error; `explicit`: weakly compressible "
@@ -13023,7 +13023,7 @@ static const pd_key pdi_keys_of_flow[] = {
      PD_KEY_ONE_OF("steady, implicit, explicit, prescribed")},
     {"vx, vy, vz", "m/s", "0",
      PDI_DOC("flow at the start, or prescribed flow (free of divergence), expressions in x, y, z"), PD_KEY_ANY_TEXT},
-    {"rtol", "-", "1e-4", PDI_DOC("`implicit`: error of a step against the speed of the flow (theory: eq. 4.5b)"),
+    {"rtol", "-", "1e-4", PDI_DOC("`implicit`: error of a step against the speed of the flow (theory: eq. 3.9)"),
      PD_KEY_ABOVE(0.0, 0.1)},
     {"eos", "-", "tait", PDI_DOC("`explicit`: `tait` or `linear`"), PD_KEY_ONE_OF("tait, linear")},
     {"c0", "m/s", "required there", PDI_DOC("`explicit`: speed of sound, ten times the largest speed or more"),
@@ -13037,7 +13037,7 @@ static const pd_key pdi_keys_of_gas[] = {
      PD_KEY_EXPRESSION_POSITIVE},
     {"vx, vy, vz", "m/s", "0", PDI_DOC("velocity at the start, expressions in x, y, z"), PD_KEY_ANY_TEXT},
     {"order", "-", "second", PDI_DOC("`second` where smooth, `first`"), PD_KEY_ONE_OF("second, first")},
-    {"cfl", "-", "0.8", PDI_DOC("share of the longest stable step (theory: eq. 4.26), up to 1"),
+    {"cfl", "-", "0.8", PDI_DOC("share of the longest stable step (theory: eq. 4.10), up to 1"),
      PD_KEY_ABOVE(0.0, 1.0)}};
 
 static const pd_key pdi_keys_of_transport[] = {
@@ -13048,7 +13048,7 @@ static const pd_key pdi_keys_of_transport[] = {
      PD_KEY_ONE_OF("limited, upwind")},
     {"time", "-", "that of `[chemistry]`, else implicit",
      PDI_DOC("`implicit`: in time; `steady`: the steady field at once; the run fails when balances lack more than "
-             "1e-6 of what passes, and `defect=` says how much (theory: eq. 5.13)"),
+             "1e-6 of what passes, and `defect=` says how much (theory: eq. 6.23)"),
      PD_KEY_ONE_OF("implicit, steady")}};
 
 static const pd_key pdi_keys_of_dissolve[] = {
@@ -13125,7 +13125,7 @@ static const pd_key pdi_keys_of_corrode[] = {
      PD_KEY_POSITIVE},
     {"breaking", "-", "deterministic",
      PDI_DOC("`deterministic`: a node turns fluid at `Csat`; `stochastic`: when the last of its mechanical bonds "
-             "has broken, which happens at random as its metal goes, at `Csat` at the latest (theory: 6.7)"),
+             "has broken, which happens at random as its metal goes, at `Csat` at the latest (theory: 11.5)"),
      PD_KEY_ONE_OF("deterministic, stochastic")},
     {"seed", "-", "1", PDI_DOC("`stochastic`: whole number, other bonds each"), PD_KEY_WHOLE_FROM(0, 2147483647)},
     {"m", "-", "that of `[grid]`; 3", PDI_DOC("horizon of the bonds of metal over h, 1 to 6"), PD_KEY_FROM(1.0, 6.0)}};
@@ -13136,9 +13136,9 @@ static const pd_key pdi_keys_of_solid[] = {
      PDI_DOC("Poisson's ratio, which 1D does not have; `bond_based` has 1/4, in plane stress 1/3"),
      PD_KEY_FROM(-0.999, 0.499)},
     {"model", "-", "correspondence",
-     PDI_DOC("`correspondence`: small strains, of any Poisson's ratio (theory: 8.1); `ordinary`: the linear "
-             "peridynamic solid, of small strains (8.9); `neo_hookean`, `hencky`: strains of any size (8.8); "
-             "`bond_based`: bonds that pull for themselves, displacements of any size, no stress (8.2)"),
+     PDI_DOC("`correspondence`: small strains, of any Poisson's ratio (theory: 14.2); `ordinary`: the linear "
+             "peridynamic solid, of small strains (14.5); `neo_hookean`, `hencky`: strains of any size (14.4); "
+             "`bond_based`: bonds that pull for themselves, displacements of any size, no stress (15.2)"),
      PD_KEY_ONE_OF("correspondence, bond_based, ordinary, neo_hookean, hencky")},
     {"plane", "-", "strain", PDI_DOC("2D: `strain` or `stress`"), PD_KEY_ONE_OF("strain, stress")},
     {"yield_stress", "Pa", "0: it does not flow",
@@ -13196,7 +13196,7 @@ static const pd_key pdi_keys_of_run[] = {
     {"rtol", "-", "4e-3; without dissolution and with `[corrode]` 1e-3",
      PDI_DOC(
          "aim for the error of the volume loss, up to 0.1: errors in time of the law sum up to at most "
-         "five times it, those of fluid whose law has not started go with its root (theory: eq. 6.2g); "
+         "five times it, those of fluid whose law has not started go with its root (theory: eq. 10.15); "
          "sets `max_dissolved_fraction = 25 rtol`. A step goes by the surface at its start: bodies of few cells that "
          "shrink lose too much by up to half of `max_dissolved_fraction` of the cells at their surface. What a stream "
          "has carried off of the dissolved metal has no tolerance of its own where the law hardly reads "
@@ -13345,7 +13345,7 @@ static const pd_key pdi_keys_of_chemistry[] = {
              "`electrolytes/hbss.electrolyte`; what stands here goes before what they say"),
      PD_KEY_ANY_TEXT},
     {"activity", "-", "davies",
-     PDI_DOC("`davies` (up to 0.5 mol/L) or `ideal`: coefficients of activity 1 (theory: 5b.2)"),
+     PDI_DOC("`davies` (up to 0.5 mol/L) or `ideal`: coefficients of activity 1 (theory: 7.3)"),
      PD_KEY_ONE_OF("ideal, davies")},
     {"temperature", "K", "298.15 K",
      PDI_DOC("273 to 373: Davies' equation, constants with an `enthalpy`, rates and diffusivities with an "
@@ -13354,7 +13354,7 @@ static const pd_key pdi_keys_of_chemistry[] = {
     {"diffusion", "-", "given",
      PDI_DOC(
          "`given`: each `D` holds as it is written, but for an `activation_energy`; `viscosity`: those are of 25 C, "
-         "and follow temperature and viscosity of water by Stokes and Einstein (theory: eq. 5b.14)"),
+         "and follow temperature and viscosity of water by Stokes and Einstein (theory: eq. 7.14)"),
      PD_KEY_ONE_OF("given, viscosity")},
     {"pH", "-", "that of the equilibrium",
      PDI_DOC("at the start: acid or base comes to what is written, with its `counter_ion`, until the equilibrium has "
@@ -13373,7 +13373,7 @@ static const pd_key pdi_keys_of_chemistry[] = {
      PD_KEY_ONE_OF("implicit, steady")},
     {"migration", "-", "no",
      PDI_DOC("of a run: `yes`: ions also move in the potential that keeps the fluid neutral while they diffuse at "
-             "different speeds (theory: 5c.1), which is the field `potential` [V]; `no`: each diffuses by itself"),
+             "different speeds (theory: 8.7), which is the field `potential` [V]; `no`: each diffuses by itself"),
      PD_KEY_ONE_OF("no, yes")},
     {"minerals", "-", "given",
      PDI_DOC("`given`: those alone dissolve and grow that have an amount at the start; `all`: each forms that can. "
@@ -13405,7 +13405,7 @@ static const pd_key pdi_keys_of_mineral[] = {
 static const pd_key pdi_keys_of_species[] = {
     {"D", "m2/s", "not known", PDI_DOC("diffusivity; a species that moves needs it"), PD_KEY_NOT_NEGATIVE},
     {"activation_energy", "J/mol", "none: D holds as it is written",
-     PDI_DOC("energy of activation of `D`, which is that of 25 C then (theory: eq. 5b.13)"), PD_KEY_ANY_NUMBER},
+     PDI_DOC("energy of activation of `D`, which is that of 25 C then (theory: eq. 7.13)"), PD_KEY_ANY_NUMBER},
     {"charge", "-", "that of the name", PDI_DOC("needed where the name is no formula with its charge"),
      PD_KEY_WHOLE_FROM(-20, 20)},
     {"formula", "-", "the name",
@@ -13433,7 +13433,7 @@ static const pd_key pdi_keys_of_reaction[] = {
     {"log10_K", "-", "required, or `K`, or both rates", PDI_DOC("its decimal logarithm with mol/L"), PD_KEY_ANY_NUMBER},
     {"enthalpy", "J/mol", "none: K holds as it is written",
      PDI_DOC("of the equation as it is written; the constant is that of 25 C then, and follows the temperature by "
-             "van 't Hoff's equation (theory: eq. 5b.12)"),
+             "van 't Hoff's equation (theory: eq. 7.12)"),
      PD_KEY_ANY_NUMBER},
     {"forward", "of the reaction", "none: the reaction is in equilibrium",
      PDI_DOC("rate constant from left to right at infinite dilution, with its unit, for example `1.4e11 L/mol/s`"),
@@ -13447,7 +13447,7 @@ static const pd_key pdi_keys_of_reaction[] = {
 static const pd_key pdi_keys_of_potential[] = {
     {"conductivity", "S/m", "that of the species",
      PDI_DOC("of the fluid; with `[chemistry]` it follows from charges, diffusivities and concentrations (theory: "
-             "eq. 6b.7)"),
+             "eq. 12.6)"),
      PD_KEY_POSITIVE},
     {"tolerance", "-", "1e-12", PDI_DOC("of what the balances of currents lack, over the currents"),
      PD_KEY_ABOVE(0.0, 0.1)}};
@@ -13460,7 +13460,7 @@ static const pd_key pdi_keys_of_electrode[] = {
     {"curve", "-", "required",
      PDI_DOC(
          "`butler_volmer`: both slopes; `tafel`: one of them; `linear`: `polarisation_resistance`; `expression`: `i`; "
-         "`primary`: current passes freely at `E0` (theory: 6b.1). With `migration = yes` it may be "
+         "`primary`: current passes freely at `E0` (theory: 12.2). With `migration = yes` it may be "
          "absent: its metal dissolves alone"),
      PD_KEY_ONE_OF("butler_volmer, tafel, linear, expression, primary")},
     {"i0", "A/m2", "required there", PDI_DOC("exchange current density, or that of free corrosion"), PD_KEY_POSITIVE},
@@ -15969,7 +15969,7 @@ static pd_status pdi_read_electrolyte_constant(pdi_read_electrolyte_state *s, in
 }
 
 /* Convert the equilibrium constant from 25 C to the temperature by van't Hoff, if its enthalpy is given (theory: eq.
- * 5b.12). Store the enthalpy [J/mol] of the reaction in work in the electrolyte, NaN: not given. PD_ERR_ARGUMENT: an
+ * 7.12). Store the enthalpy [J/mol] of the reaction in work in the electrolyte, NaN: not given. PD_ERR_ARGUMENT: an
  * enthalpy without K and log10_K. */
 static pd_status pdi_read_electrolyte_vant_hoff(pdi_read_electrolyte_state *s, int section, pd_reaction_desc *desc)
 {
@@ -23903,7 +23903,7 @@ PDI_FN void pdi_monitors_free(pd_ctx *ctx, pd_monitors *all)
 #define PDI_MONITOR_REPORT_MIN_LAYER_CELLS 2.0
 /* Cell Peclet number v h/D at which the numerical diffusion v h/2 of upwinding equals D. */
 #define PDI_MONITOR_REPORT_MAX_PECLET 2.0
-/* [mol/L] Largest ionic strength for which Davies' equation holds (theory: 5b.2). */
+/* [mol/L] Largest ionic strength for which Davies' equation holds (theory: 7.3). */
 #define PDI_MONITOR_REPORT_MAX_IONIC_STRENGTH 0.5
 
 /* Relative difference of lost metal from Faraday's law above which a note is printed. */
