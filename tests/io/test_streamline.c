@@ -100,6 +100,68 @@ TEST(a_uniform_flow_has_straight_lines)
     pdi_streamlines_free(&ctx, &f.lines);
 }
 
+/* Along x, fastest in the cell (27, 9). */
+static void bump(const double *x, double *u)
+{
+    u[0] = 1.0 + 0.1 * exp(-pow(x[0] - 27.5, 2.0) - pow(x[1] - 9.5, 2.0));
+    u[1] = 0.0;
+}
+
+/* The first line passes the middle of the fastest cell, and the others follow from it, one after the other on both of
+ * its sides. */
+TEST(lines_begin_at_the_fastest_cell)
+{
+    static flow f;
+    pd_ctx ctx;
+    double off = 1e300, uneven = 0.0;
+    pd_ctx_init(&ctx);
+    start(&f, bump);
+    f.stream.pixel_size[1] = 6.0;
+    if (!CHECK_OK(&ctx, pdi_streamlines_compute(&ctx, &f.stream, &f.lines))) return;
+    CHECK_INT((int)f.lines.count, 12); /* at 57 - 2 x 20 to 57 + 9 x 20 of 240 pixels */
+    for (int64_t i = 0; i < f.lines.line[0].count; i++)
+        off = fmin(off, hypot(point(&f, 0, i)[0] - 275.0, point(&f, 0, i)[1] - 57.0));
+    CHECK_LE(off, 1e-9);
+    for (int64_t k = 0; k < f.lines.count; k++) {
+        double lines = (point(&f, k, 0)[1] - 57.0) / (20.0 * (1.0 + 1e-6));
+        uneven = fmax(uneven, fabs(lines - floor(lines + 0.5)));
+    }
+    CHECK_LE(uneven, 1e-9);
+    pdi_streamlines_free(&ctx, &f.lines);
+}
+
+/* A block in the middle, and channels one cell wide along the sides, which no line of it reaches. */
+static void chambers(const double *x, double *u)
+{
+    int inner = x[0] > 10.0 && x[0]<30.0, middle = x[1]> 10.0 && x[1] < 30.0;
+    u[0] = u[1] = (double)NAN;
+    if (inner && middle) u[0] = 2.0;
+    else if (inner && (x[1] < 1.0 || x[1] > N - 1.0)) u[0] = 1.0;
+    else if (!middle || (x[0] > 1.0 && x[0] < N - 1.0)) return;
+    u[1] = isnan(u[0]) ? 1.0 : 0.0;
+    if (isnan(u[0])) u[0] = 0.0;
+}
+
+/* Each has a line of its own. */
+TEST(chambers_have_lines)
+{
+    static flow f;
+    pd_ctx ctx;
+    int found[5] = {0, 0, 0, 0, 0};
+    pd_ctx_init(&ctx);
+    start(&f, chambers);
+    f.stream.pixel_size[1] = 6.0;
+    for (int s = 0; s < 4; s++) f.stream.side_closed[s] = 1;
+    if (!CHECK_OK(&ctx, pdi_streamlines_compute(&ctx, &f.stream, &f.lines))) return;
+    for (int64_t k = 0; k < f.lines.count; k++) {
+        const double *p = point(&f, k, f.lines.line[k].count / 2);
+        found[p[0] < 10.0 ? 0 : p[0] > 390.0 ? 1 : p[1] < 6.0 ? 2 : p[1] > 234.0 ? 3 : 4]++;
+    }
+    for (int c = 0; c < 4; c++) CHECK_INT(found[c], 1);
+    CHECK_LE(4, found[4]);
+    pdi_streamlines_free(&ctx, &f.lines);
+}
+
 static void rotating(const double *x, double *u)
 {
     u[0] = -(x[1] - 0.5 * N);
@@ -388,8 +450,8 @@ TEST(arrows_are_as_long_as_the_flow_is_fast)
     CHECK(strstr(ctx.message, "101 streamlines side by side") != NULL);
 }
 
-TEST_MAIN(ENTRY(a_uniform_flow_has_straight_lines) ENTRY(a_rotation_has_closed_circles)
-          ENTRY(flat_cells) ENTRY(spirals_keep_their_distance) ENTRY(no_line_enters_a_solid)
-          ENTRY(fluid_at_rest_has_no_lines)
+TEST_MAIN(ENTRY(a_uniform_flow_has_straight_lines) ENTRY(lines_begin_at_the_fastest_cell) ENTRY(chambers_have_lines)
+          ENTRY(a_rotation_has_closed_circles) ENTRY(flat_cells) ENTRY(spirals_keep_their_distance)
+          ENTRY(no_line_enters_a_solid) ENTRY(fluid_at_rest_has_no_lines)
           ENTRY(mirrored_lines_keep_half_the_distance) ENTRY(the_scale_arrow_is_a_round_number)
           ENTRY(arrows_are_as_long_as_the_flow_is_fast))
