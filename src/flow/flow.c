@@ -705,12 +705,16 @@ PDI_FN void pdi_flow_list(pdi_array_visitor *owner, void *object)
 static pd_status pdi_flow_check_desc(pd_ctx *ctx, const pd_flow_desc *desc)
 {
     double nu = desc->mu / desc->rho, p = desc->p_out / desc->rho, speed = desc->report_speed, l = desc->report_length;
-    if (!(desc->rho > 0.0) || !(nu > 0.0) || !(nu < 1e100) || !(fabs(p) < 1e100) || !(speed >= 0.0) ||
-        !(speed < 1e100) || !(l >= 0.0) || !(l < 1e100))
+    if (!(desc->rho > 0.0) || !(desc->rho < HUGE_VAL) || !(desc->mu > 0.0) || !(desc->mu < HUGE_VAL) ||
+        !(fabs(desc->p_out) < HUGE_VAL) || !(speed >= 0.0) || !(speed < 1e100) || !(l >= 0.0) || !(l < 1e100))
         return pd_fail(ctx, PD_ERR_ARGUMENT, "flow",
                        "rho = %g kg/m3, mu = %g Pa s, p_out = %g Pa, speed = %g m/s, length = %g m: expected finite "
                        "values, of which the first two are positive and the last two not negative",
                        desc->rho, desc->mu, desc->p_out, speed, l);
+    if (!(nu > 0.0) || !(nu < 1e100) || !(fabs(p) < 1e100))
+        return pd_fail(ctx, PD_ERR_ARGUMENT, "flow",
+                       "mu/rho = %g m2/s, p_out/rho = %g m2/s2: expected values below 1e100, the first one above 0", nu,
+                       p);
     for (int d = 0; d < PD_DIM; d++)
         if (!(fabs(desc->force[d]) < 1e100))
             return pd_fail(ctx, PD_ERR_ARGUMENT, "flow", "force = %g m/s2, expected a finite one", desc->force[d]);
