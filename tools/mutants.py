@@ -649,7 +649,8 @@ class Map:
         wanted = {name_of(t) for t in tests}
         if not self.m.a.dims and not self.m.a.tests:
             self.tests = {n: t for n, t in self.tests.items() if n in wanted}
-        missing = [t for t, text in tests.items() if self.tests.get(name_of(t), {}).get('text') != text]
+        missing = [t for t, text in tests.items() if self.tests.get(name_of(t), {}).get('text') != text and
+                   not (self.m.a.old_map and name_of(t) in self.tests)]
         if not missing or self.m.a.as_is:
             return
         begin, saved = time.monotonic(), time.monotonic()
@@ -669,23 +670,29 @@ class Map:
             sum(self.tests[name_of(t)]['seconds'] for t in missing), time.monotonic() - begin))
 
     def move(self, now):
-        """Lines of changed sources are those of the same text; a new line is executed where the one before it is."""
+        """Lines of changed sources are those of the same text; a new line is executed where the one before it is. A new
+        source has those of the old one in its folder with which it shares most lines."""
         follow = {}
         for s, text in now.items():
-            old = self.sources.get(s)
-            if old is None or old == text:
+            of, lines = s, text.split('\n')
+            if s not in self.sources:
+                near = [o for o in self.sources if os.path.dirname(o) == os.path.dirname(s)]
+                of = max(near, key=lambda o: len(set(lines) & set(self.sources[o].split('\n'))), default=None)
+            if of is None or self.sources[of] == text:
                 continue
-            match = difflib.SequenceMatcher(None, old.split('\n'), text.split('\n'), False)
+            match = difflib.SequenceMatcher(None, self.sources[of].split('\n'), lines, False)
             for what, a, b, c, e in match.get_opcodes():
                 for k in range(c, e):
                     from_ = a + min(k - c, max(b - a - 1, 0)) if what != 'insert' else a - 1
-                    follow.setdefault((s, from_ + 1), []).append((s, k + 1))
+                    follow.setdefault((of, from_ + 1), []).append((s, k + 1))
             for n, line in enumerate(self.lines):
                 if line[0] == s:
                     follow.setdefault(line, [])
         if not follow:
             return
-        to = [[self.number(l) for l in follow.get(line, [line])] for line in list(self.lines)]
+        same = {s for s, text in now.items() if self.sources.get(s) == text}
+        to = [[self.number(l) for l in follow.get(line, []) + [line] * (line[0] in same or line not in follow)]
+              for line in list(self.lines)]
         for t in self.tests.values():
             for d, packed in t['lines'].items():
                 numbers = array.array('I')
@@ -874,7 +881,7 @@ def main():
     p.add_argument('--list', action='store_true', help='print the faults and stop')
     p.add_argument('--unseen', action='store_true', help='print the lines that no test executes and stop')
     p.add_argument('--as-is', action='store_true', help='run no test for the map: those that it does not have are not used')
-    p.add_argument('--old-map', action='store_true', help='after a change of sources, find the lines of the old map by their text')
+    p.add_argument('--old-map', action='store_true', help='after a change of sources, find the lines of the old map by their text, also in files that were divided; run tests for the map that it does not have')
     a = p.parse_args()
     if a.seed is None:
         a.seed = int(time.time()) % 1000000

@@ -315,6 +315,8 @@ static void unfold(scene *y, int axis)
         entry *e = &y->list[k];
         if (!e->key[0]) continue;
         const char *of = y->part[e->section].name;
+        if (strcmp(e->key, "flow_rate") == 0 && y->part[e->section].axis != axis) /* of an opening twice as wide */
+            y->pool[e->first[0]].value *= 2.0;
         if (y->part[e->section].axis < 0 &&
             (e->kind == ENTRY_VECTOR || (e->kind == ENTRY_COMPONENT && e->axis == axis))) {
             e->odd = axis + 1;
